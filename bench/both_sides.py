@@ -1,4 +1,4 @@
-"""Missions that can be and missions that cannot: which answer does each get, from which side, and in what time?
+"""Benchmark of possible and impossible missions: answer, its source, and time for each.
 
     python bench/both_sides.py [--only NAME …] [--time-limit 20] [--minimize duration] [--json FILE] [--against FILE]
         [FILE …]
@@ -10,17 +10,18 @@ answers:
 
 - *planned*: there is a plan, and it is verified.
 - *impossible*: no motion of these agents satisfies it, whatever the roadmap.
-- *on roadmaps*: the roadmaps that were tried hold no plan; of the mission that says nothing.
+- *on roadmaps*: the tried roadmaps contain no plan, which proves nothing about the mission.
 - *by check*: `missionc check` refuses it.
 - *undecided*: none of these, in this time.
 
-*Side* is what gave the answer: the backend of a plan, ``roadmaps``, ``proof`` or ``check``. Seconds of the processor
-are those of the process and its children. *Gap* is of missions that minimize something: what the plan comes to, less
-what every plan is proven to take at least, in steps or metres, as `plan.json` says. With ``--minimize duration`` a
+*Side* is the source of the answer: the backend of a plan, ``roadmaps``, ``proof`` or ``check``. Seconds of the
+processor
+are those of the process and its children. *Gap*, for missions with an objective, is the plan's value minus the proven
+lower bound, in steps or metres, as in `plan.json`. With ``--minimize duration`` a
 mission that minimizes nothing is asked for in that way.
 
-*Cover* is what covers say of the mission alone, as they do where no plan is found at once: *refused*, *admitted*, or
-nothing where none was decided; and the seconds of the processor of that.
+*Cover* is the result of covers for the mission alone: *refused*, *admitted*, or empty if undecided; with its processor
+seconds.
 
 An impossible mission that is planned, and a possible one that is called impossible or is refused by check or by a
 cover, are defects, of the compiler or of the label: the program ends with status 1 where there are any.
@@ -62,12 +63,12 @@ from missionc.ir.lower.unroll_past import looking_ahead
 MISSIONS = ROOT / "missions" / "both_sides"
 
 ROADMAPS = "MC601"
-"""The code of a refusal that is about roadmaps alone."""
+"""Code of a refusal about roadmaps only."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What one mission came to; ``gap`` in steps or metres, as ``unit`` says, None where nothing is minimized."""
+    """Result of one mission; ``gap`` in steps or metres, as in ``unit``, None without an objective."""
 
     possible: bool
     answer: str
@@ -84,17 +85,17 @@ class Row:
 
     @property
     def ruled_out(self) -> bool:
-        """The answer is a fact about the mission: nothing satisfies it."""
+        """True if the answer is a fact about the mission: nothing satisfies it."""
         return self.answer in ("impossible", "by check")
 
     @property
     def wrong(self) -> bool:
-        """The answer contradicts the label."""
+        """True if the answer contradicts the label."""
         return self.ruled_out or self.cover == "refused" if self.possible else self.planned
 
 
 def answer(document: dict[str, Any]) -> tuple[str, str]:
-    """The answer of a JSON document, and the side that gave it."""
+    """Answer in a JSON document, and its source."""
     codes = {each["code"] for each in document["diagnostics"] if each["severity"] == "error"}
     match document["outcome"]:
         case "planned":
@@ -110,7 +111,7 @@ def answer(document: dict[str, Any]) -> tuple[str, str]:
 
 
 def measured(path: Path, limit: float) -> Row:
-    """A mission planned, and its plan compared with what is proven of all."""
+    """Plan a mission, and compare its plan with the proven lower bound."""
     possible = not path.stem.startswith("impossible")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "plan"
@@ -132,7 +133,7 @@ def measured(path: Path, limit: float) -> Row:
 
 @contextmanager
 def asked(path: Path, objective: str) -> Iterator[Path]:
-    """A mission as written; with an objective, where it has none and one is wanted, in a folder of its own."""
+    """Mission file, with an objective added in a separate folder if one is requested and missing."""
     text = path.read_text(encoding="utf-8")
     if not objective or re.search(r"^minimize\b", text, re.MULTILINE):
         yield path
@@ -147,7 +148,7 @@ def asked(path: Path, objective: str) -> Iterator[Path]:
 
 
 def with_cover(row: Row, path: Path, limit: float) -> Row:
-    """What covers alone say of a mission."""
+    """Row with the result of covers alone."""
     checked = driver.check(path)
     assert checked.mission is not None
     assert checked.kernel is not None
@@ -161,7 +162,7 @@ def with_cover(row: Row, path: Path, limit: float) -> Row:
 
 
 def processor() -> float:
-    """Seconds of the processor so far, of this process and of its children that have ended."""
+    """Processor seconds so far of this process and its finished children."""
     return sum(os.times()[:4])
 
 
@@ -177,7 +178,7 @@ def line(name: str, row: Row, before: Row | None, compares: bool) -> str:
 
 
 def summary(rows: Iterable[Row]) -> Iterator[str]:
-    """How many of each label got which answer, the time that took, and the gaps."""
+    """Number of answers for each label, with times and gaps."""
     every = list(rows)
     for label, ours in (
         ("impossible", [row for row in every if not row.possible]),

@@ -1,11 +1,10 @@
-"""How long `missionc check` takes, the whole process, on missions of 30 to 700 lines.
+"""Benchmark of `missionc check`, the whole process, on missions with 30 to 700 lines.
 
     python bench/check_time.py [RUNS]
 
-Prints the least and the median of the runs in seconds: start of the process to
-its end, interpreter and imports included. ``nothing`` is an interpreter that
-imports the command and does no more. Modules are compiled once, as they are for
-everybody who does not forbid it.
+Prints the least and the median of the runs in seconds: start of the process to its end, interpreter and imports
+included. ``nothing`` is an interpreter that imports the command and does no more. Modules are compiled once, as they
+are for everybody who does not forbid it.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def mission(lines: int) -> str:
-    """A mission of about so many lines that checks without errors."""
+    """Mission with about ``lines`` lines that checks without errors."""
     count = max(1, (lines - 16) // 3)
     text = (ROOT / "missions" / "wildfire.mission").read_text(encoding="utf-8").splitlines()
     for number in range(count):

@@ -1,13 +1,13 @@
-"""Disturbed flights in a closed loop: what is kept of their requirements without planning anew, and with it.
+"""Benchmark of disturbed flights in a closed loop: satisfied requirements with and without replanning.
 
     python bench/closed_loop.py [--flights 25] [--within 3] [--clock SECONDS] [--workers 1] [MISSION …]
 
 Each mission is compiled once and flown so often through scenarios that are drawn at random (a lost drone, a slow one,
 an obstacle that appears; wind, noise, dropouts, late packets, skewed clocks), every scenario twice: watched, and
 planned anew. Printed are the requirements that were lost in either case (all of them, where bodies touched); how many
-of those that were lost where nobody planned anew were beyond saving when a first plan could begin, by the top speeds
-of those who were left; the share of what was lost that is kept with replanning, of all and of those that were not
-beyond saving; the flights in which bodies touched; and how long planning anew took beside the first plan.
+of those that were lost where nobody planned anew were beyond saving when a first plan could begin, by the top speeds of
+those who were left; the share of what was lost that is kept with replanning, of all and of those that were not beyond
+saving; the flights in which bodies touched; and how long planning anew took beside the first plan.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ MISSIONS = (
 )
 VEHICLE = "crazyflie21"
 EVADED = 1.0
-"""Metres from everybody at which an obstacle appears at least: what appears nearer hits whoever flies at 1 m/s."""
+"""Minimum distance in metres of a new obstacle: a nearer one hits agents at 1 m/s."""
 
 
 def drawn(mission: Mission, plan: Trace, random: np.random.Generator) -> Scenario:
-    """A scenario with one event, some time after the beginning and before the last third of the mission."""
+    """Random scenario with one event, after the beginning and before the last third of the mission."""
     at = float(mission.horizon * random.uniform(0.1, 0.6))
     there = plan.position[:, int(at / mission.step), :2]
     agent = mission.agents[int(random.integers(len(mission.agents)))].name
@@ -80,7 +80,7 @@ def drawn(mission: Mission, plan: Trace, random: np.random.Generator) -> Scenari
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What became of one scenario: counts of requirements, and whether bodies touched; seconds of each plan anew."""
+    """Result of one scenario: counts of requirements, collisions, and seconds of each replanning."""
 
     lost: int
     beyond: int
@@ -93,7 +93,7 @@ class Row:
 
 
 def flown(folder: Path, number: int, flight: int, within: float, clock: float | None) -> Row:
-    """One scenario, watched and planned anew."""
+    """Results of one scenario with monitoring only and with replanning."""
     flying = _opened(folder)
     mission = flying.checked.mission
     assert mission is not None
@@ -121,7 +121,7 @@ def flown(folder: Path, number: int, flight: int, within: float, clock: float | 
 
 
 def _lost(flight: LoopFlight) -> set[str]:
-    """The requirements that were not kept: all of them, where somebody touched something."""
+    """Violated requirements: all of them after a collision."""
     return {name for name, kept in flight.outcome.requirements.items() if not (kept and flight.outcome.untouched)}
 
 
@@ -176,7 +176,7 @@ def main() -> None:
 
 
 def compiled(file: Path, folder: Path) -> float | None:
-    """Write the folder of a mission; the seconds it took to compile, None where there is no plan."""
+    """Write the folder of a mission; returns the compilation time in seconds, or None without a plan."""
     began = time.monotonic()
     found = compile(file, vehicle="" if "vehicle" in file.read_text() else VEHICLE, time_limit=Seconds(150))
     if not isinstance(found.outcome, Verified):

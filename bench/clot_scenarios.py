@@ -1,12 +1,12 @@
-"""Every mission of the transport paper, many seeds each: success, time, path length, clearance.
+"""Benchmark of every mission in the transport paper, many seeds each: success, time, path length, clearance.
 
     python bench/clot_scenarios.py [--seeds 20] [--only NAME …] [--limit SECONDS] [--preset NAME] [--samples N]
 
-Seconds are of one CPU thread's own time, from the checked mission to a plan that passed
-verification, restarts included: other programs on the machine lengthen them little. *Emit* is what a user waits
-for besides, the polynomials and their proof. *Iterations* and *joint motions* are what a preset's search took and had
-to choose from in the mean; a dash where nothing was searched. *Published* is what the paper reports on its GPU, for
-its own unpublished scenes: success, seconds, path, smoothness, iterations, joint motions, as far as it prints them.
+Seconds are of one CPU thread's own time, from the checked mission to a plan that passed verification, restarts
+included: other programs on the machine lengthen them little. *Emit* is what a user waits for besides, the polynomials
+and their proof. *Iterations* and *joint motions* are what a preset's search took and had to choose from in the mean; a
+dash where nothing was searched. *Published* is what the paper reports on its GPU, for its own unpublished scenes:
+success, seconds, path, smoothness, iterations, joint motions, as far as it prints them.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SCENARIOS = {
     "dynamic6": ("clot_dynamic", {"V": "6 m/s"}, "100 %, 9 s"),
     "crazyflie": ("crazyflie_corridor", {}, "2.91 s"),
 }
-"""Name of the row: mission, parameters, the paper's figures."""
+"""Name of the row: mission, parameters, the paper's values."""
 
 
 def main() -> None:

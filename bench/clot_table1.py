@@ -1,9 +1,11 @@
-"""[clot] Table I, here: visit two regions together and stay connected; ours and what others can do, in one run.
+"""[clot] Table I, here: visit two regions together and stay connected.
+
+Ours and what others can do, in one run.
 
     python bench/clot_table1.py [--agents 3 5 12 30] [--seeds 20] [--rival-seeds 20] [--limit 60] [--only METHOD …]
 
-Every method plans ``missions/clot_visit.mission`` and is scored by the same verifier. Ours is the backend as it is.
-The rivals, bounded by ``--limit`` (CPU seconds of a run; each in a process of its own):
+Every method plans ``missions/clot_visit.mission`` and is scored by the same verifier. Ours is the backend as it is. The
+rivals, bounded by ``--limit`` (CPU seconds of a run; each in a process of its own):
 
     clot          the paper's own method as published, as the preset ``paper``
     clot search   the search from ours' sketch and schedule, with a joint polish: the preset ``search``
@@ -15,19 +17,19 @@ The rivals, bounded by ``--limit`` (CPU seconds of a run; each in a process of i
     micp between  likewise, with what keeps bodies apart between the steps added to the formula
     nlp           stlpy's smooth robustness, SNOPT
 
-A method none of whose plans held, not even at the steps, gets one seed for each larger team.
-What each formulation approximates stands at the head of its file in ``bench/table1/``. The packages of the rivals
-are in an extra: ``pip install 'missionc[rivals]'``. A method whose package is missing is left out and named; if
-``--only`` asks for it, nothing is run, and the exit status is 1.
+A method none of whose plans held, not even at the steps, gets one seed for each larger team. What each formulation
+approximates stands at the head of its file in ``bench/table1/``. The packages of the rivals are in an extra: ``pip
+install 'missionc[rivals]'``. A method whose package is missing is left out and named; if ``--only`` asks for it,
+nothing is run, and the exit status is 1.
 
 Columns: *solved* by the verifier's word, between the steps too; *at steps*, how many plans hold at the steps alone
 (what a formulation at samples can promise); mean CPU seconds of all runs, stopped ones with the limit (a ``>`` says
 there were some); mean path length of a robot; smoothness, the mean |v(t+1) - v(t)| over robots and steps (the paper
 does not define its own); the least distance between bodies, or to an obstacle, beyond what is allowed, at any moment;
-what a search took where one was made, its iterations and the joint motions that it had to choose from, in the mean;
-the peak memory of the process, libraries included. Path, smoothness and clearance are of the solved
-runs; in brackets, where none was solved, of the motions that were returned. *Published* is the paper's
-success and seconds, on its GPU, in its own unpublished scene.
+what a search took where one was made, its iterations and the joint motions that it had to choose from, in the mean; the
+peak memory of the process, libraries included. Path, smoothness and clearance are of the solved runs; in brackets,
+where none was solved, of the motions that were returned. *Published* is the paper's success and seconds, on its GPU, in
+its own unpublished scene.
 """
 
 from __future__ import annotations
@@ -59,7 +61,7 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, object], ...], bool, tuple[str, .
     "micp between": ("micp", (("between", True),), False, ("stlpy",)),
     "nlp": ("nlp", (), False, ("stlpy", "pydrake")),
 }
-"""Name of the row: module, options, whether a first call does not count, packages."""
+"""Name of the row: module, options, whether the first call is not counted, packages."""
 INSTALL = "pip install 'missionc[rivals]'"
 
 PUBLISHED = {
@@ -168,7 +170,7 @@ def published(name: str, agents: int) -> str:
 
 
 def reason(run: Run) -> str:
-    """Why a run solved nothing, without numbers that differ from seed to seed."""
+    """Reason why a run failed, without numbers that vary with the seed."""
     if isinstance(run.score, Score):
         if run.score.solved:
             return ""

@@ -1,11 +1,10 @@
-"""What follows the search, mission by mission: polynomials, their proof, and the files; in this tree and in another.
+"""Benchmark of the steps after the search: polynomials, their proof, and files, in this tree and in another.
 
     python bench/emit_time.py [--against TREE] [--only NAME …] [--limit SECONDS]
 
-Each tree plans in a process of its own, one after the other; seconds are the
-processor's, of the stage ``emit`` and of the whole. *Peaks* are the largest
-speed and acceleration of the polynomials. *Same* says whether both trees wrote
-the same bytes: if not, they may have had different plans.
+Each tree plans in a process of its own, one after the other; seconds are the processor's, of the stage ``emit`` and of
+the whole. *Peaks* are the largest speed and acceleration of the polynomials. *Same* says whether both trees wrote the
+same bytes: if not, they may have had different plans.
 """
 
 from __future__ import annotations
@@ -62,7 +61,7 @@ print(json.dumps([type(outcome).__name__, spent, whole, peaks, digest]))
 
 
 def measured(tree: Path, name: str, limit: float) -> tuple[str, float, float, dict[str, float], str]:
-    """The outcome, seconds of ``emit`` and of all, the peaks, and a digest of the files."""
+    """Outcome, seconds of ``emit`` and in total, peaks, and a digest of the files."""
     file, overrides = CASES[name]
     given = json.dumps([str(ROOT / "missions" / f"{file}.mission"), overrides, limit])
     environment = {**os.environ, "PYTHONPATH": str(tree)}

@@ -1,4 +1,4 @@
-"""The field corpus, missions as strangers write them: is each planned, by what, how soon, and how long are the ways?
+"""Benchmark of the field corpus, missions in the style of strangers: success, backend, time and path length.
 
     python bench/field.py [--folder DIR] [--only NAME …] [--time-limit 120] [--json FILE] [--against FILE]
 
@@ -55,10 +55,10 @@ from missionc.verification.monitoring.normalised_margins import normalised_margi
 MISSIONS = ROOT / "missions" / "field"
 
 MARGINS = ("requirement", "obstacle", "separation")
-"""The checks of a certificate that are about room, in metres."""
+"""Checks of a certificate whose margins are distances in metres."""
 
 PITCH = 0.1
-"""Metres between places at which a way may pass a height."""
+"""Distance in metres between places where a path may pass a height."""
 
 OVERRUN = 90.0
 """Seconds beyond the limit after which a process is ended."""
@@ -66,7 +66,7 @@ OVERRUN = 90.0
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What one mission came to; None where there is no plan, or nothing to compare its length with."""
+    """Result of one mission; None without a plan, or without a bound on its length."""
 
     outcome: str
     engine: str
@@ -83,13 +83,13 @@ class Row:
 
 
 class OtherTask(Exception):
-    """A formula asks for something else than reaching."""
+    """Error for a formula that needs more than reaching."""
 
 
 def tasks(node: Node, whose: int | None, *, later: bool) -> Iterator[tuple[int, list[Predicate]]]:
-    """Each agent that a formula is about, with what it reaches one after the other.
+    """Agents of a formula, each with the places that it reaches in order.
 
-    ``later``: it is asked of a step after the first.
+    ``later``: it is evaluated at a step after the first.
     """
     match node:
         case At(agent, body):
@@ -110,7 +110,7 @@ def tasks(node: Node, whose: int | None, *, later: bool) -> Iterator[tuple[int, 
 
 
 def first_before(node: Node, whose: int | None) -> Iterator[tuple[int, Predicate, Predicate]]:
-    """The orders ``(not then) until first`` of an agent: who, first and then."""
+    """Orders ``(not then) until first`` of an agent: agent, first and then."""
     match node:
         case At(agent, body):
             yield from first_before(body, agent)
@@ -125,7 +125,7 @@ def first_before(node: Node, whose: int | None) -> Iterator[tuple[int, Predicate
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """A mission's world: where an agent's way begins and ends, and how long it is at least."""
+    """World of a mission, with lower bounds on the path lengths of its agents."""
 
     mission: Mission
     atlas: Atlas
@@ -137,7 +137,7 @@ class Ground:
         return Ground(mission, Atlas.of(mission.world, shapes))
 
     def bound(self, starts: Array, goals: Iterable[Node]) -> float:
-        """The sum over all agents of the longest of their tasks, metres; ``starts``: (agents, dim)."""
+        """Sum over all agents of their longest tasks, metres; ``starts``: (agents, dim), metres."""
         asked = list(goals)
         orders = [order for goal in asked for order in first_before(goal, None)]
         longest: dict[int, float] = {}
@@ -154,7 +154,7 @@ class Ground:
         return sum(longest.values())
 
     def area(self, place: Predicate) -> Area:
-        """Where a predicate holds, at least."""
+        """Outer bound of the places where a predicate holds."""
         match place:
             case Inside(region):
                 return self.atlas.outer(region.shape)
@@ -169,7 +169,7 @@ class Ground:
                 raise OtherTask
 
     def way(self, whose: int, start: Area, places: list[Area]) -> float:
-        """The length of the legs from a start through places, at least, metres."""
+        """Lower bound on the length of the legs from a start through places, metres."""
         legs = list(pairwise([start, *places]))
         radius = float(self.mission.agents[whose].radius)
         if self.mission.dimension == 3:
@@ -178,7 +178,7 @@ class Ground:
         return sum(plane.geodesic(first.geometry()[0], second.geometry()[0]) for first, second in legs)
 
     def climb(self, start: Area, goal: Area, radius: float) -> float:
-        """The least that a way from one area up or down to another is long, metres, by where it can pass a height.
+        """Lower bound on the length of a path between two areas at different heights, metres.
 
         Heights are the middles of obstacles that stand still; in one, all places of a grid are tried.
         """
@@ -201,7 +201,7 @@ class Ground:
         return longest
 
     def plane(self, radius: float) -> VisibilityGraph:
-        """Where the centre of a body can be, at least: what moves is left out, and corners are cut."""
+        """Outer bound of the places of a body's centre: without moving obstacles, with cut corners."""
         room = (radius + float(self.mission.clearance)) * 0.99
         still = [each.shape for each in self.mission.obstacles if isinstance(each.motion, Still)]
         bodies = [self.atlas.inner(shape).geometry()[0].buffer(room, quad_segs=2) for shape in still]
@@ -220,7 +220,7 @@ class Run:
 
 
 def run(path: Path, limit: float, folder: Path, more: Sequence[str] = ()) -> Run:
-    """A mission compiled as by a user who asks for no advice; the folder is there where there is a plan.
+    """Compile a mission without advice; the folder exists if there is a plan.
 
     Args:
         more: further flags.
@@ -247,13 +247,13 @@ def run(path: Path, limit: float, folder: Path, more: Sequence[str] = ()) -> Run
 
 
 def compiled(path: Path, limit: float, folder: Path) -> Row:
-    """What a mission came to, without its plan."""
+    """Result of a mission, without its plan."""
     came = run(path, limit, folder)
     return Row(str(came.document["outcome"]), str(came.document["backend"] or ""), came.processor, came.wall)
 
 
 def measured(path: Path, limit: float) -> Row:
-    """A mission planned, and its plan looked at."""
+    """Plan a mission, and measure its plan."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "plan"
         row = compiled(path, limit, folder)
@@ -304,7 +304,7 @@ def line(name: str, row: Row, before: Row | None, compares: bool) -> str:
 
 
 def summary(rows: Iterable[Row]) -> Iterator[str]:
-    """How many are planned, and the median and the most of what their plans cost."""
+    """Number of planned missions, with median and maximum costs."""
     every = list(rows)
     plans = [row for row in every if row.planned]
     yield f"{len(plans)} of {len(every)} planned"

@@ -1,4 +1,4 @@
-"""First compiles with a vehicle: does the flight of the first plan pass its proof?
+"""Benchmark of first compilations with a vehicle: whether the flight of the first plan passes its proof.
 
     python bench/first_compiles.py [--only NAME …] [--time-limit 120] [--json FILE] [--against FILE]
 
@@ -25,13 +25,13 @@ from missionc.compiler import driver
 
 VEHICLE = "crazyflie21"
 LARGEST, FASTEST = 30.0, 1.5
-"""Metres of a world, and metres in a second, that are of the scale of a Crazyflie."""
+"""Limits at the scale of a Crazyflie: world in metres, speed in m/s."""
 PACE = re.compile(r"at ([0-9.]+) of the speeds")
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What one first compile came to."""
+    """Result of one first compilation."""
 
     outcome: str
     code: str
@@ -59,7 +59,7 @@ def missions() -> Iterator[tuple[str, Path, str]]:
 
 
 def measured(path: Path, vehicle: str, limit: float) -> Row:
-    """One mission, compiled."""
+    """Compile one mission and measure it."""
     with tempfile.TemporaryDirectory() as name:
         came = run(path, limit, Path(name) / "plan", ("--vehicle", vehicle) if vehicle else ())
     found = came.document["diagnostics"]

@@ -1,11 +1,9 @@
-"""What it takes to prove a flight in continuous time: ``python bench/flight_proof.py``.
+"""Benchmark of flight proofs in continuous time: ``python bench/flight_proof.py``.
 
-Flights of 15 s: drones that circle about the points of a grid, two pieces a
-second, with the profile of a Crazyflie and an obstacle beside them, fitted as
-``missionc compile`` fits them and read back from the text. Seconds are the
-processor's. Beside the proof stand the two other ways to answer the
-question about pairs: exact fractions, and samples a millisecond apart, which
-prove nothing.
+Flights of 15 s: drones that circle about the points of a grid, two pieces a second, with the profile of a Crazyflie and
+an obstacle beside them, fitted as ``missionc compile`` fits them and read back from the text. Seconds are the
+processor's. Beside the proof stand the two other ways to answer the question about pairs: exact fractions, and samples
+a millisecond apart, which prove nothing.
 """
 
 from __future__ import annotations
@@ -43,7 +41,7 @@ SPAN = Span(Source("bench", ""), 0, 0)
 
 
 def flown(agents: int, seed: int) -> tuple[ir.Mission, Trace, dict[str, str]]:
-    """A mission, a plan that swings about a grid, and its polynomials."""
+    """Mission, plan that swings about a grid, and its polynomials."""
     generator = np.random.default_rng(seed)
     side = int(np.ceil(np.sqrt(agents)))
     grid = np.stack(np.unravel_index(np.arange(agents), (side, side)), axis=-1) * APART + 1.0
@@ -103,7 +101,7 @@ def flown(agents: int, seed: int) -> tuple[ir.Mission, Trace, dict[str, str]]:
 
 
 def seconds(work: Callable[[], object], best_of: int) -> float:
-    """Of the processor, the best of so many runs."""
+    """Processor seconds, the minimum of ``best_of`` runs."""
     found = []
     for _ in range(best_of):
         begin = time.process_time()
@@ -113,7 +111,7 @@ def seconds(work: Callable[[], object], best_of: int) -> float:
 
 
 def in_fractions(flight: Flight, need: float) -> int:
-    """The same proof of all pairs in exact numbers: squared distances in Bernstein form, halved where they must be."""
+    """Prove all pairs in exact numbers: squared distances in Bernstein form, halved if necessary."""
     durations = [Fraction(number) for number in flight.durations.tolist()]
     points = [
         [
@@ -162,7 +160,7 @@ def _halved(points: list[Fraction]) -> list[list[Fraction]]:
 
 
 def in_samples(flight: Flight) -> float:
-    """The least distance of any pair at moments a millisecond apart."""
+    """Minimum distance of any pair at moments 1 ms apart, metres."""
     curves = Curves(flight.times, flight.coefficients[:, :, :3])
     when = np.arange(0.0, flight.times[-1], 1e-3)
     piece = np.clip(np.searchsorted(flight.times, when, side="right") - 1, 0, flight.durations.size - 1)

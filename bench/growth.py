@@ -1,13 +1,14 @@
-"""Teams of 10 to 1000 robots with tasks of their own, in a world that grows with them: how time and memory grow.
+"""Benchmark of growth: teams of 10 to 1000 robots with individual tasks in a proportional world.
+
+Time and memory.
 
     python bench/growth.py [--agents N ...] [--limit SECONDS] [--nodes N] [--print]
 
-A square of 10 m with a rack for each robot. Each fetches from a shelf of its own
-that is up to three squares away and brings it to a dock that four squares share;
-no requirement is about two robots. Prints seconds of the processor and bytes, children
-included, of `missionc compile`, to the written folder; of that, seconds on the wall for the
-files of the flight; what it is for each robot; and the exponent of the seconds of the
-processor in the number of robots from each size to the next.
+A square of 10 m with a rack for each robot. Each fetches from a shelf of its own that is up to three squares away and
+brings it to a dock that four squares share; no requirement is about two robots. Prints seconds of the processor and
+bytes, children included, of `missionc compile`, to the written folder; of that, seconds on the wall for the files of
+the flight; what it is for each robot; and the exponent of the seconds of the processor in the number of robots from
+each size to the next.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from pathlib import Path
 SIZES = (10, 30, 100, 300, 1000)
 
 SQUARE = 10
-"""Metres."""
+"""Side of a square, metres."""
 
 BLOCK = 3
-"""Shelves are dealt out among the robots of so many by so many squares."""
+"""Shelves are assigned randomly among the robots in blocks of this many squares in each direction."""
 
 
 def mission(agents: int, nodes: int = 0, seed: int = 0) -> str:
-    """The mission with so many robots, and where they are said so many nodes for each."""
+    """Mission with ``agents`` robots, and ``nodes`` nodes for each if given."""
     side = math.ceil(math.sqrt(agents))
     squares = [(number % side, number // side) for number in range(agents)]
     blocks: dict[tuple[int, int], list[int]] = {}
@@ -67,18 +68,18 @@ def mission(agents: int, nodes: int = 0, seed: int = 0) -> str:
 
 
 FILE_BYTES = 10_000_000
-"""A mission may be so long: it names a shelf for each robot."""
+"""Size limit of a mission, which names a shelf for each robot."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A mission compiled by the command.
+    """Mission compiled by the command.
 
     Args:
-        outcome: as the command says it; ``failed`` where it does not.
-        seconds: of the processor, children included.
-        writing: seconds on the wall that went into the files of the flight.
-        peak: bytes.
+        outcome: outcome of the command, or ``failed``.
+        seconds: processor seconds, children included.
+        writing: wall-clock seconds for the files of the flight.
+        peak: peak memory, bytes.
     """
 
     outcome: str
@@ -88,7 +89,7 @@ class Run:
 
 
 def measured(text: str, limit: float) -> Run:
-    """A mission compiled by the command within so many seconds on the wall."""
+    """Compile a mission with the command, within ``limit`` wall-clock seconds."""
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile() as said:
         file = Path(folder) / "case.mission"
         file.write_text(text, encoding="utf-8")

@@ -1,9 +1,10 @@
-"""Harder teams than [strel] tried: 30 drones with a relay for each, 100 in one radio network, and robots with inertia.
+"""Benchmark of larger teams than in [strel]: 30 drones with a relay each, 100 in one radio network, and robots with
+inertia.
 
     python bench/large_teams.py [--solver z3|cadical|race] [--limit SECONDS]
 
-Prints what each took with ``smt``, from the start of ``lower`` to a verified plan, collisions
-included, and the peak memory of the solver and of the compiler.
+Prints what each took with ``smt``, from the start of ``lower`` to a verified plan, collisions included, and the peak
+memory of the solver and of the compiler.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ require network: every drone: always[0, 30 s] (drone reach[hops 0..8 on radio] b
 require visits:  every drone: eventually[0, 30 s] post
 solve with smt { nodes = 500 }
 """
-"""N = 100, T = 30, 500 nodes: every drone visits one region, and always has a way over the radio to the base."""
+"""N = 100, T = 30, 500 nodes: every drone visits one region, and always has a radio route to the base."""
 
 MIXED = """
 mission mixed

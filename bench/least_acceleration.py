@@ -1,4 +1,4 @@
-"""The least acceleration with which anything at all could fly through a plan's steps in time.
+"""Lower bound on the acceleration of any flight through a plan's steps in time.
 
     python bench/least_acceleration.py FOLDER...
 
@@ -24,7 +24,7 @@ CHANGES, SIDES = 16, 16
 
 
 def least(path: Array, step: float) -> float:
-    """(steps + 1, 2), metres, and seconds: m/s^2."""
+    """Minimum peak acceleration, m/s², for a path (steps + 1, 2) in metres and a step in seconds."""
     steps = len(path) - 1
     count, moment = steps * CHANGES, step / CHANGES
     until = np.arange(1, steps + 1)[:, None] * CHANGES

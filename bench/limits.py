@@ -1,10 +1,10 @@
-"""Missions as large as their limits allow: does each end in a code, within its time and its memory?
+"""Benchmark of missions as large as their limits allow: exit code, time and memory.
 
     python bench/limits.py [--only NAME ...] [--limit SECONDS] [--memory MEGABYTES] [--clot-memory MEGABYTES] [--check]
 
-Each case is one process, with ``--time-limit`` and ``--memory-limit`` as given. Prints what it took on the wall and
-the most memory that the process and its children held together (proportional set size, looked at 20 times a second),
-each beside its limit, the exit status, and the codes that it said. Linux only.
+Each case is one process, with ``--time-limit`` and ``--memory-limit`` as given. Prints what it took on the wall and the
+most memory that the process and its children held together (proportional set size, looked at 20 times a second), each
+beside its limit, the exit status, and the codes that it said. Linux only.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ VISIT = "require visit: every drone: eventually[0, {horizon} s] goal\n"
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A mission, and the flags that it is compiled with; ``transport`` where torch is loaded for it."""
+    """Mission with its compilation flags; ``transport`` if it needs torch."""
 
     name: str
     text: Callable[[], str]
@@ -166,7 +166,7 @@ CASES = (
 
 
 def members(root: int) -> set[int]:
-    """The process and all that descend from it."""
+    """Process with all of its descendants."""
     parents: dict[int, int] = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
@@ -181,7 +181,7 @@ def members(root: int) -> set[int]:
 
 
 def held(processes: Iterable[int]) -> int:
-    """Bytes that the processes hold; pages that several share are split among them."""
+    """Bytes of the processes; shared pages are divided among them."""
     total = 0
     for process in processes:
         try:
@@ -193,7 +193,7 @@ def held(processes: Iterable[int]) -> int:
 
 
 def run(case: Case, limit: float, memory: int, folder: Path) -> tuple[float, int, int, list[str]]:
-    """Seconds on the wall, bytes at most, the exit status, and the codes said."""
+    """Wall-clock seconds, maximum bytes, exit status, and codes."""
     path = folder / "mission.mission"
     path.write_text(case.text())
     command = [sys.executable, "-m", "missionc", "compile", str(path), "-o", str(folder / "out"), "--force", "--quiet"]
@@ -206,7 +206,7 @@ def run(case: Case, limit: float, memory: int, folder: Path) -> tuple[float, int
             most = max(most, held(members(process.pid)))
             time.sleep(0.05)
             if time.monotonic() - begin > 20 * limit or most > 4 * memory << 20:
-                process.kill()  # far enough beyond to be told, and near enough to leave the machine alone
+                process.kill()  # far enough beyond to be visible, and near enough to spare the machine
         took = time.monotonic() - begin
         said.seek(0)
         text = said.read()

@@ -1,4 +1,4 @@
-"""How fast a mission is judged while it is flown: 100 agents at 100 Hz, on one core.
+"""Benchmark of live monitoring: 100 agents at 100 Hz, on one core.
 
     python bench/live_monitor.py [STEPS …]
 
@@ -54,7 +54,7 @@ require often: every drone: every 5 s: base
 
 
 def rounds(steps: int) -> Iterator[list[str]]:
-    """The lines of every step, one for each agent."""
+    """Lines of every step, one for each agent."""
     generator = np.random.default_rng(0)
     position = generator.uniform(-10, 10, (AGENTS, 2))
     for step in range(steps + 1):

@@ -1,14 +1,14 @@
-"""How long after a key the language server shows what is wrong, in missions of 30, 120 and 500 lines.
+"""Benchmark of the language server's latency in missions of 30, 120 and 500 lines.
 
     python bench/lsp_latency.py [KEYS]
 
-Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; once more
-with completion, symbols, hints, highlights and fixes asked for after every key, as an editor does. Every other key
-changes a number, in turn of a requirement, a named formula, a region and an obstacle, which leaves a whole mission
-to check to its end; between them a requirement is written, which is broken until its last letter. Prints
-percentiles in milliseconds, from the change sent to the diagnostics read, protocol and processes included; those
-of the whole missions by themselves; and the server's processor time for one of those, on average, which other
-programs on the machine disturb less.
+Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; once more with
+completion, symbols, hints, highlights and fixes asked for after every key, as an editor does. Every other key changes a
+number, in turn of a requirement, a named formula, a region and an obstacle, which leaves a whole mission to check to
+its end; between them a requirement is written, which is broken until its last letter. Prints percentiles in
+milliseconds, from the change sent to the diagnostics read, protocol and processes included; those of the whole missions
+by themselves; and the server's processor time for one of those, on average, which other programs on the machine disturb
+less.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ from check_time import mission  # noqa: E402
 
 URI = "file:///somewhere/typed.mission"
 SIZES = (30, 120, 500)
-"""Lines of the missions."""
+"""Numbers of lines of the missions."""
 TYPED = "require typed: every drone: always[0, 7 s] (safe or not survivor)"
 CHANGED = (
     f"obstacle typed_rock = disc at (9.5, 0.5) radius 0.2\nregion typed_spot = disc at (5, 9.5) radius 0.3\n"
     f"let typed_near = distance(typed_spot) <= 5 m\n{TYPED.replace('safe', 'typed_near')}"
 )
 NUMBERS = ("7 s", "5 m", "0.3", "0.2")
-"""Of CHANGED, each in turn."""
+"""Replacement numbers for CHANGED, in turn."""
 BETWEEN = 0.2
-"""Seconds from key to key: a quick typist."""
+"""Seconds between keys of a quick typist."""
 
 
 class Editor:
-    """The little of an editor that is needed to time it."""
+    """Minimal editor for the benchmark."""
 
     def __init__(self, command: list[str]) -> None:
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -61,7 +61,7 @@ class Editor:
         self.server.stdin.flush()
 
     def _listen(self) -> None:
-        """All the time, as an editor does: a server that cannot be rid of an answer waits."""
+        """Read continuously, as editors do, since a blocked server waits."""
         stream = self.server.stdout
         assert stream is not None
         length = 0
@@ -82,7 +82,7 @@ class Editor:
         self.read(lambda message: message.get("params", {}).get("version") == version)
 
     def processor(self) -> float:
-        """Seconds that the server has used."""
+        """Processor seconds of the server."""
         fields = Path(f"/proc/{self.server.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
@@ -94,7 +94,7 @@ class Editor:
 
 
 def typed(size: int, count: int) -> list[str]:
-    """The text after each key: something changed, or a requirement written, in the middle, again and again."""
+    """Text after each key: edits and new requirements in the middle, alternating."""
     lines = mission(size).splitlines()
     head, tail = "\n".join(lines[: size // 2]), "\n".join(lines[size // 2 :])
     written = [TYPED[: 1 + key // 2 % len(TYPED)] if key % 2 else whole(key) for key in range(count)]
@@ -109,7 +109,7 @@ def whole(key: int) -> str:
 
 
 def ask(editor: Editor, size: int, version: int) -> None:
-    """What VS Code asks of a text that has changed."""
+    """Send the requests of VS Code after a change of the text."""
     document = {"textDocument": {"uri": URI}}
     everything = {"start": {"line": 0, "character": 0}, "end": {"line": size + 5, "character": 0}}
     here = {"line": size // 2, "character": 12}
@@ -127,7 +127,7 @@ def ask(editor: Editor, size: int, version: int) -> None:
 
 
 def measure(size: int, keys: int, busy: bool) -> tuple[list[float], list[float]]:
-    """Seconds from each change to its diagnostics, and of the server's processor until the next one."""
+    """Seconds from each change to its diagnostics, and processor seconds of the server until the next one."""
     editor = Editor([sys.executable, "-m", "missionc", "lsp"])
     item = {"uri": URI, "languageId": "mission", "version": 0, "text": mission(size)}
     editor.send({"method": "textDocument/didOpen", "params": {"textDocument": item}})
@@ -162,7 +162,7 @@ def main(keys: int) -> None:
 
 
 def share(times: list[float], part: float) -> float:
-    """The time within which this part of all is done."""
+    """Quantile ``part`` of the times."""
     return sorted(times)[min(int(part * len(times)), len(times) - 1)]
 
 

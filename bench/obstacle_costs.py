@@ -1,9 +1,9 @@
-"""What obstacle costs with their gradients take: one obstacle after the other, all at once, or read from a grid.
+"""Benchmark of obstacle costs with gradients: one obstacle at a time, all at once, or from a grid.
 
     python bench/obstacle_costs.py [--counts 5 50 500] [--points 5430] [--repeat 5] [--spacing 0.1 0.05]
 
-Worlds of 40 m by 40 m (by 10 m) with stars of eight corners, discs, boxes and unions of two. Points are as many as
-30 robots are looked at in 60 steps, on straight ways across the world; what is asked is by how much each lacks 0.7 m of
+Worlds of 40 m by 40 m (by 10 m) with stars of eight corners, discs, boxes and unions of two. Points are as many as 30
+robots are looked at in 60 steps, on straight ways across the world; what is asked is by how much each lacks 0.7 m of
 room, and the gradient of that.
 
     each      one obstacle after the other, behind the box around each
@@ -11,10 +11,10 @@ room, and the gradient of that.
     grid      the distance to the nearest obstacle, read linearly between nodes, less the bound on its error
 
 Nodes are exact ("from distances") or a distance transform of which nodes are inside ("transform": scipy's, both signs;
-without the time it takes to find out which are). Between exact nodes the distance is overstated by
-spacing * sqrt(dim) / 2 at most, because a metre changes it by at most a metre. By a transform, in which only nodes
-are inside, it is by up to three times that, and by more where an obstacle is thinner than the spacing. Both are held
-against the exact distance, outside obstacles. Milliseconds are CPU time of one thread, the least of the repetitions.
+without the time it takes to find out which are). Between exact nodes the distance is overstated by spacing * sqrt(dim)
+/ 2 at most, because a metre changes it by at most a metre. By a transform, in which only nodes are inside, it is by up
+to three times that, and by more where an obstacle is thinner than the spacing. Both are held against the exact
+distance, outside obstacles. Milliseconds are CPU time of one thread, the least of the repetitions.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from missionc.ir import Box, Disc, Obstacle, Polygon, Prism, Shape, Still, Union
 from missionc.ir.distances.signed_distance import signed_distance
 
 REACH = 0.7
-"""Metres."""
+"""Clearance in metres."""
 
 SIZE, HEIGHT, ROBOTS = 40.0, 10.0, 30
 
 MOST_NODES = 4_000_000
-"""Finer grids are not made."""
+"""Maximum number of grid nodes."""
 
 
 def main() -> None:
@@ -66,7 +66,7 @@ def main() -> None:
         one, many = (least(arguments.repeat, partial(how, mission, every, points)) for how in (each, stacked))
         assert np.isclose(each(mission, every, points), stacked(mission, every, points))
         exact = every.standing_room(points)
-        outside = exact > 0  # within overlapping obstacles, distances are less than what a transform finds
+        outside = exact > 0  # within overlapping obstacles, distances are below those of a transform
         for spacing in arguments.spacing:
             start = f"| {count} | {dimension} | {pairs} | {one:.1f} | {many:.1f} | {one / many:.1f} | {spacing}"
             shape = [int(np.ceil(size / spacing)) + 1 for size in mission.world.high]
@@ -78,7 +78,7 @@ def main() -> None:
             begin = time.process_time()
             known = every.standing_room(nodes).reshape(shape)
             made = time.process_time() - begin
-            inside = known <= 0  # rasterised with the distances: what that takes is said apart
+            inside = known <= 0  # rasterised with the distances: its time is reported separately
             begin = time.process_time()
             transform = spacing * (ndimage.distance_transform_edt(~inside) - ndimage.distance_transform_edt(inside))
             transformed = time.process_time() - begin
@@ -97,7 +97,7 @@ def main() -> None:
 
 
 def world(count: int, dimension: int, generator: np.random.Generator) -> Any:
-    """As much of a mission as ``Obstacles`` reads: so many obstacles, of all kinds in turn."""
+    """Part of a mission that ``Obstacles`` reads, with ``count`` obstacles of all kinds in turn."""
     size = np.array([SIZE, SIZE, HEIGHT][:dimension])
 
     def shape(kind: int) -> Shape:
@@ -119,7 +119,7 @@ def world(count: int, dimension: int, generator: np.random.Generator) -> Any:
 
 
 def ways(count: int, dimension: int, generator: np.random.Generator) -> Array:
-    """Points on straight ways from one side of the world to the other: (points, dim), metres."""
+    """Points on straight paths across the world, (points, dim), metres."""
     size = np.array([SIZE, SIZE, HEIGHT][:dimension])
     start, end = (generator.uniform(0.0, 1.0, (ROBOTS, dimension)) * size for _ in range(2))
     start[:, 0], end[:, 0] = 0.0, SIZE
@@ -129,7 +129,10 @@ def ways(count: int, dimension: int, generator: np.random.Generator) -> Array:
 
 
 def each(mission: Any, every: Obstacles, points: Array) -> float:
-    """The sum of what is lacked and of its gradient, so that nothing is left undone."""
+    """Sum of missing clearances and of their gradients, so that all work is done.
+
+    Points: (points, dim), metres.
+    """
     total = 0.0
     for obstacle in mission.obstacles:
         low, high = (np.array(corner) for corner in box_around(obstacle.shape, mission.dimension))
@@ -145,7 +148,7 @@ def each(mission: Any, every: Obstacles, points: Array) -> float:
 
 
 def stacked(mission: Any, every: Obstacles, points: Array) -> float:
-    """The same."""
+    """The same with ``Obstacles``; points: (points, dim), metres."""
     where = torch.from_numpy(points)
     pairs = every.near(where, torch.zeros(len(points), dtype=torch.int64), REACH)
     leaf = where[pairs.row].requires_grad_()
@@ -155,14 +158,16 @@ def stacked(mission: Any, every: Obstacles, points: Array) -> float:
 
 
 def cost(table: Array, spacing: float, points: Array, bound: float) -> float:
-    """Of the nearest obstacle alone, by a grid."""
+    """The same for the nearest obstacle with a grid; points: (points, dim), metres."""
     distance, gradient = linear(table, spacing, points)
     lacking = np.maximum(REACH - (distance - bound), 0.0)
     return float(lacking.sum()) + float(np.abs(gradient[lacking > 0]).sum())
 
 
 def linear(table: Array, spacing: float, points: Array) -> tuple[Array, Array]:
-    """What a grid says between its nodes, and the gradient of that: (points,), (points, dim)."""
+    """Values of a grid between its nodes, (points,), and their gradients, (points, dim); points:
+    (points, dim), metres.
+    """
     shape = np.array(table.shape)
     at = np.clip(points / spacing, 0.0, shape - 1 - 1e-9)
     cell = np.minimum(at.astype(np.int64), shape - 2)
@@ -180,7 +185,7 @@ def linear(table: Array, spacing: float, points: Array) -> tuple[Array, Array]:
 
 
 def least(repeat: int, done: Callable[[], object]) -> float:
-    """Milliseconds."""
+    """Minimum time over the repetitions, ms."""
     times = []
     for _ in range(repeat + 1):
         begin = time.process_time()

@@ -1,11 +1,11 @@
-"""What more than one process brings: the same missions planned in one and in several, turn by turn.
+"""Benchmark of several processes: the same missions planned in one and in several, alternating.
 
     python bench/processes.py [--processes 2] [--best-of 3] [--only NAME …]
 
-Every run must give the same motion, bit by bit. Seconds are from the checked mission to the plan,
-the least of all runs: on the wall, and of all processors, children's included. A ratio is that of several
-processes to one. *Chain* is what the ratio on the wall would be if nobody else used the machine and children cost
-nothing: of one process, the processor's seconds of what has to be done one after the other, to all of them.
+Every run must give the same motion, bit by bit. Seconds are from the checked mission to the plan, the least of all
+runs: on the wall, and of all processors, children's included. A ratio is that of several processes to one. *Chain* is
+what the ratio on the wall would be if nobody else used the machine and children cost nothing: of one process, the
+processor's seconds of what has to be done one after the other, to all of them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ graph radio = proximity 1.5 m
 require visit: eventually[0, 10 s] every drone: goal
 require link:  always[0, 10 s] connected(radio)
 """
-"""Its first schedule leads to no plan, its second does."""
+"""Mission whose first schedule leads to no plan, and its second one does."""
 
 VISIT = MISSIONS / "clot_visit.mission"
 
@@ -55,11 +55,11 @@ ROWS: dict[str, tuple[Path | Source, dict[str, str], Options]] = {
     "visit5": (VISIT, {"N": "5"}, Options()),
     "split100": (MISSIONS / "clot_split100.mission", {}, Options()),
 }
-"""Name: mission, parameters, how to plan it."""
+"""Name: mission, parameters, planning options."""
 
 
 class Chain:
-    """The processor's seconds of what may be done at once, group by group."""
+    """Processor seconds of parallel work, group by group."""
 
     def __init__(self) -> None:
         self.groups: list[list[float]] = []
@@ -81,7 +81,7 @@ class Chain:
         return timed
 
     def saved(self, processes: int) -> float:
-        """Seconds less, where each piece goes to whoever is idle first."""
+        """Saved seconds if each piece goes to the first idle process."""
         left = 0.0
         for group in self.groups:
             busy = [0.0] * processes
@@ -92,7 +92,7 @@ class Chain:
 
 
 def chain(checked: Checked, options: Options, processes: int) -> float:
-    """The part of the work that has to be done one after the other."""
+    """Sequential part of the work."""
     seen = Chain()
     if options.preset == "sketch":
         owner, group, piece = TransportRun, "plan", "attempt"
@@ -142,7 +142,7 @@ def main() -> None:
 
 
 def planned(checked: Checked, options: Options) -> tuple[Planned, float, float]:
-    """The plan, the seconds on the wall and those of the processors."""
+    """Plan, wall-clock seconds, and processor seconds."""
     assert checked.mission is not None
     assert checked.kernel is not None
     backend = load("clot", options)

@@ -1,13 +1,11 @@
-"""How long a user waits for `missionc demo`, and after a save with `--watch`.
+"""Benchmark of the waiting time for `missionc demo`, and after a save with `--watch`.
 
     python bench/response_time.py [RUNS]
 
-Prints the least and the median of the runs in seconds. `demo` is the whole
-process, from its start to its end, without a browser; *processor* is what it
-took of the processor, which other work on the machine changes little. `check`
-and `compile` are from the save to the last word on it; 0.15 s of that is how
-long a file has to be at rest. Modules are compiled once, as they are for
-everybody who does not forbid it.
+Prints the least and the median of the runs in seconds. `demo` is the whole process, from its start to its end, without
+a browser; *processor* is what it took of the processor, which other work on the machine changes little. `check` and
+`compile` are from the save to the last word on it; 0.15 s of that is how long a file has to be at rest. Modules are
+compiled once, as they are for everybody who does not forbid it.
 """
 
 from __future__ import annotations
@@ -31,7 +29,7 @@ ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYT
 
 
 def demo(folder: Path, runs: int) -> Iterator[tuple[float, float]]:
-    """Seconds on the wall and of the processor, children included."""
+    """Wall-clock and processor seconds, children included."""
     command = [sys.executable, "-m", "missionc", "demo", "--no-open"]
     for _ in range(runs + 1):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -56,7 +54,7 @@ def saved(folder: Path, words: list[str], last: str, runs: int) -> Iterator[floa
                 pass
             if number:
                 yield time.perf_counter() - begin
-            time.sleep(3.0)  # the next process loads what plans, as it does while somebody types
+            time.sleep(3.0)  # the next process loads the planner, as it does while a user types
             mission.write_text(text + "#\n" * (number + 1), encoding="utf-8")
         process.terminate()
 

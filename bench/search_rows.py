@@ -1,11 +1,10 @@
-"""How many expansions the hybrid search needs on rows of agents, with and without what it learns (ψ).
+"""Benchmark of the hybrid search's expansions on rows of agents, with and without learning (ψ).
 
     python bench/search_rows.py [SEEDS]
 
-Neighbours in the row keep within one lane of each other, low lanes are cheap,
-and some agents fit into the highest lane alone. Prints, for each row and
-``reward``, how many seeds were solved within 40 expansions for each agent, and
-the mean and the largest number of expansions for each agent.
+Neighbours in the row keep within one lane of each other, low lanes are cheap, and some agents fit into the highest lane
+alone. Prints, for each row and ``reward``, how many seeds were solved within 40 expansions for each agent, and the mean
+and the largest number of expansions for each agent.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ LANES = 4
 
 
 def row(narrow: frozenset[int]) -> Expand:
-    """Every lane that fits an agent and its planned neighbours; ``narrow`` agents fit in the last one."""
+    """All lanes that fit an agent and its planned neighbours; ``narrow`` agents fit in the last one only."""
 
     def candidates(node: Node, agent: int) -> list[Candidate]:
         near = [

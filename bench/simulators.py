@@ -1,4 +1,4 @@
-"""How well compiled folders are flown, by every simulator that is installed.
+"""Benchmark of flights of compiled folders on every installed simulator.
 
     python bench/simulators.py FOLDER...
 

@@ -1,19 +1,17 @@
-"""[strel] Table 2 and its studies, here: every cell planned, checked for collisions, and verified.
+"""Benchmark of [strel] Table 2 and its studies: every cell planned, checked for collisions, and verified.
 
     python bench/strel_table2.py [--agents N ...] [--best-of RUNS] [--solver auto|z3|cadical|race]
                                  [--paper] [--limit SECONDS]
 
-With ``--agents`` only the table's cells with so many agents are run, without
-the studies. Columns: seconds to lower, to solve (collision rounds included), to verify, and
-all from the start of ``lower`` to a verified plan; to emit, which is what a
-user waits for besides: polynomials, their proof, and files; clauses; the
-solver's peak memory; the paper's own encoding and solving seconds, on its machine.
+With ``--agents`` only the table's cells with so many agents are run, without the studies. Columns: seconds to lower, to
+solve (collision rounds included), to verify, and all from the start of ``lower`` to a verified plan; to emit, which is
+what a user waits for besides: polynomials, their proof, and files; clauses; the solver's peak memory; the paper's own
+encoding and solving seconds, on its machine.
 
-With ``--paper`` each cell is planned by ``--preset paper`` too. Further columns: nodes
-of its roadmaps, the mean of all agents; seconds for the roadmaps, for the proximity
-graph, for the encoding and for Z3, of the processor for the last two; its answer; and
-``ratio``, its encoding and solving over our whole by the clock on the wall. A cell that
-passes the limit, seconds on the wall, is stopped, and has no ratio.
+With ``--paper`` each cell is planned by ``--preset paper`` too. Further columns: nodes of its roadmaps, the mean of all
+agents; seconds for the roadmaps, for the proximity graph, for the encoding and for Z3, of the processor for the last
+two; its answer; and ``ratio``, its encoding and solving over our whole by the clock on the wall. A cell that passes the
+limit, seconds on the wall, is stopped, and has no ratio.
 """
 
 from __future__ import annotations
@@ -81,7 +79,7 @@ def cells(teams: list[int]) -> list[Cell]:
 
 
 def as_published(cell: Cell, limit: float, total: float) -> str:
-    """The further columns of a cell, whose plan took us ``total`` seconds."""
+    """Further columns of a cell, whose plan took ``total`` seconds here."""
     compiled = compiled_cell(cell, Options(preset="paper"), limit)
     outcome = compiled.outcome
     assert isinstance(outcome, Verified | NotFound), outcome

@@ -1,4 +1,4 @@
-"""What a sweep costs beside its runs: how much quicker k workers are than one, and what a run costs its executor.
+"""Benchmark of a sweep's overhead: speed-up of k workers over one, and the executor's cost of a run.
 
     python bench/sweep.py [--workers 2] [--runs 24] [--turns 3] [--mission missions/strel_escape.mission]
 
@@ -31,7 +31,7 @@ from missionc.tools.sweep.run_sweep import Pool
 
 ROOT = Path(__file__).resolve().parents[1]
 REFUSED = 400
-"""Requests of a round trip."""
+"""Number of requests of a round trip."""
 
 
 @contextmanager
@@ -43,7 +43,7 @@ def pool(kind: str, workers: int) -> Iterator[Pool]:
 
 
 def done(found: Pool, texts: list[str]) -> tuple[float, list[run_answer.Answer]]:
-    """The seconds on the wall of all requests together, and the answers."""
+    """Wall-clock seconds of all requests together, and the answers."""
     began = time.perf_counter()
     futures = [found.executor.submit(found.answer_to, text) for text in texts]
     wait(futures)
@@ -52,7 +52,7 @@ def done(found: Pool, texts: list[str]) -> tuple[float, list[run_answer.Answer]]
 
 
 def others() -> float:
-    """The processor's seconds so far of this program and all processes below it that are not runs."""
+    """Processor seconds so far of this program and all of its descendants that are not runs."""
     own = psutil.Process()
     times = [each.cpu_times() for each in (own, *own.children(recursive=True))]
     return sum(each.user + each.system for each in times)

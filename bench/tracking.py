@@ -1,12 +1,12 @@
-"""How far a vehicle is from its trajectory, by speed and acceleration, on every simulator that is installed.
+"""Benchmark of tracking errors by speed and acceleration, on every installed simulator.
 
     python bench/tracking.py [ENGINE...]
 
 Flies three shapes by each engine, undisturbed: legs from rest to rest around a square that climbs and sinks, which
 reach speed and acceleration for a moment; circles, which keep both; and one leg that sets off at once, whose jerk, and
-with it the body rate that the controller is told, jumps. Prints the largest distance from where the vehicle
-should be, mm, for each speed and acceleration within the limits of the profile `crazyflie21` and beyond them; below
-them, what its tracking margin is.
+with it the body rate that the controller is told, jumps. Prints the largest distance from where the vehicle should be,
+mm, for each speed and acceleration within the limits of the profile `crazyflie21` and beyond them; below them, what its
+tracking margin is.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from importlib import import_module
 from importlib.util import find_spec
 
 if find_spec("crazyflow"):
-    import_module("crazyflow")  # It has to be there before scipy.
+    import_module("crazyflow")  # It must be set before scipy is loaded.
 
 import numpy as np
 
@@ -30,15 +30,15 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces
 from missionc.ir.vehicle_profiles import profiles
 
 SPEEDS = (0.5, 1.0, 1.5)
-"""m/s."""
+"""Speeds, m/s."""
 ACCELERATIONS = (0.5, 1.0, 2.0, 3.0)
-"""m/s²."""
+"""Accelerations, m/s²."""
 TURNS = 1
-"""Times around a circle, after two on the way out to it."""
+"""Number of rounds of a circle, after two for its approach."""
 
 
 def legs(speed: float, acceleration: float) -> Pieces:
-    """Polynomials of degree seven from rest to rest around a square, each second one a little up or down.
+    """Polynomials of degree seven from rest to rest around a square, alternating in height.
 
     One over d within T, with no jerk at its ends, reaches 35/16 d/T and 84/(5 √5) d/T².
     """
@@ -84,7 +84,7 @@ def circles(speed: float, acceleration: float) -> Pieces:
 
 
 def hermite(place: Callable[[Array], Array], knots: Array) -> Pieces:
-    """Polynomials of degree seven that have the place's value and three derivatives at each knot."""
+    """Polynomials of degree seven with the place's value and three derivatives at each knot, (knots,), s."""
     step = 1e-3
     around = np.stack([place(knots + offset * step) for offset in range(-3, 4)])
     first = (around[4] - around[2]) / (2 * step)
@@ -103,17 +103,17 @@ def hermite(place: Callable[[Array], Array], knots: Array) -> Pieces:
 
 
 def _falling(power: int, order: int) -> float:
-    """power (power - 1) … of so many factors: what the derivative of that order leaves."""
+    """Falling factorial power (power - 1) …: coefficient of the derivative of that order."""
     return float(np.prod([power - each for each in range(order)])) if power >= order else 0.0
 
 
 def rounded(durations: Array, coefficients: Array) -> Pieces:
-    """As they are uploaded."""
+    """Pieces in float32, as uploaded; durations (pieces,), s, coefficients (pieces, 4, 8)."""
     return Pieces(durations.astype(np.float32).astype(float), coefficients.astype(np.float32).astype(float))
 
 
 def error(pieces: Pieces, engine: str) -> float:
-    """The largest distance from where it should be, mm."""
+    """Maximum tracking error, mm."""
     seconds = float(pieces.duration.sum())
     times = sample_times(seconds)
     flown: Flown

@@ -1,9 +1,9 @@
-"""A warehouse of 120 racks: 6, 20 and 60 vehicles, each of which fetches from a shelf front of its own and delivers.
+"""Benchmark of a warehouse with 120 racks: 6, 20 and 60 vehicles with individual pickups and deliveries.
 
     python bench/warehouse.py [--vehicles N ...] [--limit SECONDS] [--nodes N] [--print]
 
-The hall is that of ``missions/field/amr_hall.mission``. Prints seconds of the processor and bytes, children
-included, of `missionc compile`, to the written folder; of that, seconds on the wall for the files of the flight.
+The hall is that of ``missions/field/amr_hall.mission``. Prints seconds of the processor and bytes, children included,
+of `missionc compile`, to the written folder; of that, seconds on the wall for the files of the flight.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import random
 from growth import measured
 
 SIZES = {6: 80, 20: 120, 60: 180}
-"""Vehicles, and seconds they have."""
+"""Numbers of vehicles, with their seconds."""
 
 COLUMNS, ROWS = 10, 12
 
 
 def mission(vehicles: int, seconds: int, nodes: int = 0, seed: int = 0) -> str:
-    """The mission with so many vehicles, and where they are said so many nodes."""
+    """Mission with ``vehicles`` vehicles, and ``nodes`` nodes if given."""
     lines = [f"mission warehouse{vehicles}", f"time  step 1 s, horizon {seconds} s", "world (0, 0) to (60, 40)"]
     racks = [(6 + 5 * column, 7 + 2.6 * row) for column in range(COLUMNS) for row in range(ROWS)]
     for number, (x, y) in enumerate(racks):

@@ -1,10 +1,10 @@
-"""The gallery: a page and a picture for each mission of ``missions/gallery``, made from the missions.
+"""The gallery: a page and a picture for each mission in ``missions/gallery``, generated from the missions.
 
 python docs/gallery.py          compiles every mission, draws its plan into docs/images/gallery, writes docs/gallery.md
 python docs/gallery.py NAME...  likewise, of these missions; the page is of all
 python docs/gallery.py --page   writes the page alone
 
-``tests/unit/project/test_gallery.py`` says when the page is not what the missions say.
+``tests/unit/project/test_gallery.py`` reports a page that is out of date.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ MISSIONS = ROOT / "missions" / "gallery"
 PAGE = ROOT / "docs" / "gallery.md"
 PICTURES = ROOT / "docs" / "images" / "gallery"
 WIDTH, COLOURS = 800, 256
-"""Of a picture: pixels, and how many colours it is reduced to."""
+"""Width of a picture in pixels, and its number of colours."""
 SECONDS = 300
 COLUMNS = 4
-"""Thumbnails beside each other."""
+"""Number of thumbnails in a row."""
 
 PLANNED = {
     "smt": "Planned on roadmaps",
     "clot": "Planned in continuous space",
     "hybrid": "Planned with both",
 }
-"""The headings, in their order, by the backend that is chosen."""
+"""Headings in order, by chosen backend."""
 
 ABOUT = """# Gallery
 
@@ -56,12 +56,12 @@ NOTE = "<!-- Made by `make gallery` from the missions. Change those, not this. -
 
 
 def files() -> list[Path]:
-    """Every mission of the gallery, by name."""
+    """All missions of the gallery, by name."""
     return sorted(MISSIONS.glob("*.mission"))
 
 
 def page(missions: list[Path]) -> str:
-    """The page on them, as text."""
+    """Text of the page about them."""
     checked = {path: driver.check(path) for path in missions}
     parts = [ABOUT + "\n" + NOTE, thumbnails(missions)]
     for backend, heading in PLANNED.items():
@@ -72,7 +72,7 @@ def page(missions: list[Path]) -> str:
 
 
 def thumbnails(missions: list[Path]) -> str:
-    """A table of all pictures, each of which leads to its section."""
+    """Table of all pictures with links to their sections."""
     cells = [f"[![{title(path)}](images/gallery/{path.stem}.png)](#{anchor(path)})" for path in missions]
     cells += [""] * (-len(cells) % COLUMNS)
     rows = [f"| {' | '.join(cells[at : at + COLUMNS])} |" for at in range(0, len(cells), COLUMNS)]
@@ -80,17 +80,17 @@ def thumbnails(missions: list[Path]) -> str:
 
 
 def title(path: Path) -> str:
-    """What a mission's section is called."""
+    """Title of a mission's section."""
     return path.stem.replace("_", " ").capitalize()
 
 
 def anchor(path: Path) -> str:
-    """The name under which a mission's section is linked to."""
+    """Anchor of a mission's section."""
     return path.stem.replace("_", "-")
 
 
 def section(path: Path, mission: ir.Mission | None) -> str:
-    """One mission: its name, what its opening comment says, what is in it, and its picture."""
+    """Section of one mission: name, opening comment, features and picture."""
     assert mission is not None, path
     name = path.stem
     agents = len(mission.agents)
@@ -110,7 +110,7 @@ def section(path: Path, mission: ir.Mission | None) -> str:
 
 
 def opening(text: str) -> str:
-    """The comment that a mission begins with, as one paragraph."""
+    """Opening comment of a mission, as one paragraph."""
     lines = []
     for line in text.splitlines():
         if not line.startswith("#"):
@@ -120,7 +120,7 @@ def opening(text: str) -> str:
 
 
 def shows(mission: ir.Mission) -> Iterator[str]:
-    """What is remarkable in it, in the words of the language."""
+    """Notable features in it, in terms of the language."""
     operators, predicates = set(), set()
     for formula in formulas_bottom_up(goal.formula for goal in goals(mission)):
         match formula:
@@ -159,7 +159,7 @@ def shows(mission: ir.Mission) -> Iterator[str]:
 
 
 def picture(path: Path, seed: int = 0) -> bytes | str:
-    """The plan of a mission as a small PNG; or why there is none."""
+    """Plan of a mission as a small PNG, or the reason why there is none."""
     checked = driver.check(path)
     compiled = driver.plan(checked, PlanRequest(Budget(time.monotonic() + SECONDS, seed=seed)))
     if checked.mission is None or not isinstance(compiled.outcome, Verified):
@@ -171,13 +171,13 @@ def picture(path: Path, seed: int = 0) -> bytes | str:
 
 
 def smaller(png: bytes) -> bytes:
-    """The same picture with fewer pixels and colours."""
+    """Picture with fewer pixels and colours."""
     from PIL import Image
 
     image = Image.open(io.BytesIO(png)).convert("RGB")
     height = round(image.height * WIDTH / image.width)
     resized = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
-    # The usual choice goes by area, and thin lines would lose their colours.
+    # The default choice is by area, and thin lines would lose their colours.
     reduced = resized.quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     buffer = io.BytesIO()
     reduced.save(buffer, format="png", optimize=True)

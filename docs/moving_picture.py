@@ -1,6 +1,6 @@
-"""The moving picture of the README: a mission's report as a browser plays it.
+"""The moving picture in the README: a mission's report played in a browser.
 
-python docs/moving_picture.py    plans missions/wildfire.mission and writes docs/images/report.gif
+python docs/moving_picture.py plans missions/wildfire.mission and writes docs/images/report.gif
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ MISSION = ROOT / "missions" / "wildfire.mission"
 PICTURE = ROOT / "docs" / "images" / "report.gif"
 FRAMES, MILLISECONDS, COLOURS = 40, 150, 64
 WINDOW, WIDTH = (1200, 800), 720
-"""Pixels: of the page as it is laid out, and of the picture across."""
+"""Size of the page's window, and width of the picture, pixels."""
 
 
 def frames(report: Path) -> list[Image.Image]:
-    """The page at moments of the plan that lie evenly from its start to its end."""
+    """Screenshots of the page at evenly spaced moments of the plan."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": WINDOW[0], "height": WINDOW[1]}, color_scheme="light")
@@ -37,7 +37,7 @@ def frames(report: Path) -> list[Image.Image]:
 
 
 def frame(page: Page, seconds: float) -> Image.Image:
-    """The page at a moment, in the picture's size."""
+    """Screenshot of the page at a moment, in the picture's size."""
     page.evaluate("t => { location.hash = `t=${t}` }", round(seconds, 2))
     page.wait_for_timeout(120)
     image = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
@@ -45,7 +45,7 @@ def frame(page: Page, seconds: float) -> Image.Image:
 
 
 def as_gif(shown: list[Image.Image]) -> bytes:
-    """The frames with the colours of all of them, one after the other, for ever."""
+    """Endless GIF of the frames with a common palette."""
     strip = Image.new("RGB", (shown[0].width, sum(each.height for each in shown[:: len(shown) // 4])))
     for row, each in enumerate(shown[:: len(shown) // 4]):
         strip.paste(each, (0, row * each.height))

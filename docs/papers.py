@@ -1,4 +1,4 @@
-"""Both papers, row by row: the tables of docs/papers.md, made from docs/papers.toml, and the commands of their rows.
+"""Both papers, row by row: the tables in docs/papers.md, generated from docs/papers.toml, with commands for each row.
 
 python docs/papers.py              writes the tables into the page
 python docs/papers.py --run TEXT   first runs the commands of the rows with TEXT in them, and keeps what they show
@@ -39,13 +39,13 @@ TABLE = ROOT / "docs" / "papers.toml"
 SHOWN = ROOT / "docs" / "papers_shown.json"
 VERDICTS = ("faithful", "repaired", "different", "absent")
 PASSED = "… passed"
-"""Text of a run of tests none of which fails."""
+"""Text of a test run without failures."""
 _PLACE = re.compile(r"(?P<marker><!-- rows of \[(?P<paper>\w+)\]: (?P<title>.+?) -->\n\n)(?:\|.*\n)*")
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A row of ``docs/papers.toml``, with the paper and the title of the part that it is in."""
+    """Row of ``docs/papers.toml``, with its paper and the title of its part."""
 
     paper: str
     title: str
@@ -66,23 +66,23 @@ class Row:
 
 
 def read_rows() -> list[Row]:
-    """All rows, in the order of the file.
+    """Read all rows, in the order of the file.
 
     Raises:
-        TypeError: a row has a key that there is not, or lacks one.
+        TypeError: a row has an unknown key, or lacks one.
     """
     parts = tomllib.loads(TABLE.read_text(encoding="utf-8"))["part"]
     return [Row(part["paper"], part["title"], **row) for part in parts for row in part["row"]]
 
 
 def read_shown() -> dict[str, list[str]]:
-    """Texts that commands printed for ``shows`` when they were last run, by the key of the row."""
+    """Texts that commands printed for ``shows`` in their last run, by the key of the row."""
     shown: dict[str, list[str]] = json.loads(SHOWN.read_text(encoding="utf-8"))
     return shown
 
 
 def page(text: str, rows: Iterable[Row], shown: dict[str, list[str]]) -> str:
-    """The page with the tables that the rows give."""
+    """Page with the tables from the rows."""
     rows = list(rows)
 
     def table(place: re.Match[str]) -> str:
@@ -111,7 +111,7 @@ def _cell(text: str) -> str:
 
 
 def find_shown(row: Row, status: int, output: str) -> tuple[list[str], str]:
-    """The texts of an output that a row's ``shows`` match, and what the output lacks, which is empty if nothing."""
+    """Texts in an output that match a row's ``shows``, and the missing ones as text."""
     if status != row.status:
         return [], f"exit status {status}, expected {row.status}"
     found = []
@@ -124,16 +124,16 @@ def find_shown(row: Row, status: int, output: str) -> tuple[list[str], str]:
 
 
 def as_expression(pattern: str) -> str:
-    """A text with `…` and spaces as a regular expression: `…` is as short as possible, at the end the whole line."""
+    """Regular expression for a text with `…` and spaces: `…` is as short as possible, at the end the whole line."""
     *before, last = (r" +".join(map(re.escape, part.split(" "))) for part in pattern.split("…"))
     return "".join(f"{part}.*?" for part in before) + (last or ".*") if before else last
 
 
 def run(command: str, limit: float) -> tuple[int, str]:
-    """Exit status of a command, and all it prints. `missionc` works in a folder with nothing but the missions.
+    """Exit status and output of a command. `missionc` runs in a folder with the missions only.
 
     Raises:
-        subprocess.TimeoutExpired: it took longer than ``limit``, seconds.
+        subprocess.TimeoutExpired: the command exceeded ``limit``, seconds.
     """
     programs = {**os.environ, "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
     with tempfile.TemporaryDirectory() as folder:
@@ -172,7 +172,7 @@ def main(words: list[str]) -> int:
 
 
 def write(shown: dict[str, list[str]]) -> None:
-    """Write the page, and what commands showed besides what is known."""
+    """Write the page and the new outputs of commands."""
     rows, known = read_rows(), read_shown() | shown
     kept = {row.key: known[row.key] for row in rows if row.key in known and row.shows != [PASSED]}
     SHOWN.write_text(json.dumps(kept, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")

@@ -1,6 +1,6 @@
-"""Plots of the performance page, drawn from the tables that stand in it.
+"""Plots of the performance page, drawn from its tables.
 
-python docs/performance_plots.py    docs/performance.md → docs/images/performance_*.svg
+python docs/performance_plots.py docs/performance.md → docs/images/performance_*.svg
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "performance.md"
 PICTURES = ROOT / "docs" / "images"
 Curves = dict[str, list[tuple[float, float]]]
-"""Points of each curve, by its name."""
+"""Points of each curve, by name."""
 
 
 def rows(heading: str) -> list[dict[str, str]]:
-    """The first table below a heading of the page, a dictionary for each row."""
+    """First table below a heading of the page, with a dictionary for each row."""
     below = PAGE.read_text(encoding="utf-8").split(f"## {heading}\n", 1)[1]
     table = re.search(r"(?:^\|.*\|\n)+", below, re.MULTILINE)
     assert table, heading
@@ -31,7 +31,7 @@ def rows(heading: str) -> list[dict[str, str]]:
 
 
 def roadmaps() -> Curves:
-    """Seconds of a plan with 10 steps, by the number of drones: here, and as published."""
+    """Seconds of a plan with 10 steps by the number of drones, here and as published."""
     curves: Curves = defaultdict(list)
     for row in rows("[strel] Table 2"):
         if row["T"] == "10":
@@ -42,7 +42,7 @@ def roadmaps() -> Curves:
 
 
 def transport() -> Curves:
-    """Seconds by the number of robots, of the methods that solved every seed."""
+    """Seconds by the number of robots, for the methods that solved every seed."""
     curves: Curves = defaultdict(list)
     for row in rows("[clot] Table I"):
         solved, _, seeds = row["solved"].partition("/")
@@ -52,7 +52,7 @@ def transport() -> Curves:
 
 
 def draw(curves: Curves, name: str, across: str, up: str) -> Path:
-    """A plot of curves, with seconds on a logarithmic axis."""
+    """Plot of curves, with seconds on a logarithmic axis."""
     figure = Figure(figsize=(6.4, 3.6), layout="constrained")
     axes = figure.subplots()
     for curve, points in curves.items():

@@ -1,6 +1,6 @@
-"""The tables of docs/settings.md, made from the settings of the backends.
+"""The tables in docs/settings.md, generated from the settings of the backends.
 
-python docs/settings.py   writes the tables into the page
+python docs/settings.py writes the tables into the page
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ BEGIN = "<!-- made by docs/settings.py -->\n"
 
 
 def page(text: str) -> str:
-    """The page with the tables of today."""
+    """Page with the current tables."""
     return text.partition(BEGIN)[0] + BEGIN + "\n".join(tables())
 
 

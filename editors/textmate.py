@@ -1,11 +1,10 @@
-"""The TextMate grammar of the mission language, made from the compiler's own words, operators, predicates and units.
+"""The TextMate grammar of the mission language, generated from the compiler's words, operators, predicates and units.
 
     python -m editors.textmate
 
-writes it into the VS Code extension. Words that are reserved are keywords
-anywhere; each other word only where its declaration asks for it, so that a
-region may be called `path`. Every word is matched from its first letter to its
-last, as the lexer does it: no pattern starts within one.
+writes it into the VS Code extension. Words that are reserved are keywords anywhere; each other word only where its
+declaration asks for it, so that a region may be called `path`. Every word is matched from its first letter to its last,
+as the lexer does it: no pattern starts within one.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ SAYS = {
     "a way to turn": "keyword.other.part",
     "a kind of graph": "keyword.other.kind",
 }
-"""The scope of a word, by what it says it is; an operator's is that of its bounds."""
+"""Scope of a word, by its description; for an operator, by its bounds."""
 
 SIGNS = {
     "keyword.operator.logical": ("<->", "->", "!", "&", "|"),
@@ -58,12 +57,12 @@ SIGNS = {
     "punctuation.separator": (",", ":"),
     "punctuation.section": ("(", ")", "[", "]", "{", "}"),
 }
-"""Longer signs before those they begin with."""
+"""Signs, longer ones before their prefixes."""
 
 _NAME = r"[^\W\d]\w*(?!\w)"
 _NUMBER = r"(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _NO_NAME = r"(?<!\bin )"
-"""A measure does not stand behind ``in``: there the same word is a name, as in ``[i in radius - 1..9]``."""
+"""Pattern of a measure that is not after ``in``, where the same word is a name, as in ``[i in radius - 1..9]``."""
 _AMOUNT_FOLLOWS = r"(?=\s*(?:$|#|[-\w.(]))"
 _UNIT = rf"(?:{'|'.join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))})(?!\w)"
 
@@ -75,19 +74,19 @@ def _any(words: Iterable[str]) -> str:
 _RESERVED = [word.text for word in WORDS if word.reserved]
 _EXTREME = _any(sorted(EXTREMES)) + r"(?=\s*\()"
 _FREE = rf"(?!{_any(_RESERVED)})(?!{_EXTREME}){_NAME}"
-"""What may be a name."""
+"""Words that may be names."""
 
 _DECLARING = [word.text for word in WORDS if word.text in DECLARATIONS | PLURALS]
 
 
 def _begins(word: str) -> str:
-    """A declaration's word, where it is one."""
+    """Pattern of a declaration's first word, if it is one."""
     return _any((word,)) + (BEFORE_FILE if word in PLURALS else "")
 
 
 _NEXT_DECLARATION = f"(?={'|'.join(map(_begins, _DECLARING))})"
 _FROM = r'from(?=\s*")'
-"""The word before the name of a file."""
+"""Word before the name of a file."""
 
 
 # ------------------------------------------------------------------ kinds of rules
@@ -102,7 +101,7 @@ def _match(pattern: str, scope: str) -> Rule:
 
 
 def _after(begin: str, scope: str, then: str, gets: str, *between: Rule) -> Rule:
-    """``begin``, and what follows it if that is ``then``, blanks, comments and ``between`` aside."""
+    """Rule for ``begin`` and the text ``then`` after it, with blanks, comments and ``between`` in between."""
     rule = {
         "begin": begin,
         "end": rf"({then})|(?=\S)",
@@ -114,7 +113,7 @@ def _after(begin: str, scope: str, then: str, gets: str, *between: Rule) -> Rule
 
 
 def _bracketed(begin: str, end: str, scope: str, *patterns: Rule) -> Rule:
-    """From one bracket to the other, or to where a declaration begins because the other is not written yet."""
+    """Rule from one bracket to the other, or to the next declaration if the other is still missing."""
     return {
         "name": _scope(scope),
         "begin": begin,
@@ -137,7 +136,7 @@ _COMMON = _include("common")
 
 
 def _reserved() -> list[Rule]:
-    """Reserved words that are no operator, those of one scope together."""
+    """Reserved words that are not operators, grouped by scope."""
     scopes: dict[str, list[str]] = {}
     for word in WORDS:
         if word.says != "an operator" and word.reserved:
@@ -146,10 +145,10 @@ def _reserved() -> list[Rule]:
 
 
 def _bounded(bounds: tuple[Bounds, ...], family: str, infix_letter: str, window: Rule) -> Rule:
-    """Operators that stand before a window, and the window.
+    """Operators before a window, with the window.
 
-    ``infix_letter`` is what tells the letter of an infix operator from an agent
-    of a team that is called like it: both stand before ``[``.
+    ``infix_letter`` is what tells the letter of an infix operator from an agent of a team that is called like it: both
+    stand before ``[``.
     """
     words = _operators(*bounds)
     spelled = [word.text for word in words] + [word.letter for word in words if word.token.endswith("PREFIX")]
@@ -188,7 +187,7 @@ def _operator_rules() -> list[Rule]:
 
 
 def _common() -> list[Rule]:
-    """What may stand in every declaration; the rule for names is the last, and takes what no other took."""
+    """Rules for every declaration; the rule for names is last and takes everything else."""
     return [
         _COMMENT,
         _match(r'"[^"\n]*"?', "string.quoted.double"),
@@ -211,7 +210,7 @@ def _value_after(begin: str, scope: str) -> Rule:
 
 
 def _operands() -> list[Rule]:
-    """After these signs stands an operand: a word that may be a name is one."""
+    """Rule for an operand after these signs: a word that may be a name is one."""
     kinds = ("range", "comparison", "arithmetic", "assignment")
     scopes = [f"keyword.operator.{kind}" for kind in kinds]
     return [_value_after("|".join(map(re.escape, SIGNS[scope])), scope) for scope in scopes]
@@ -227,7 +226,7 @@ def _shape() -> list[Rule]:
 
 
 def _settings() -> list[Rule]:
-    """`NAME amount`, `NAME <= amount`, `NAME = amount`; the amount may be a name."""
+    """Rules for `NAME amount`, `NAME <= amount`, `NAME = amount`; the amount may be a name."""
     return [
         *_operands(),
         _value_after(_any(("of",)), "keyword.other.preposition"),
@@ -236,7 +235,7 @@ def _settings() -> list[Rule]:
 
 
 def _items() -> Rule:
-    """What a team says in its braces."""
+    """Rule for the items of a team in its braces."""
     part = "keyword.other.part"
     along = _match(_any(("along",)), "keyword.other.motion")
     items = _any(word.text for word in WORDS if word.says == "a part of a team" and not word.reserved)
@@ -244,7 +243,7 @@ def _items() -> Rule:
         r"\{",
         r"\}",
         "meta.block",
-        # A coordinate may be called like an item.
+        # A coordinate may have the name of an item.
         _after(r"\(", "punctuation.section", items, "variable.other"),
         _after(",", "punctuation.separator", items, "variable.other"),
         _after(_any(("dynamics",)), part, _FREE, "support.type.dynamics"),
@@ -281,7 +280,7 @@ def _formula() -> list[Rule]:
 
 _LABEL = rf"{_NAME}(?=\s*:)"
 _MOTION = _match(_any(("moving", "along")) + r'(?=\s*(?:$|#|\(|from\s*"))', "keyword.other.motion")
-# A shape may be called like the word; what follows tells.
+# A shape may have the name of the word; the text after it decides.
 _GROWTH = _value_after(
     _any(("uncertain",)) + r"(?=\s*(?:$|#|[\d.(]|-\S|(?!(?:moving|along|uncertain)\b)[A-Za-z_]))",
     "keyword.other.motion",
@@ -290,7 +289,7 @@ _GROWTH = _value_after(
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """What stands right after a declaration's word, with its scope, and what more its body may hold."""
+    """Text right after a declaration's keyword with its scope, and further rules for its body."""
 
     scope: str = ""
     first: str = _FREE
@@ -384,7 +383,7 @@ _DECLARED = {
 
 
 def _declaration(word: str) -> Rule:
-    """From a declaration's word to the next one's."""
+    """Rule from a declaration's keyword to the next one."""
     declared = _DECLARED[word]
     first = [_after(r"\G", "", declared.first, declared.scope)] if declared.scope else []
     return {
@@ -397,7 +396,7 @@ def _declaration(word: str) -> Rule:
 
 
 def grammar() -> Rule:
-    """The whole grammar."""
+    """Whole grammar."""
     return {
         "information_for_contributors": ["Made by `python -m editors.textmate`; a test compares."],
         "name": "Mission",
@@ -417,7 +416,7 @@ def grammar() -> Rule:
 
 
 def text() -> str:
-    """The file's text."""
+    """Text of the file."""
     return json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n"
 
 

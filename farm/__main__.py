@@ -1,4 +1,4 @@
-"""A farm that goes on looking for what the compiler gets wrong.
+"""A test farm that searches for defects of the compiler.
 
     python -m farm --minutes 10 [--seed 0] [--journal build/farm] [--found tests/corpus/found]
     python -m farm --trial N [--seed 0]
@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
 
-# Copies of this process are made: no library may have threads in it.
+# This process forks: no library may have threads in it.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from farm import found_files
@@ -33,7 +33,7 @@ from farm.trial import Answer, Case
 from farm.trials import KINDS, trial
 
 LARGE = ("scipy.optimize", "shapely", "z3", "torch", "matplotlib.figure", "jinja2", "piqp", "ezdxf")
-"""Libraries that trials use; loaded once for all of them."""
+"""Libraries for trials, loaded once for all of them."""
 
 
 def main() -> int:
@@ -69,7 +69,7 @@ def main() -> int:
 
 
 def load() -> None:
-    """Everything that trials need, before the first copy is made."""
+    """Load everything for trials before the first fork."""
     from missionc.cli.command_names import BUILT_IN
 
     for name in BUILT_IN:

@@ -1,9 +1,9 @@
-"""A command that a signal ends in the middle of its work: at a moment, or just before its nth change of a file.
+"""A command that a signal ends in the middle of its work: at a moment, or before its nth change of a file.
 
-in   the words of a command line, a folder, when it is ended
-out  its status, what it said, who is still there of those it started
+in   the words of a command line, a folder, the moment of the signal
+out  its status, its output, and its remaining child processes
 
-The command runs in a copy of this process that leads a session of its own, as one from a shell would. It forks once
+The command runs in a copy of this process that leads a session of its own, as from a shell. It forks once
 more for the process that does the work, whose changes are counted; signals go to the one that the shell would know.
 """
 
@@ -26,13 +26,13 @@ from missionc.base.supervision import supervised
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 CHANGES = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.truncate", "os.chmod", "os.utime", "os.link")
 PATIENCE = 10.0
-"""Seconds that whatever a command started may take to end after it."""
+"""Seconds for the processes of a command to end after it."""
 SECONDS = 100.0
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """When a command is ended, and how: just before its nth change of a file, or after so many seconds where n is 0."""
+    """Moment of the end: before the nth change of a file, or after some seconds if n is 0."""
 
     signal: str
     change: int = 0
@@ -41,13 +41,13 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a command ended.
+    """End of a command.
 
     Args:
-        status: as a shell has it: of a signal, 128 and its number.
-        changes: of files in the folder, until then.
-        seconds: until then, on the wall.
-        left: processes that it started and that are still there.
+        status: as in a shell: 128 plus the number of a signal.
+        changes: number of file changes in the folder until then.
+        seconds: wall-clock seconds until then.
+        left: remaining processes that it started.
     """
 
     status: int
@@ -58,10 +58,10 @@ class Ended:
 
 
 def run(words: list[str], folder: Path, moment: Moment | None = None) -> Ended:
-    """Run a command, to its end or to a moment.
+    """Run a command to its end or to a moment.
 
     Args:
-        folder: whose changes are counted.
+        folder: folder whose changes are counted.
     """
     with tempfile.TemporaryFile("w+") as said, tempfile.TemporaryFile("w+") as count:
         begin = time.monotonic()
@@ -77,7 +77,7 @@ def run(words: list[str], folder: Path, moment: Moment | None = None) -> Ended:
 
 
 def document(ended: Ended) -> dict[str, Any]:
-    """The JSON document that a command left."""
+    """JSON document from a command."""
     found = json.loads(ended.said)
     assert isinstance(found, dict)
     return found
@@ -103,7 +103,7 @@ def _ended(process: int, moment: Moment | None) -> int:
 
 
 def _gone(leader: int) -> tuple[int, ...]:
-    """Who is still there, some time later; ended, so that nobody stays."""
+    """Processes that are still running after a while; they are ended."""
     end = time.monotonic() + PATIENCE
     while (left := session(leader)) and time.monotonic() < end:
         time.sleep(0.02)

@@ -1,7 +1,7 @@
-"""Files of findings: a mission with what was broken in its first lines, or JSON where a case is more than one text.
+"""Files of findings: a mission with its defect in the first lines, or JSON for cases of several texts.
 
 in   Kind, Case, Fault
-out  a file that says what is promised, and from which the case can be carried out again
+out  a file with the violated promise, from which the case can be repeated
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from farm.trial import MISSION, Case, Fault, Kind
 
 ROOT = Path(__file__).resolve().parents[1]
 FOUND = ROOT / "tests" / "corpus" / "found"
-"""Where findings are kept; a test wants each of them to be one no longer."""
+"""Folder of findings; a test requires that all of them are fixed."""
 
 TOLD = re.compile(r"^# (promise|trial|settings): (.*(?:\n#  .*)*)\n", re.MULTILINE)
 WIDTH = 118
@@ -24,10 +24,10 @@ WIDTH = 118
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A finding that was kept.
+    """Saved finding.
 
     Args:
-        trial: the seed and the number under which it was found.
+        trial: seed and number of the trial.
     """
 
     kind: str
@@ -37,7 +37,7 @@ class Found:
 
 
 def keep(folder: Path, kind: Kind, case: Case, fault: Fault, trial: tuple[int, int]) -> Path:
-    """Write a finding into a folder, under a name of its own."""
+    """Write a finding to a folder under a new name."""
     folder.mkdir(parents=True, exist_ok=True)
     if kind.of_text and set(case.files) == {MISSION}:
         path = _free(folder, fault.signature, ".mission")
@@ -50,7 +50,7 @@ def keep(folder: Path, kind: Kind, case: Case, fault: Fault, trial: tuple[int, i
 
 
 def read(path: Path) -> Found:
-    """A finding from its file."""
+    """Read a finding from its file."""
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".json":
         document = json.loads(text)
@@ -64,7 +64,7 @@ def read(path: Path) -> Found:
 
 
 def kept_in(folder: Path) -> list[Path]:
-    """The files of all findings in a folder."""
+    """Files of all findings in a folder."""
     return sorted([*folder.glob("*.mission"), *folder.glob("*.json")])
 
 

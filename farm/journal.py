@@ -1,7 +1,7 @@
-"""The journal of the farm: one line of JSON for each trial, on the disk before the next one begins.
+"""The journal of the farm: one line of JSON for each trial, flushed before the next one begins.
 
 in   the journal's path, the seed
-out  what is known of trials so far; a line more for each
+out  the trials so far; a line for each new one
 
 A line that was cut off, as by a process that was killed, is no line.
 """
@@ -22,12 +22,12 @@ NAME = "journal.jsonl"
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One trial that is over.
+    """Finished trial.
 
     Args:
-        outcome: in a word.
-        commit: of the tree, as git describes it.
-        signature: of what it found; empty where it found nothing.
+        outcome: outcome in one word.
+        commit: commit of the tree, as described by git.
+        signature: signature of its finding; empty if there is none.
     """
 
     seed: int
@@ -40,7 +40,7 @@ class Line:
 
 
 class Journal:
-    """The journal in a folder, which is made where there is none."""
+    """Journal in a folder, created if necessary."""
 
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -49,7 +49,7 @@ class Journal:
 
     @contextmanager
     def at_work(self) -> Iterator[bool]:
-        """Whether nobody else is at work on this journal; nobody else is told so within."""
+        """Context that tells whether this is the only process with this journal, and locks it."""
         with self.path.open("ab") as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -59,17 +59,17 @@ class Journal:
                 yield True
 
     def next_trial(self, seed: int) -> int:
-        """The number of the first trial of a seed that comes after all that are over."""
+        """Number of the first trial of a seed after all finished ones."""
         return 1 + max((line.trial for line in self.lines if line.seed == seed), default=-1)
 
     @property
     def signatures(self) -> set[str]:
-        """What was found before."""
+        """Signatures of earlier findings."""
         return {line.signature for line in self.lines if line.signature}
 
     @property
     def commit(self) -> str:
-        """The commit of the tree that the last trial was carried out on; empty where there was none."""
+        """Commit of the last trial; empty if there was none."""
         return self.lines[-1].commit if self.lines else ""
 
     def add(self, line: Line) -> None:
@@ -93,7 +93,7 @@ def _lines(path: Path) -> Iterator[Line]:
 
 
 def described(tree: Path) -> str:
-    """The tree as git describes it; empty where it is none of git's."""
+    """Description of the tree by git; empty without git."""
     words = ["git", "-C", str(tree), "describe", "--always", "--dirty", "--tags"]
     try:
         return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()

@@ -1,7 +1,7 @@
-"""One trial after the other, until the time is over.
+"""The loop of trials until the time is over.
 
-in   a seed, a journal, how long; where findings are kept
-out  what was found; a line of the journal for each trial, a file for each finding that is new
+in   a seed, a journal, a duration; the folder of findings
+out  the findings; a line of the journal for each trial, a file for each new finding
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from farm.trial import MISSION, Answer, Case, Fault, Kind
 from farm.trials import trial as trial_of
 
 SHRINKING = 90.0
-"""Seconds on the wall that a finding is made smaller."""
+"""Wall-clock seconds for shrinking a finding."""
 
 Tell = Callable[[str], None]
 Trial = Callable[[int, int], tuple[Kind, Case]]
@@ -28,7 +28,7 @@ Trial = Callable[[int, int], tuple[Kind, Case]]
 
 @dataclass(frozen=True, slots=True)
 class Find:
-    """Something new, and where it is kept."""
+    """New finding with its file."""
 
     fault: Fault
     path: Path
@@ -37,12 +37,12 @@ class Find:
 def look(
     journal: Journal, seed: int, seconds: float, kept: Path, commit: str, tell: Tell, trial: Trial = trial_of
 ) -> list[Find]:
-    """Carry out trials from the first that the journal has not, until so many seconds are over.
+    """Carry out trials from the first new one on for ``seconds``.
 
     Args:
-        kept: the folder for what is found.
-        commit: of the tree, for the journal.
-        trial: the kind and the case of a seed and a number.
+        kept: folder of findings.
+        commit: commit of the tree, for the journal.
+        trial: function from a seed and a number to a kind and a case.
     """
     end, found = time.monotonic() + seconds, list[Find]()
     number = journal.next_trial(seed)
@@ -64,13 +64,13 @@ def look(
 def kept_small(
     folder: Path, kind: Kind, case: Case, fault: Fault, trial: tuple[int, int], seconds: float = SHRINKING
 ) -> Find:
-    """A finding made small and written into a folder."""
+    """Shrink a finding and write it to a folder."""
     small = smaller(kind, case, fault, seconds)
     return Find(fault, found_files.keep(folder, kind, small, fault, trial))
 
 
 def smaller(kind: Kind, case: Case, fault: Fault, seconds: float = SHRINKING) -> Case:
-    """The case with the smallest mission found that shows the same fault; in one text, if that does.
+    """Case with the smallest mission found that has the same fault; in a single text, if possible.
 
     Where it is not about a text: with one of what its settings list, if that does.
     """
@@ -87,7 +87,7 @@ def smaller(kind: Kind, case: Case, fault: Fault, seconds: float = SHRINKING) ->
 
 
 def _one_each(settings: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Settings with one of what they list."""
+    """Settings with one element of each list."""
     for key, value in settings.items():
         if isinstance(value, list) and len(value) > 1:
             yield from ({**settings, key: [each]} for each in value)
@@ -98,7 +98,7 @@ def same(answer: Answer, fault: Fault) -> bool:
 
 
 def in_one_text(case: Case) -> Case:
-    """A case whose missions are put where they are included."""
+    """Case with includes replaced by their missions."""
     text, rest = case.files[MISSION], dict(case.files)
     for name in case.files:
         line = f'include "{name}"\n'

@@ -1,7 +1,7 @@
-"""Trials in processes of their own, with a limit on their time and memory.
+"""Trials in processes of their own, with limits of time and memory.
 
 in   Kind, Case
-out  Answer: a hang, a crash of the interpreter and a process that is left over are faults as well
+out  Answer: a hang, a crash of the interpreter and a remaining process are faults as well
 
 The process is a copy of this one, which has everything loaded, and leads a session, by which what it starts is found.
 """
@@ -27,18 +27,18 @@ from typing import IO, Any, NoReturn
 from farm.trial import Answer, Broken, Case, Fault, Kind
 
 MEMORY = 6 << 30
-"""Bytes that a trial's process may take."""
+"""Memory limit of a trial's process, bytes."""
 MOST_SEEN = 4_000
-"""Characters that are kept of what a fault looks like."""
+"""Maximum number of characters stored about a fault."""
 TO_SAY_WHERE = 0.5
-"""Seconds that a process that hangs has to say where, before it is killed."""
+"""Seconds for a hung process to report its place before it is killed."""
 DIE_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of Linux."""
 ROOT = Path(__file__).resolve().parents[1]
 
 
 def carried_out(kind: Kind, case: Case, memory: int = MEMORY) -> Answer:
-    """What came of a case, in a process of its own that is gone afterwards with all it started."""
+    """Result of a case in a process of its own, which ends with all of its children."""
     begin = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="farm-") as home, tempfile.TemporaryFile("w+") as said:
         read, write = os.pipe()
@@ -69,7 +69,7 @@ def carried_out(kind: Kind, case: Case, memory: int = MEMORY) -> Answer:
 
 
 def fault_of(kind: str, error: BaseException) -> Fault:
-    """What an exception that came out of a trial says of the compiler."""
+    """Fault for an exception from a trial."""
     seen = "".join(traceback.format_exception(error))[-MOST_SEEN:]
     if isinstance(error, Broken):
         return Fault(f"{kind}: {error.referee}", error.promise, error.seen[:MOST_SEEN])
@@ -81,7 +81,7 @@ def fault_of(kind: str, error: BaseException) -> Fault:
 
 
 def _innermost(error: BaseException) -> str:
-    """The function in which an error came up: of the compiler's where it went through any."""
+    """Innermost function of an error, preferably in the compiler."""
     frames = traceback.extract_tb(error.__traceback__)
     places = [(Path(frame.filename), frame.name) for frame in frames]
     ours = [
@@ -122,7 +122,7 @@ def _carry_out(kind: Kind, case: Case, home: Path, answer: int, said: IO[str], m
 
 
 def _quiet(said: IO[str]) -> None:
-    """Nothing to read, and what is written goes to a file."""
+    """Redirect standard input to nothing and output to a file."""
     nothing = os.open(os.devnull, os.O_RDONLY)
     for stream, target in ((0, nothing), (1, said.fileno()), (2, said.fileno())):
         os.dup2(target, stream)
@@ -134,7 +134,7 @@ def _quiet(said: IO[str]) -> None:
 
 
 def _ended(number: int, frame: FrameType | None) -> NoReturn:
-    """A trial whose process is ended from outside found nothing."""
+    """End a trial without a finding if its process is ended from outside."""
     os._exit(0)
 
 
@@ -142,7 +142,7 @@ def _ended(number: int, frame: FrameType | None) -> NoReturn:
 
 
 def _read(pipe: int, seconds: float) -> bytes | None:
-    """What comes through a pipe until it is closed; None where that takes longer."""
+    """Contents of a pipe until it is closed; None after a timeout."""
     end, found = time.monotonic() + seconds, b""
     try:
         while (left := end - time.monotonic()) > 0 and select.select([pipe], [], [], left)[0]:
@@ -156,7 +156,7 @@ def _read(pipe: int, seconds: float) -> bytes | None:
 
 
 def session(leader: int) -> list[int]:
-    """The processes that still live of those that a trial's process started, and that they started."""
+    """Living processes that a trial's process started, directly or indirectly."""
     found = []
     for entry in Path("/proc").glob("[0-9]*"):
         try:

@@ -1,11 +1,11 @@
-"""Shrinking of a mission's text while the same fault is still seen: by declarations, by lines, by words, by numbers.
+"""Shrinking of a mission's text that preserves a fault: by declarations, lines, words and numbers.
 
-in   a text; whether a text still shows the fault
-out  a text that does, and of which nothing more was found to leave out
+in   a text; a function that tells whether a text still has the fault
+out  a text with the fault from which nothing more can be removed
 
 Source:
-    Zeller and Hildebrandt, *Simplifying and isolating failure-inducing input*, IEEE TSE 28 (2002): ``ddmin``, without
-    the subsets, which a mission seldom is whole in.
+    Zeller and Hildebrandt, *Simplifying and isolating failure-inducing input*, IEEE TSE 28 (2002): ``ddmin``, but
+    not its test of subsets, which are seldom valid missions.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ TOKEN = re.compile(r"\s+|\d+(?:\.\d+)?|\w+|\.\.|->|[<>=]=|[^\w\s]")
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 OPENING, CLOSING = "([{", ")]}"
 LONGEST_RUN = 16
-"""Words that are left out together at most."""
+"""Maximum number of words that are removed together."""
 
 Still = Callable[[str], bool]
 
 
 class _Enough(Exception):
-    """The time is over."""
+    """Exception at the time limit."""
 
 
 def shrunk(text: str, still: Still, seconds: float = 60.0) -> str:
-    """The smallest text found in that time; the text itself where nothing can be left out."""
+    """Smallest text found within the time limit, or the text itself."""
     end, best = time.monotonic() + seconds, text
     known: dict[str, bool] = {}
 
@@ -54,7 +54,7 @@ def shrunk(text: str, still: Still, seconds: float = 60.0) -> str:
 
 
 def least(parts: Sequence[str], still: Callable[[list[str]], bool], longest: int | None = None) -> list[str]:
-    """Some of the parts, in their order, of which no run can be left out; runs of all lengths down to one are tried.
+    """Parts in order from which no run can be removed; runs of all lengths down to one are tried.
 
     Args:
         longest: run that is tried; half of the parts where it is left out.
@@ -87,7 +87,7 @@ def _by_words(text: str, still: Still) -> str:
 
 
 def _without_brackets(text: str, still: Still) -> str:
-    """Without brackets around something, and without what stands in them."""
+    """Text without brackets around a part, and without their contents."""
     place = 0
     while True:
         tokens = TOKEN.findall(text)
@@ -103,7 +103,7 @@ def _without_brackets(text: str, still: Still) -> str:
 
 
 def _by_numbers(text: str, still: Still) -> str:
-    """With simpler numbers."""
+    """Text with simpler numbers."""
     tokens = TOKEN.findall(text)
     for place, token in enumerate(tokens):
         if NUMBER.fullmatch(token):
@@ -117,7 +117,7 @@ def _by_numbers(text: str, still: Still) -> str:
 
 
 def declarations(text: str) -> Iterator[str]:
-    """The parts of a text that begin at the margin, each with the lines that are indented or within its braces."""
+    """Parts of a text that begin at the margin, each with its indented or braced lines."""
     part, depth = "", 0
     for line in text.splitlines(keepends=True):
         if part and depth <= 0 and not line.startswith((" ", "\t", "}", "\n")):
@@ -130,7 +130,7 @@ def declarations(text: str) -> Iterator[str]:
 
 
 def _pairs(tokens: Sequence[str]) -> list[tuple[int, int]]:
-    """Where each bracket opens and closes, in the order in which they open."""
+    """Positions of the opening and closing of each bracket, in the order of opening."""
     found, open_ = [], []
     for place, token in enumerate(tokens):
         if token in OPENING:

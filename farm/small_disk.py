@@ -1,7 +1,8 @@
-"""A disk of a few kilobytes, for this process and its children alone.
+"""A disk of a few kilobytes, for this process and its children only.
 
 in   a folder; later a size
-out  a file system of that size is mounted on the folder, in a namespace of the process; or why that cannot be
+out  a file system of that size is mounted on the folder, in a namespace of the process; or the reason why that is
+impossible
 """
 
 from __future__ import annotations
@@ -15,11 +16,14 @@ NEW_NAMESPACES = 0x00020000 | 0x10000000
 PRIVATE, AGAIN = 0x40000 | 0x4000, 0x20
 """MS_PRIVATE and MS_REC: nobody else sees what is mounted; MS_REMOUNT."""
 ROOMY = 64 << 20
-"""Bytes of a disk at first."""
+"""Initial size of a disk, bytes."""
 
 
 def mount(folder: Path) -> str:
-    """Mount a roomy disk on a folder; why not, or nothing where it is done. The process must have one thread."""
+    """Mount a large enough disk on a folder; returns an error or an empty text.
+
+    The process must have one thread.
+    """
     user, group = os.getuid(), os.getgid()
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.unshare(NEW_NAMESPACES):
@@ -36,7 +40,7 @@ def mount(folder: Path) -> str:
 
 
 def resize(folder: Path, size: int, how: int = AGAIN) -> str:
-    """Give the disk that is mounted on a folder so many bytes, no fewer than it holds; why not, if it is not done."""
+    """Resize the disk mounted on a folder, at least to its contents; returns an error or an empty text."""
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mount(b"none", os.fsencode(folder), b"tmpfs", how, f"size={size}".encode()):
         return f"no small disk: {os.strerror(ctypes.get_errno())}"

@@ -1,4 +1,4 @@
-"""The table at the end: trials of each kind, how they ended, what they found, how long they took."""
+"""The final table: number, results, findings and time of each kind of trial."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from farm.trials import KINDS
 
 
 def table(lines: Iterable[Line]) -> Iterator[str]:
-    """The rows, in Markdown."""
+    """Rows in Markdown."""
     every = list(lines)
     yield "| kind | trials | trials per minute | time (s) | findings | outcomes |"
     yield "|---|---:|---:|---:|---:|---|"

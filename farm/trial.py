@@ -1,4 +1,4 @@
-"""Trials as values: what is drawn, what is done with it, and the promise that was broken.
+"""Trials as values: a case, its execution, and the violated promise.
 
 A case is texts and JSON, so that it can be kept in a file and carried out again.
 """
@@ -13,27 +13,27 @@ from typing import Any
 import numpy as np
 
 MISSION = "m.mission"
-"""The name of the mission among the files of a case."""
+"""Name of the mission among the files of a case."""
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What one trial is about.
+    """Case of one trial.
 
     Args:
-        files: texts by name, ``MISSION`` among them where there is one.
-        settings: whatever else was drawn; JSON.
+        files: texts by name, with ``MISSION`` if there is one.
+        settings: other random values; JSON.
     """
 
     files: dict[str, str] = field(default_factory=dict)
     settings: dict[str, Any] = field(default_factory=dict)
 
     def with_text(self, text: str) -> Case:
-        """The same case of another mission."""
+        """Same case with another mission."""
         return replace(self, files={**self.files, MISSION: text})
 
     def laid(self, folder: Path) -> Path:
-        """The mission, with all files of the case in that folder."""
+        """Write all files of the case to a folder; returns the path of the mission."""
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in self.files.items():
             (folder / name).write_text(text, encoding="utf-8")
@@ -42,14 +42,15 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of trial.
+    """Kind of trial.
 
     Args:
-        says: what its trials do, in a line.
-        draw: the case of a trial; the same generator gives the same case.
-        carry_out: what came of a case, in a word; works in a folder of its own, and raises ``Broken`` or anything else.
-        seconds: that a trial may take on the wall.
-        of_text: whether its findings are about the text of a mission, which is shrunk.
+        says: description of its trials in one line.
+        draw: function that draws the case of a trial, reproducibly.
+        carry_out: function that returns the result of a case in one word; works in a folder of its own, and raises
+            ``Broken`` or another error.
+        seconds: time limit of a trial, wall-clock seconds.
+        of_text: True if its findings are about the text of a mission, which is shrunk.
     """
 
     name: str
@@ -61,12 +62,12 @@ class Kind:
 
 
 class Broken(Exception):
-    """A promise does not hold.
+    """Exception for a violated promise.
 
     Args:
-        referee: what noticed it, in a word or two; with the kind it is what two findings are told apart by.
-        promise: what should be so, a sentence.
-        seen: what is so instead.
+        referee: its detector, in a word or two; with the kind it identifies a finding.
+        promise: expected behaviour, a sentence.
+        seen: actual behaviour.
     """
 
     def __init__(self, referee: str, promise: str, seen: object = "") -> None:
@@ -76,12 +77,12 @@ class Broken(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What a trial found.
+    """Fault found by a trial.
 
     Args:
-        signature: the same for the same defect, as far as can be told.
-        promise: what should be so, a sentence.
-        seen: what is so instead, for whoever mends it.
+        signature: equal for equal defects, as far as possible.
+        promise: expected behaviour, a sentence.
+        seen: actual behaviour, for the developer.
     """
 
     signature: str
@@ -91,7 +92,7 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """How a trial ended: a word, seconds on the wall, and what it found, if anything."""
+    """End of a trial: a word, wall-clock seconds, and its finding, if any."""
 
     outcome: str
     seconds: float

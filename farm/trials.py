@@ -1,4 +1,4 @@
-"""The trial of a number: which kind it is of, and its case. The same seed and number give the same trial."""
+"""The trial of a number: its kind and its case. The same seed and number give the same trial."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ KINDS = {
         *(LATTICE, MUTATED_FOLDERS, KILLED_PROCESSES, FULL_DISKS, DRAWINGS),
     )
 }
-"""Every kind there is, by its name."""
+"""All kinds by name."""
 
 TURNS = (
     *("mutated_texts", "whole_missions", "lattice", "mutated_texts", "killed_processes", "lanes", "drawings"),
     *("mutated_files", "whole_missions", "lattice", "mutated_texts", "full_disks", "mutated_folders"),
 )
-"""Kinds take turns in this order: what is done in a moment comes more often."""
+"""Kinds in turn in this order: fast ones are more frequent."""
 
 
 def trial(seed: int, number: int) -> tuple[Kind, Case]:
-    """The kind of a trial, and what it is about."""
+    """Kind and case of a trial."""
     kind = KINDS[TURNS[number % len(TURNS)]]
     return kind, kind.draw(np.random.default_rng((seed, number)))

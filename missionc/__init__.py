@@ -1,9 +1,8 @@
 """missionc: a compiler for multi-robot missions.
 
-``Mission`` builds a mission in Python. ``check`` finds what is wrong with a
-mission, ``compile`` turns it into a verified plan, ``monitor`` judges a trace;
-each takes a ``Mission``, a file or a text. All functions take and return
-values, and never print.
+``Mission`` builds a mission in Python. ``check`` reports errors in a mission, ``compile`` turns it into a verified
+plan, ``monitor`` evaluates a trace; each takes a ``Mission``, a file or a text. All functions take and return values,
+and never print.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from __future__ import annotations
 from missionc.base.late_names import late_names
 from missionc.version import __version__
 
-TYPE_CHECKING = False  # checkers take it for true; what brings it would be loaded before signals are seen to
+TYPE_CHECKING = False  # type checkers take it for true; its import would come before the signal handlers
 if TYPE_CHECKING:
     from missionc.backends.api import Attempt, CutShort, Impossible, NotFound, Progress, Reason, Scope, Violation
     from missionc.backends.options import Options
@@ -99,7 +98,7 @@ HOMES = {
         "missionc.tools.api.sweeps": "sweep",
     }.items()
 }
-"""The module of each public name: loaded at the first use, so that a child process loads only its own module."""
+"""Module of each public name, loaded at first use, so that a child process loads only its own module."""
 
 
 __getattr__ = late_names(__name__, HOMES)

@@ -1,6 +1,6 @@
-"""Entry point of the process: signal handlers are installed first, so that even the imports end well.
+"""Entry point of the process: installs signal handlers first, to cover even the imports.
 
-As little as can be is imported before: until then a signal meets the interpreter's own ways.
+Imports before that are minimal: until then, the interpreter handles signals in its own way.
 """
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ import gc
 import signal
 
 OBJECTS = 100_000
-"""Made between two searches for garbage: trees and modules are none, and looking takes a sixth of a check."""
+"""Number of objects between two garbage collections, which would otherwise take a sixth of a check."""
 
 
 def main() -> int:
-    """Run the command that ``sys.argv`` gives; returns the exit status."""
-    # There is nothing to tidy up yet, and the system ends a process at once and in silence.
+    """Run the command in ``sys.argv``, and return the exit status."""
+    # There is nothing to clean up yet, and the system ends a process at once and silently.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.set_threshold(OBJECTS)
     import io
@@ -28,11 +28,11 @@ def main() -> int:
     from missionc.cli.streams import finished, hold_numbers
 
     hold_numbers()
-    # A server has no deadline of its own, and its editor or terminal ends it.
+    # A server has no deadline of its own; its editor or terminal ends it.
     serves = {"lsp", "studio"} & set(sys.argv[1:2]) or {"--watch", "--live"} & set(sys.argv[1:])
     ended = None if serves else supervise()
     for stream in (sys.stdout, sys.stderr):
-        # A letter that the terminal lacks, or a file name in no encoding, must not stop a message.
+        # A character that the terminal lacks, or an undecodable file name, must not stop a message.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     if ended is not None:
@@ -57,8 +57,8 @@ def main() -> int:
 def run() -> None:
     """Run the command and end the process at once.
 
-    Everything is written and tidied up; the interpreter's own way out would wait for threads that are still at work,
-    and take up to a second to take apart what large libraries built.
+    Everything is written and cleaned up by then. The interpreter's own exit would wait for running threads, and take up
+    to a second to free the data of large libraries.
     """
     import os
 

@@ -1,4 +1,4 @@
-"""Names for packages of extensions: base classes, and the values that they take and return."""
+"""Names for packages of extensions: base classes, with the types of their arguments and results."""
 
 from __future__ import annotations
 
@@ -65,6 +65,6 @@ HOMES = {
     "missionc.output.export.verified_flight": ("Flight",),
     "missionc.verification.verify_plan": ("verify",),
 }
-"""The module of each name, loaded at its first use: a check of a mission with a foreign predicate loads no planner."""
+"""Module of each name, loaded at first use: a check with a foreign predicate loads no planner."""
 
 __getattr__ = late_names(__name__, HOMES)

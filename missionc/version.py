@@ -1,3 +1,3 @@
-"""The version of missionc; the one place that has it."""
+"""The version of missionc, defined only here."""
 
 __version__ = "0.1.0"

@@ -1,8 +1,10 @@
-"""The documentation as a site: ``make docs``. The Markdown in ``docs/`` is the source and stays readable on its own.
+"""The documentation as a site: ``make docs``.
+
+The Markdown in ``docs/`` is the source and stays readable on its own.
 
 pages        the pages in their order, and where each lies on the site
-generated    pages made from what is there: codes, the Python API, missions, examples, changes
-stage        pages → a folder as the generator takes it
-links        the built HTML → every link, anchor and picture that leads nowhere
+generated    pages generated from the repository: codes, the Python API, missions, examples, changes
+stage        pages → a folder for the generator
+links        the built HTML → all broken links, anchors and pictures
 __main__     all of it, in order
 """

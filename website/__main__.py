@@ -1,8 +1,7 @@
-"""``python -m website [--play] [FOLDER]``: the documentation as a site, ``build/site`` where no folder is named.
+"""``python -m website [--play] [FOLDER]``: the documentation as a site, ``build/site`` by default.
 
-With ``--play`` the gallery's missions are planned, which takes minutes, and its pictures lead to their reports.
-Nothing is fetched, now or when the site is read. The exit status is 1 where the generator warns, or a link leads
-nowhere.
+With ``--play`` the gallery's missions are planned, which takes minutes, and its pictures lead to their reports. Nothing
+is fetched, now or when the site is read. The exit status is 1 where the generator warns, or a link leads nowhere.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ def main(words: list[str]) -> int:
         except ValueError as nowhere:
             print(nowhere, file=sys.stderr)
             return 1
-        # Its own process: the generator runs in the working directory and says what it does on standard output.
+        # Its own process: the generator runs in the working directory and prints to standard output.
         built = subprocess.run(  # noqa: S603
             [sys.executable, "-m", "zensical", "build", "--strict", "--config-file", settings.name],
             cwd=settings.parent,

@@ -1,4 +1,4 @@
-"""Pages made from the code, so that they cannot say anything else than it does."""
+"""Pages generated from the code, so that they are always up to date."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ HEADINGS = {
     "missionc.base.limits": "Size limits",
     "missionc.base.source": "Texts",
 }
-"""A heading for each module that public names live in, in the order of the page."""
+"""Heading for each module with public names, in the order of the page."""
 
 
 def api() -> str:
-    """Every public name, from its docstring.
+    """Public names with their docstrings.
 
     Raises:
-        ValueError: a public name lives in a module without a heading.
+        ValueError: the module of a public name has no heading.
     """
     said = [
         "# Python API\n",
@@ -71,7 +71,7 @@ def api() -> str:
 
 
 def examples() -> str:
-    """The programs of ``examples/``, each with what it says of itself."""
+    """Programs in ``examples/``, each with its description."""
     said = [
         "# Programs in Python\n",
         "Short programs that use [the public API](api.md), from the folder `examples/`. The tests run them.\n",
@@ -85,7 +85,7 @@ def examples() -> str:
 
 
 def missions() -> str:
-    """Every mission of the repository, with what its first comment says."""
+    """All missions of the repository, with their first comments."""
     said = [
         "# Missions\n",
         "All missions of the folder `missions/`. The tests compile each of them.\n",
@@ -96,20 +96,20 @@ def missions() -> str:
 
 
 def mission(name: str) -> str:
-    """The text of a mission, by its path in ``missions/``."""
+    """Text of a mission, by its path in ``missions/``."""
     text = (ROOT / "missions" / f"{name}.mission").read_text(encoding="utf-8")
     return f'# {name.rpartition("/")[2]}\n\n```mission title="missions/{name}.mission"\n{text.rstrip()}\n```\n'
 
 
 def _about(name: str) -> str:
-    """The first comment of a mission, as far as it comes before anything else."""
+    """First comment of a mission, if it comes before anything else."""
     lines = (ROOT / "missions" / f"{name}.mission").read_text(encoding="utf-8").splitlines()
     comment = list(takewhile(lambda line: line.startswith("#"), lines))
     return " ".join(line.lstrip("# ") for line in comment).replace("|", "\\|")
 
 
 def changes() -> str:
-    """What was released, and what will be: the fragments."""
+    """Released and upcoming changes: the fragments."""
     released = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     fragments = [page for page in sorted((ROOT / "changelog.d").glob("*.md")) if page.name != "README.md"]
     title, _, rest = released.partition("\n")
@@ -124,11 +124,11 @@ MAKERS = {
     "missions/index.md": missions,
     "changes.md": changes,
 }
-"""By where the page lies on the site."""
+"""Generator of each page, by its place on the site."""
 
 
 def made(place: str) -> str:
-    """The generated page that lies at a place of the site."""
+    """Generated page for a place on the site."""
     if place in MAKERS:
         return MAKERS[place]()
     return mission(place.removeprefix("missions/").removesuffix(".md"))

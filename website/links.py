@@ -1,7 +1,7 @@
-"""Whether everything a built site points at is there, and whether it needs anything from elsewhere.
+"""Link checker of a built site, which also finds external dependencies.
 
 in   a folder of HTML
-out  every link, anchor and picture that leads nowhere; what the pages would load from a network; links out, listed
+out  broken links, anchors and pictures; resources from a network; a list of external links
 """
 
 from __future__ import annotations
@@ -18,7 +18,10 @@ _HERE = frozenset({"data", "mailto", "javascript", "blob"})
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """``broken`` and ``loaded`` say where and what; ``outward`` are addresses, and ``count`` is of links within."""
+    """Results; ``broken`` and ``loaded`` have place and target.
+
+    ``outward`` are addresses, ``count`` the number of internal links.
+    """
 
     broken: tuple[str, ...]
     loaded: tuple[str, ...]
@@ -27,7 +30,7 @@ class Found:
 
 
 class _Page(HTMLParser):
-    """The names that a page can be linked to by, what it links to, and what it loads."""
+    """Anchors, links and loaded resources of a page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -52,7 +55,7 @@ class _Page(HTMLParser):
 
 
 def check(site: Path) -> Found:
-    """Follows every link of every page; nothing is fetched."""
+    """Follow every link of every page, without network access."""
     pages = {path.resolve(): _Page(path.read_text(encoding="utf-8")) for path in sorted(site.rglob("*.html"))}
     broken: list[str] = []
     loaded: list[str] = []

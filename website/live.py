@@ -1,7 +1,7 @@
-"""Reports that the site plays: the missions planned as it is built, so that they show what this version finds.
+"""Reports that the site plays: missions planned during the build, so that they show the current version.
 
-in   names of missions, as `pages.missions` has them
-out  live/NAME/report.html of each, in the folder of the site's sources
+in   names of missions, as in `pages.missions`
+out  live/NAME/report.html for each, in the folder of the site's sources
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from missionc.compiler import driver
 from website.pages import ROOT
 
 HOME = ("wildfire",)
-"""What the home page plays, whatever else is asked for."""
+"""Mission that the home page always plays."""
 
 
 def place(name: str) -> str:
-    """Where on the site the report of a mission lies."""
+    """Place of a mission's report on the site."""
     return f"live/{name}/report.html"
 
 
 def write_reports(names: tuple[str, ...], docs: Path) -> None:
-    """Plans the missions and writes their reports.
+    """Plan the missions and write their reports.
 
     Raises:
         ValueError: a mission has no plan.

@@ -1,4 +1,4 @@
-"""The pages of the site: in which order they are read, and where each lies."""
+"""Pages of the site in reading order, with their places."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from missionc.base.diagnostics.code import FAMILIES
 
 ROOT = Path(__file__).resolve().parents[1]
 MADE = "made/"
-"""Sources that begin so are in no file: ``generated`` makes them."""
+"""Prefix of sources without a file: ``generated`` makes them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page by its title in the navigation, its source, and where it lies on the site.
+    """Page with its title in the navigation, its source, and its place on the site.
 
     ``source`` is relative to the repository, or begins with ``MADE``.
     """
@@ -30,14 +30,14 @@ class Page:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Pages under one heading, which may be a page itself: the first."""
+    """Pages under one heading, which may be a page itself: the first one."""
 
     title: str
     parts: tuple[Page | Section, ...]
 
 
 def navigation() -> tuple[Page | Section, ...]:
-    """All pages. One whose source is not there is left out; a test finds those of ``docs/`` that are in no place."""
+    """All pages, without missing ones; a test finds pages in ``docs/`` that are not listed."""
     return _there(
         (
             Page("Home", "docs/index.md"),
@@ -142,7 +142,7 @@ def flat(parts: tuple[Page | Section, ...]) -> list[Page]:
 
 
 def places() -> dict[str, str]:
-    """Where a source of the repository lies on the site: pages, and the files that stand for generated ones."""
+    """Place of each source on the site: pages, and files that correspond to generated ones."""
     found = {page.source: page.path for page in flat(navigation()) if not page.source.startswith(MADE)}
     found |= {f"missions/{name}.mission": f"missions/{name}.md" for name in missions()}
     found |= {"missions": "missions/index.md", "missions/gallery": "missions/index.md"}
@@ -150,7 +150,7 @@ def places() -> dict[str, str]:
 
 
 def missions() -> list[str]:
-    """The missions of the repository: paths in ``missions/``, without what they end in."""
+    """Missions of the repository: paths in ``missions/`` without their suffix."""
     folder = ROOT / "missions"
     return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.mission"))
 
@@ -160,20 +160,20 @@ def _missions() -> tuple[Page, ...]:
 
 
 def _families() -> tuple[Section, ...]:
-    """The pages of the codes, by what they are about."""
+    """Pages of the codes, by topic."""
     return tuple(
         Section(f"MC{digit}xx: {about}", _each("errors", f"MC{digit}*.md")) for digit, about in FAMILIES.items()
     )
 
 
 def _each(folder: str, pattern: str = "[0-9]*.md") -> tuple[Page, ...]:
-    """Pages of a folder, by their first heading."""
+    """Pages in a folder, by their first heading."""
     pages = sorted((ROOT / "docs" / folder).glob(pattern))
     return tuple(Page(heading(page), f"docs/{folder}/{page.name}", f"{folder}/{page.name}") for page in pages)
 
 
 def heading(page: Path) -> str:
-    """The first heading of a Markdown file."""
+    """First heading of a Markdown file."""
     first = next(line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("# "))
     return first[2:].strip()
 

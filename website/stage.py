@@ -1,4 +1,4 @@
-"""Pages into one folder, as the generator takes them. What they say stays as it is; two things of form change.
+"""Pages in one folder for the generator. Their content is unchanged; two formal things change.
 
 Fences: what follows the language in ```` ```mission watch.mission wrong ```` is for our tests. A file's name becomes
 the title of the block, the rest is dropped.
@@ -25,11 +25,11 @@ _LINK = re.compile(r"(?<=\]\()(?!https?:|#)(?P<target>[^)#\s]+)(?=[)#])")
 
 
 def stage(folder: Path, played: tuple[str, ...] = HOME) -> Path:
-    """Writes pages, pictures, reports and the generator's settings into an empty folder.
+    """Write pages, pictures, reports and the generator's settings to an empty folder.
 
     Args:
-        folder: what is in it is lost.
-        played: the missions whose reports the site plays.
+        folder: folder whose contents are removed.
+        played: missions whose reports the site plays.
 
     Returns:
         the settings.
@@ -97,7 +97,7 @@ def _linked(page: Page, text: str, played: tuple[str, ...]) -> str:
 
 
 def _toml(parts: tuple[Page | Section, ...]) -> str:
-    """A navigation as the generator's settings have it."""
+    """Navigation in the format of the generator's settings."""
     rows = []
     for part in parts:
         value = json.dumps(part.path) if isinstance(part, Page) else _toml(part.parts)

@@ -1,11 +1,11 @@
-"""CONS: a linear consensus law that tracks a reference, from start over the regions in turn to the finish.
+"""CONS: a linear consensus law that tracks a reference from the start through the regions to the finish.
 
     velocity of i = velocity of r + TRACK ((r + d_i) - x_i) + AGREE sum over neighbours j of ((x_j - d_j) - (x_i - d_i))
 
 Neighbours are those linked at the moment, d_i the place of i in the team as it stands in the dock. The law knows
-neither formulas nor obstacles, so the reference r does all of that: it goes at an even pace, and rests a little in
-each region, along the shortest way for a disc as wide as the team; where there is none, for one robot. Velocities are
-cut off at the limit. Nothing keeps bodies apart but that they keep their places.
+neither formulas nor obstacles, so the reference r does all of that: it goes at an even pace, and rests a little in each
+region, along the shortest way for a disc as wide as the team; where there is none, for one robot. Velocities are cut
+off at the limit. Nothing keeps bodies apart but that they keep their places.
 
 Source:
     Olfati-Saber, Fax and Murray, "Consensus and Cooperation in Networked Multi-Agent Systems" (2007);
@@ -29,10 +29,10 @@ TRACK, AGREE = 2.0, 1.0
 """Gains, 1/s."""
 
 REST = 3
-"""Steps that the reference rests in each region."""
+"""Steps of rest of the reference in each region."""
 
 ROOM = 0.05
-"""Metres to obstacles that its way has to spare."""
+"""Extra distance of its path from obstacles, metres."""
 
 
 def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | str:
@@ -59,7 +59,7 @@ def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | s
 
 
 def _reference(mission: Mission, kernel: Kernel, start: Array, extent: float) -> Array:
-    """Where the middle of the team is to be at the steps, (steps + 1, dim), metres."""
+    """Position of the team's centre at the steps, (steps + 1, dim), metres."""
     geodesics, body = Geodesics(mission), max(agent.radius for agent in mission.agents) + mission.clearance
     places = [start, *(np.mean([area.low, area.high], axis=0) for area in legs(mission, kernel)[1:])]
     ways = [geodesics.way(one, other, body + extent + ROOM, body + ROOM) for one, other in pairwise(places)]

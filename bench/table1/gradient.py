@@ -34,23 +34,26 @@ STARTS = 16
 ITERATIONS = 1500
 BETWEEN = (0.0, 0.25, 0.5, 0.75)
 SHARP = 10.0
-"""1/m: of the soft minimum and maximum."""
+"""Sharpness of the soft minimum and maximum, 1/m."""
 ROOM = 0.03
-"""Metres that the hinges ask for beyond what the mission does."""
+"""Extra margin of the hinges in metres beyond the mission's."""
 LENGTH = 0.02
-"""Weight of the squared lengths of steps against squared metres of hinges."""
+"""Weight of the squared lengths of steps relative to squared metres of hinges."""
 
 
 class Smooth(Robustness):
-    """Robustness whose greatest and least pass a gradient to all that they are of."""
+    """Robustness whose maximum and minimum propagate gradients to all operands."""
 
     def meet(self, parts: Sequence[Tensor]) -> Tensor:
+        """Soft minimum of values that broadcast to (batch, agents, steps + 1), metres."""
         return least(torch.stack(torch.broadcast_tensors(*parts), dim=-1)) if parts else super().meet(parts)
 
     def join(self, parts: Sequence[Tensor]) -> Tensor:
+        """Soft maximum of values that broadcast to (batch, agents, steps + 1), metres."""
         return greatest(torch.stack(torch.broadcast_tensors(*parts), dim=-1)) if parts else super().join(parts)
 
     def window(self, node: WindowNode, body: Tensor) -> Tensor:
+        """Soft minimum or maximum over a window: (batch, agents, steps + 1), metres."""
         value = self.spread(body)
         steps = value.shape[-1]
         width = (steps - 1 if node.high is None else node.high) - node.low + 1
@@ -60,10 +63,12 @@ class Smooth(Robustness):
 
 
 def least(values: Tensor) -> Tensor:
+    """Soft minimum over the last axis: (..., operands) -> (...), metres."""
     return -torch.logsumexp(-SHARP * values, dim=-1) / SHARP
 
 
 def greatest(values: Tensor) -> Tensor:
+    """Soft maximum over the last axis: (..., operands) -> (...), metres."""
     return (torch.softmax(SHARP * values, dim=-1) * values).sum(dim=-1)
 
 
@@ -99,7 +104,7 @@ class _Problem:
         self.apart = radius[self.first] + radius[self.second] + mission.separation
 
     def guesses(self, generator: np.random.Generator) -> Array:
-        """Straight motions bent by noise: (batch, agents, steps + 1, 2)."""
+        """Straight motions with smooth noise, (batch, agents, steps + 1, 2), metres."""
         part = np.linspace(0.0, 1.0, self.mission.steps + 1)
         waves = np.sin(np.pi * np.arange(1, 5)[:, None] * part) / np.arange(1, 5)[:, None]
         guesses = []
@@ -116,7 +121,10 @@ class _Problem:
                 position[:, :, step, axis].clamp_(area.low[axis] + 1e-4, area.high[axis] - 1e-4)
 
     def cost(self, position: Tensor) -> tuple[Tensor, Tensor]:
-        """What is broken, and the squared lengths of steps: (batch,) twice."""
+        """Violation and squared lengths of steps, (batch,) each.
+
+        Position: (batch, agents, steps + 1, 2), metres.
+        """
         mission = self.mission
         judge = Smooth(self.team, States(position, velocities(position, mission.step)))
         values = judge.values(postorder(self.graph.formulas))

@@ -1,9 +1,11 @@
-"""MICP: stlpy's formula tree as mixed-integer rows, solved by HiGHS (the one in scipy); stops at the first point.
+"""MICP: stlpy's formula tree as mixed-integer rows, solved by HiGHS (from scipy).
+
+Stops at the first point.
 
 stlpy's own mixed-integer solvers need a licence of Gurobi or Mosek for problems of this size. Here each branch of an
-``or`` gets a binary, an ``and`` hands its own on (the encoding of few binaries), a predicate becomes one row with
-the smallest sufficient constant. The speed limit is a square within the disc; there is no cost, as a cost only
-takes time. Starts are drawn by the seed, finishes are the solver's choice.
+``or`` gets a binary, an ``and`` hands its own on (the encoding of few binaries), a predicate becomes one row with the
+smallest sufficient constant. The speed limit is a square within the disc; there is no cost, as a cost only takes time.
+Starts are drawn by the seed, finishes are the solver's choice.
 
 Source:
     [clot] Table I, MICP; V. Kurtz and H. Lin, Mixed-integer programming for STL with fewer binary variables.
@@ -53,7 +55,7 @@ class _Rows:
         self.least.append(least)
 
     def formula(self, node: Stl, step: int, switch: int | None) -> None:
-        """``node`` holds at ``step`` where the binary ``switch`` is 1; always where there is none."""
+        """Add rows so that ``node`` holds at ``step`` if the binary ``switch`` is 1, or always without one."""
         if node.is_predicate():
             weights, bound = node.a.ravel(), float(node.b[0])
             terms = [(self.size * step + axis, float(weights[axis])) for axis in np.flatnonzero(weights)]
@@ -67,7 +69,7 @@ class _Rows:
         else:
             switches = [self.columns + number for number in range(len(node.subformula_list))]
             self.columns += len(switches)
-            # A sum of binaries, at least 1, or at least the binary above.
+            # A sum of binaries, at least 1, or at least the enclosing binary.
             above = [] if switch is None else [(switch, -1.0)]
             self.row([(each, 1.0) for each in switches] + above, 1.0 if switch is None else 0.0)
             for part, ahead, each in zip(node.subformula_list, node.timesteps, switches, strict=True):

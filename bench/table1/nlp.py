@@ -1,8 +1,8 @@
-"""NLP: stlpy's smooth robustness, maximised by SNOPT, from the Drake wheel.
+"""NLP: stlpy's smooth robustness, maximized by SNOPT, from the Drake wheel.
 
-The same formula tree as for MICP; positions follow velocities, each in a square within the disc of the speed limit;
-k = 2 is stlpy's default, and so are its random first guess and its goal, the greatest robustness. Starts are
-drawn by the seed, finishes are part of the formula.
+The same formula tree as for MICP; positions follow velocities, each in a square within the disc of the speed limit; k =
+2 is stlpy's default, and so are its random first guess and its goal, the greatest robustness. Starts are drawn by the
+seed, finishes are part of the formula.
 
 Source:
     [clot] Table I, NLP; Y. Gilpin, V. Kurtz and H. Lin, A smooth robustness measure of STL for symbolic control.
@@ -22,13 +22,13 @@ from missionc.ir.kernel.nodes import Kernel
 from table1.scene import box, speed, stand, trace
 from table1.specification import specification
 
-# stlpy 0.3 imports these by the names that Drake had in 2022.
+# stlpy 0.3 imports these by their names in Drake of 2022.
 for stale in ("pydrake.solvers.all", "pydrake.solvers.branch_and_bound"):
     sys.modules.setdefault(stale, pydrake.solvers)
 
 
 def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | str:
-    with contextlib.redirect_stdout(None):  # it says that there is no Gurobi
+    with contextlib.redirect_stdout(None):  # it reports that Gurobi is missing
         from stlpy.solvers.drake.drake_smooth import DrakeSmoothSolver
         from stlpy.systems import LinearSystem
 

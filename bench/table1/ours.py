@@ -1,4 +1,4 @@
-"""Our own backend, as ``missionc compile --preset`` calls it."""
+"""Our own backend, as in ``missionc compile --preset``."""
 
 from __future__ import annotations
 

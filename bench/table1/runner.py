@@ -1,8 +1,8 @@
-"""Runs a method on its seeds in a process of its own, which has a limit of CPU time and of memory.
+"""Runner of a method on its seeds in a separate process, with limits of CPU time and memory.
 
-The timer of the process's own CPU time ends it, so that a loaded machine takes no chance away from anyone; then
-another process goes on with the next seed. A method that loads a library on its first call may have one call on a
-small mission that does not count.
+The timer of the process's own CPU time ends it, so that a loaded machine takes no chance away from anyone; then another
+process goes on with the next seed. A method that loads a library on its first call may have one call on a small mission
+that does not count.
 """
 
 from __future__ import annotations
@@ -19,12 +19,15 @@ from pathlib import Path
 import missionc
 
 GRACE = 20.0
-"""Wall seconds for each CPU second before a process counts as hung."""
+"""Wall-clock seconds for each CPU second before a process counts as hung."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """``module``: of this package; ``warm``: a first call that does not count; ``options``: handed to ``plan``."""
+    """Task; ``module``: in this package; ``warm``: an uncounted first call.
+
+    ``options``: arguments of ``plan``.
+    """
 
     module: str
     file: Path
@@ -37,7 +40,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Run:
-    """One seed: CPU seconds, the process's peak memory so far in bytes, and the score or why there is none.
+    """One seed: CPU seconds, peak memory of the process so far in bytes, and the score or the reason for none.
 
     ``iterations`` and ``joint_motions`` are those of a search, where it tells them.
     """
@@ -52,7 +55,7 @@ class Run:
 
 
 def runs(task: Task, seeds: list[int]) -> list[Run]:
-    """Every seed's outcome, in order."""
+    """Outcome of every seed, in order."""
     context = multiprocessing.get_context("spawn")
     done: list[Run] = []
     while len(done) < len(seeds):
@@ -82,7 +85,7 @@ def runs(task: Task, seeds: list[int]) -> list[Run]:
 
 
 def _peak(process: int | None) -> int:
-    """The most memory that a process has had in RAM so far, bytes; 0 where the system does not tell."""
+    """Peak resident memory of a process, bytes; 0 if the system does not provide it."""
     try:
         status = Path(f"/proc/{process}/status").read_text()
     except OSError:

@@ -1,4 +1,4 @@
-"""What the rivals need of a mission and would otherwise each make up: places to stand, links to keep, a trace."""
+"""Parts of a mission that all rivals need: places to stand, links to keep, a trace."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from missionc.ir.kernel.walk import postorder
 
 
 class Unsupported(Exception):
-    """The mission says something that this rival's formulation has no words for."""
+    """Error for a mission that this rival's formulation cannot express."""
 
 
 def box(place: Place | None) -> Box:
-    """The region of a start or finish."""
+    """Region of a start or finish."""
     if place is not None and place.region is not None and isinstance(place.region.shape, Box):
         return place.region.shape
     raise Unsupported("starts and finishes have to be boxes")
 
 
 def legs(mission: Mission, kernel: Kernel) -> list[Box]:
-    """The dock, the regions of the requirements in their order, the pad."""
+    """Dock, regions of the requirements in order, and pad."""
     named = [
         term.predicate.region.shape
         for term in postorder(build(kernel).formulas)
@@ -36,7 +36,7 @@ def legs(mission: Mission, kernel: Kernel) -> list[Box]:
 
 
 def speed(mission: Mission) -> float:
-    """The one speed limit of a team of first order, m/s."""
+    """Common speed limit of a first-order team, m/s."""
     limits = {agent.dynamics.top_speed for agent in mission.agents}
     if len(limits) != 1 or any(agent.dynamics.word != "single_integrator" for agent in mission.agents):
         raise Unsupported("all agents have to be single integrators of one speed")
@@ -44,7 +44,7 @@ def speed(mission: Mission) -> float:
 
 
 def lattice(area: Box, pitch: float) -> Array:
-    """Points ``pitch`` apart in a box, centred in it: (points, 2), metres."""
+    """Points with spacing ``pitch`` in a box, centred in it: (points, 2), metres."""
     axes = []
     for low, high in zip(area.low, area.high, strict=True):
         count = int((high - low) / pitch + 1e-9) + 1
@@ -53,13 +53,13 @@ def lattice(area: Box, pitch: float) -> Array:
 
 
 def together(points: Array, count: int, generator: np.random.Generator) -> Array:
-    """``count`` of the points, next to each other, around one drawn at random."""
+    """Select ``count`` neighbouring points around a random one: (points, 2) -> (count, 2), metres."""
     anchor = points[generator.integers(len(points))]
     return points[np.argsort(np.linalg.norm(points - anchor, axis=1), kind="stable")[:count]]
 
 
 def stand(mission: Mission, area: Box, generator: np.random.Generator) -> Array:
-    """A place for every agent in a box, drawn at random: apart from each other and, as far as it goes, linked."""
+    """Random positions of all agents in a box, separate and, if possible, linked: (agents, 2), metres."""
     count, radius = len(mission.agents), max(agent.radius for agent in mission.agents)
     pitch = min((graph.radius for graph in mission.graphs), default=1.0) / 2.5
     while len(lattice(area, pitch)) < count:
@@ -74,13 +74,13 @@ def stand(mission: Mission, area: Box, generator: np.random.Generator) -> Array:
 
 
 def tree(position: Array) -> list[tuple[int, int]]:
-    """The edges of a shortest spanning tree of (agents, 2)."""
+    """Edges of a shortest spanning tree of positions (agents, 2), metres."""
     edges = minimum_spanning_tree(cdist(position, position)).tocoo()
     return list(zip(edges.row.tolist(), edges.col.tolist(), strict=True))
 
 
 def trace(mission: Mission, position: Array) -> Trace:
-    """First-order motion through positions, (agents, steps + 1, 2)."""
+    """First-order motion through positions, (agents, steps + 1, 2), metres."""
     moved = np.diff(position, axis=1) / mission.step
     velocity = np.concatenate([moved, moved[:, -1:]], axis=1)
     return Trace(mission.step, position, velocity, np.arctan2(velocity[..., 1], velocity[..., 0]))

@@ -1,4 +1,4 @@
-"""What a motion is worth, the same for every method: the verifier's word, and four figures."""
+"""Score of a motion, the same for every method: the verifier's verdict, and four values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BODIES = ("obstacle", "separation")
 
 @dataclass(frozen=True)
 class Searched:
-    """A motion, and what a search took for it: its iterations, and the joint motions that it had to choose from."""
+    """Motion, with the iterations of its search and the joint motions among which it had to choose."""
 
     trace: Trace
     iterations: int | None
@@ -26,7 +26,7 @@ class Searched:
 
 @dataclass(frozen=True)
 class Score:
-    """``sampled``: the plan holds at the steps; ``solved``: between them too, all that ``verify`` asks.
+    """Score; ``sampled``: the plan holds at the steps; ``solved``: it passes all of ``verify``.
 
     ``length``: mean path of a robot, m. ``smoothness``: mean \\|v(t + 1) - v(t)\\|, m/s. ``clearance``: the least
     margin of a body to an obstacle or another body between steps too, m.
@@ -62,7 +62,7 @@ def shape(trace: Trace) -> tuple[float, float]:
 
 
 def _room_at_steps(mission: Mission, trace: Trace) -> float:
-    """The least margin of bodies at the steps alone, metres; of standing obstacles."""
+    """Minimum clearance of bodies at the steps only, metres, to each other and to static obstacles."""
     position = trace.position
     radius = np.array([agent.radius for agent in mission.agents])
     room = [np.inf]

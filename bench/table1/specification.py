@@ -1,9 +1,9 @@
-"""A mission as a formula tree of stlpy: the signal is every agent's position, side by side.
+"""A mission as a formula tree of stlpy: the signal is the concatenation of all positions.
 
-Approximations, all on the safe side: a disc is the octagon around it, two bodies are apart along x or
-along y, the links kept are those of the starts' shortest spanning tree, each with \\|dx\\| and \\|dy\\| at
-most range/√2. stlpy knows nothing of the time between steps; ``between`` asks what makes it safe in its words: that
-one side of an obstacle, or of another body, is kept at two steps in a row.
+Approximations, all on the safe side: a disc is the octagon around it, two bodies are apart along x or along y, the
+links kept are those of the starts' shortest spanning tree, each with \\|dx\\| and \\|dy\\| at most range/√2. stlpy
+knows nothing of the time between steps; ``between`` asks what makes it safe in its words: that one side of an obstacle,
+or of another body, is kept at two steps in a row.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from missionc.ir.kernel.nodes import All, Always, Any, At, Atom, Eventually, Ker
 from table1.scene import Unsupported, box, tree
 
 Stl: typing.TypeAlias = typing.Any
-"""stlpy comes without types."""
+"""Formula of stlpy, which has no types."""
 
 GUARD = 1e-3
-"""Metres by which every predicate has to hold, so that a solver's tolerance does not decide."""
+"""Margin of every predicate in metres, so that a solver's tolerance does not decide."""
 
 SIDES = 8
-"""At the polygon that stands for a disc."""
+"""Number of sides of the polygon for a disc."""
 
 
 def specification(mission: Mission, kernel: Kernel, start: Array, between: bool = False) -> Stl:
-    """Requirements, finishes, obstacles and pairs, from ``start``, (agents, 2)."""
+    """Requirements, finishes, obstacles and pairs, from ``start``, (agents, 2), metres."""
     write = _Writer(mission, tree(start), between)
     parts = [write.term(wanted.formula, None) for wanted in build(kernel).requirements]
     last = mission.steps
@@ -78,7 +78,7 @@ class _Writer:
         raise Unsupported(f"no linear form of {term}")
 
     def half(self, weights: dict[int, tuple[float, float]], bound: float) -> Stl:
-        """The sum of each agent's position times its weights is at least the bound."""
+        """Predicate that the weighted sum of each agent's position is at least the bound."""
         row = np.zeros((1, self.size))
         for agent, (x, y) in weights.items():
             row[0, 2 * agent], row[0, 2 * agent + 1] = x, y
@@ -99,7 +99,7 @@ class _Writer:
         return self.beyond([self.half({one: (x, y), other: (-x, -y)}, gap) for x, y in normals])
 
     def beyond(self, sides: list[Stl]) -> Stl:
-        """Beyond one of the sides at every step, or in every step from its beginning to its end."""
+        """Formula for staying beyond one of the sides at every step, or throughout every move."""
         if self.between:
             return both([side.always(0, 1) for side in sides], "or").always(0, self.last - 1)
         return both(sides, "or").always(0, self.last)

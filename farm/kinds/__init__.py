@@ -1,1 +1,1 @@
-"""The kinds of trials, a module each: what one draws, what it does with that, and what may not come of it."""
+"""Kinds of trials, one module each: their cases, execution, and forbidden results."""

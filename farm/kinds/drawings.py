@@ -1,4 +1,4 @@
-"""A drawing in DXF against the area that ezdxf finds in it; spoilt in some lines, an answer or a coded message."""
+"""A DXF drawing compared with its area in ezdxf; if corrupted, an answer or a coded message."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.base.diagnostics.map_error import MapError
 
 DRAWING = "floor.dxf"
 HOSTILE = ("nan", "inf", "-1", "0", "1e300", "32767", "1000000", "-0.0", "1e-300")
-"""Values that are written in place of others."""
+"""Values that replace others."""
 
 NUMBERS = {str(code) for code in (*range(10, 79), *range(210, 240))}
 """Group codes of coordinates, sizes, angles, counts and flags."""

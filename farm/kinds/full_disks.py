@@ -1,4 +1,4 @@
-"""A command whose disk has no room left: it says so with a code, and what it was to replace is as it was.
+"""A command with a full disk: it must report a code, and leave its target unchanged.
 
 The disk is a small one that is mounted for the trial alone; where that may not be, no file may grow beyond a size.
 """
@@ -19,7 +19,7 @@ from tests.support.every_command import codes, said
 from tests.support.small_missions import SMALL
 
 PAGE = 4096
-"""Bytes by which such a disk is filled."""
+"""Bytes of the blocks that fill such a disk."""
 COMMANDS = tuple(command for command in TARGETS if command != "sweep")
 
 
@@ -30,7 +30,7 @@ def draw(generator: np.random.Generator) -> Case:
 
 
 def carry_out(case: Case, folder: Path) -> str:
-    """The command runs once where there is room, to see how much it takes, and once where there is less."""
+    """Run the command once with space, to measure its size, and once with less."""
     wishes = case.settings
     command, homes = wishes["command"], (folder / "whole", folder / "full")
     homes[1].mkdir()
@@ -63,9 +63,12 @@ def carry_out(case: Case, folder: Path) -> str:
 
 
 def _take_room(homes: tuple[Path, Path], held: int, share: float, disk: bool) -> str:
-    """Leave the second folder some of the room that the command took in the first; why not, where that cannot be."""
+    """Leave the second folder a part of the space used in the first.
+
+    Returns the reason if that is impossible.
+    """
     if disk:
-        # While a folder is replaced, both are there.
+        # During the replacement of a folder, both exist.
         room = held + int(share * (_room(homes[0]) + PAGE))
         return small_disk.resize(homes[1], -(-room // PAGE) * PAGE + PAGE)
     largest = max(path.stat().st_size for path in homes[0].rglob("*") if path.is_file())
@@ -75,7 +78,7 @@ def _take_room(homes: tuple[Path, Path], held: int, share: float, disk: bool) ->
 
 
 def _room(folder: Path) -> int:
-    """Bytes of whole pages, a page for each folder too."""
+    """Bytes of whole pages, including one page for each folder."""
     sizes = [path.stat().st_size if path.is_file() else 1 for path in [folder, *folder.rglob("*")]]
     return sum(-(-size // PAGE) * PAGE for size in sizes)
 

@@ -1,4 +1,4 @@
-"""A command killed at a random moment: what it was to replace is as it was or as it is to be, and nobody is left over.
+"""A command killed at a random moment: its target is old or new, and no process remains.
 
 A signal that can be caught also leaves nothing beside it; what SIGKILL leaves there, the next command clears away.
 """
@@ -20,7 +20,7 @@ from tests.support.every_command import said
 from tests.support.small_missions import SMALL
 
 SIGNALS = {"SIGKILL": 137, "SIGTERM": 143, "SIGINT": 130, "SIGHUP": 129}
-"""Those that end a command, and the status that says so."""
+"""Signals that end a command, with their status."""
 COMMANDS = ("compile", "compile anew", "simulate", "report", "export", "fly", "sweep", "fmt")
 SOON = ("--time-limit", "20", "--explain-limit", "0", "--quiet")
 
@@ -39,7 +39,7 @@ def draw(generator: np.random.Generator) -> Case:
 
 
 def carry_out(case: Case, folder: Path) -> str:
-    """The command runs once to its end, to see how long that takes and what it changes, and once to the moment."""
+    """Run the command once to its end, to measure its time and changes, and once to the moment."""
     wishes, homes = case.settings, (folder / "whole", folder / "killed")
     whole, killed = (prepared(wishes["command"], case, home) for home in homes)
     first = run(words_of(wishes["command"], homes[0]), homes[0])
@@ -63,7 +63,7 @@ def carry_out(case: Case, folder: Path) -> str:
 
 
 def prepared(command: str, case: Case, home: Path) -> Path:
-    """What the command is to write, with all it needs; the folder that it works on is there before."""
+    """Target of the command, with its inputs prepared and its folder created."""
     mission = case.laid(home)
     if command not in ("compile anew", "sweep", "fmt"):
         status, compiled = said("compile", str(mission), "-o", str(home / "out"), *SOON)
@@ -81,7 +81,7 @@ TARGETS = {
     "sweep": "sweep",
     "fmt": MISSION,
 }
-"""What each command writes, in the folder of its mission."""
+"""Target of each command, in the folder of its mission."""
 
 
 def words_of(command: str, home: Path) -> list[str]:
@@ -130,13 +130,13 @@ def _old_or_new(command: str, home: Path, before: dict[str, str], after: dict[st
 
 
 def state(target: Path) -> dict[str, str]:
-    """The hash of each file at or below a path; empty where there is nothing."""
+    """Hash of each file at or below a path; empty if there is none."""
     paths = [target] if target.is_file() else sorted(path for path in target.rglob("*") if path.is_file())
     return {str(path.relative_to(target)): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
 
 
 def nothing_beside(home: Path, referee: str, about: str) -> None:
-    """No staging folder, here or in a folder below."""
+    """Check that there is no staging folder here or in a subfolder."""
     strange = [str(path.relative_to(home)) for path in home.rglob("*") if NAME.fullmatch(path.name)]
     strange += [name for name in os.listdir(home) if ".before-" in name or ".kept-" in name]
     if strange:

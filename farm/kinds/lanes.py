@@ -1,4 +1,4 @@
-"""A mission on lanes, of which all joint motions are tried: planned where one satisfies it, else impossible."""
+"""A mission on lanes with an exhaustive search of joint motions: planned if one satisfies it, else impossible."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.support.every_command import codes, said
 from tests.support.exhaustive_lanes import files_on_lanes, joint_motions
 
 SECONDS = "20"
-"""Far more than a mission of two agents and five places takes."""
+"""Seconds, far more than needed for two agents and five places."""
 
 
 def draw(generator: np.random.Generator) -> Case:
@@ -46,7 +46,7 @@ def carry_out(case: Case, folder: Path) -> str:
 
 
 def satisfiable(mission: ir.Mission) -> bool:
-    """Whether some joint motion without collisions satisfies all requirements."""
+    """Return whether some joint motion without collisions satisfies all requirements."""
     goals = [each.formula for each in mission.requirements]
     return any(all(reference.truth(goal, run, 0, 0) for goal in goals) for run in joint_motions(mission))
 

@@ -1,4 +1,4 @@
-"""A small mission of which all plans on a lattice are tried: where there is one, nothing calls it impossible."""
+"""A small mission with an exhaustive search on a lattice: if it has a plan, no answer may be impossible."""
 
 from __future__ import annotations
 

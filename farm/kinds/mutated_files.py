@@ -1,4 +1,4 @@
-"""The files that a mission reads, one changed by chance, through the check: findings in the words of the file alone."""
+"""The input files of a mission with one random change, in the check: findings must use the terms of the file."""
 
 from __future__ import annotations
 

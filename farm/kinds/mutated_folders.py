@@ -1,4 +1,4 @@
-"""A compiled folder with one place changed by chance: `verify` refuses it, or it says what it said."""
+"""A compiled folder with one random change: `verify` rejects it, or its meaning is unchanged."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.support.small_missions import CONFLICT
 from tests.support.whole_folder import MISSION as WHOLE
 
 CHANGES = 12
-"""Changes of each folder, one after the other."""
+"""Number of successive changes of each folder."""
 EXPORTS = "crazyswarm2,cflib,skybrush,ros2,px4"
 
 

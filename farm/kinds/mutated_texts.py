@@ -1,4 +1,4 @@
-"""The text of a mission, changed by chance, through every command: an answer or a coded message, no traceback."""
+"""The text of a mission with random changes, in every command: an answer or a coded message, no traceback."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tests.support.random_language_missions import random_program
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST = 3_000
-"""Characters of a text that is changed: a longer one says no more, and takes longer."""
+"""Maximum number of characters of a changed text: longer ones are slower without more findings."""
 FLAGS = ("--time-limit", "1", "--explain-limit", "0", "--set", "smt.nodes=30")
-"""Nodes of a roadmap, where a mission does not say how many: for agents with momentum more take seconds to grow."""
+"""Number of roadmap nodes if the mission gives none: for agents with momentum, more are slow."""
 
 
 @cache
 def texts() -> tuple[str, ...]:
-    """Real missions, those that were found before among them."""
+    """Real missions, including earlier findings."""
     found = [ROOT / "tests" / "corpus" / "found", ROOT / "missions"]
     read = [path.read_text(encoding="utf-8") for folder in found for path in sorted(folder.rglob("*.mission"))]
     return tuple(text for text in read if len(text) < LONGEST)

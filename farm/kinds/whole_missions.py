@@ -1,4 +1,4 @@
-"""A random mission of the whole language through every command and every backend; the answers have to agree."""
+"""A random mission of the whole language in every command and every backend; the answers must agree."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from tests.support.random_language_missions import random_program
 
 PRESETS = ("search", "paper", "fsot", "mpot")
 SECONDS = "1"
-"""That a search may take; one that finds nothing by then has answered too."""
+"""Time limit of a search in seconds; one without a result by then has answered too."""
 MOTIONS = 3
-"""Random motions that the monitor is asked about, of each mission."""
+"""Number of random motions of each mission that are monitored."""
 
 
 def draw(generator: np.random.Generator) -> Case:
@@ -81,7 +81,7 @@ def _asked(engine: str, mission: Path, out: Path) -> engines.Reply:
 
 
 def _holds(reply: engines.Reply, mission: Path, seed: int) -> None:
-    """What an engine left in its folder is what `verify` accepts."""
+    """Check that `verify` accepts an engine's folder."""
     if reply.planned:
         _read_twice(mission, reply.folder, seed)
     if reply.planned or (reply.outcome == "impossible" and (reply.folder / "manifest.json").exists()):
@@ -92,7 +92,7 @@ def _holds(reply: engines.Reply, mission: Path, seed: int) -> None:
 
 
 def _read_twice(mission: Path, out: Path, seed: int) -> None:
-    """The plan, where there is one, and some motions at random, by both readings of the semantics."""
+    """Evaluate the plan, if any, and some random motions with both readings of the semantics."""
     checked = driver.check(mission, backend="any")
     beyond = any(finding.code is BEYOND_HORIZON for finding in checked.findings)
     if checked.mission is None or checked.kernel is None or beyond:
@@ -108,7 +108,7 @@ def _read_twice(mission: Path, out: Path, seed: int) -> None:
 
 
 def _flown(out: Path, mission: Path, case: Case, folder: Path) -> None:
-    """The commands that fly a plan, or plan the rest of it anew."""
+    """Run the commands that fly a plan or replan the rest of it."""
     wishes = case.settings
     seed = str(wishes["seed"])
     if wishes["replan"]:
@@ -128,7 +128,7 @@ def _flown(out: Path, mission: Path, case: Case, folder: Path) -> None:
 
 
 def _replanned(out: Path, folder: Path, seed: int) -> None:
-    """The rest of a mission from some moment of its plan on, flown as planned until then."""
+    """Replan the rest of a mission from a moment of its plan on, flown as planned until then."""
     rows = list(csv.DictReader((out / "trajectories.csv").read_text(encoding="utf-8").splitlines()))
     times = sorted({float(row["t"]) for row in rows})
     until = times[1 + seed % max(1, len(times) - 2)] if len(times) > 2 else times[-1]
@@ -145,7 +145,7 @@ def _replanned(out: Path, folder: Path, seed: int) -> None:
 
 
 def _answered(command: str, status: int, document: dict[str, Any]) -> None:
-    """A command that flies says that it did, that a requirement was violated, or with a code why it could not."""
+    """Check that a flight command reports success, a violated requirement, or a code."""
     if status not in (Status.DONE, Status.VIOLATED) and not codes(document):
         promise = f"`{command}` succeeds, or reports a code."
         raise Broken(command, promise, f"{status} {json.dumps(document)[:3000]}")

@@ -1,1 +1,1 @@
-"""What judges the answers of commands: a second reading of the semantics, and promises that several answers keep."""
+"""Referees of the commands' answers: a second reading of the semantics, and consistency of several answers."""

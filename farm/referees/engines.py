@@ -1,4 +1,4 @@
-"""Answers of several engines to one mission: nobody's plan is impossible, or better than can be, by another's word.
+"""Consistency of several engines' answers to one mission: no plan contradicts another engine's proof or bound.
 
 in   the answers of commands
 says Broken
@@ -17,12 +17,12 @@ from missionc.base.diagnostics.code import BEYOND_HORIZON, IMPOSSIBLE, NO_MOTION
 from tests.support.exhaustive_lattice import SAY_IMPOSSIBLE
 
 NEAR = 1e-5
-"""Metres or seconds: of figures in files."""
+"""Tolerance for values in files, metres or seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What an engine answered, by the JSON document of ``compile``, and the folder where it wrote."""
+    """Answer of an engine: the JSON document of ``compile``, and its folder."""
 
     engine: str
     outcome: str
@@ -35,17 +35,17 @@ class Reply:
 
     @property
     def no_motion(self) -> bool:
-        """It says that nothing satisfies the mission, whatever the roadmap."""
+        """True if it claims that nothing satisfies the mission, for any roadmap."""
         return self.outcome == "impossible" and NO_MOTION.name in self.codes
 
     @property
     def no_roadmap(self) -> bool:
-        """It says that its roadmaps hold no plan."""
+        """True if it claims that its roadmaps contain no plan."""
         return self.outcome == "impossible" and IMPOSSIBLE.name in self.codes
 
 
 def refused_as_impossible(reply: Reply) -> bool:
-    """Whether the check refuses a mission because it cannot be; one that looks beyond its end is not read so far."""
+    """Return whether the check rejects a mission as impossible, rather than for looking beyond its end."""
     names = {code.name for code in SAY_IMPOSSIBLE}
     return reply.outcome == "refused" and bool(names & reply.codes) and BEYOND_HORIZON.name not in reply.codes
 
@@ -56,10 +56,10 @@ def reply(engine: str, document: dict[str, Any], folder: Path) -> Reply:
 
 
 def consistent(replies: list[Reply]) -> None:
-    """What all engines say of one mission can be so.
+    """Check that the answers of all engines to one mission are consistent.
 
     Raises:
-        Broken: it cannot.
+        Broken: the answers contradict each other.
     """
     for one, other in permutations(replies, 2):
         if one.no_motion and other.planned:

@@ -1,4 +1,4 @@
-"""The second reading of the semantics: the monitor says of a motion what ``tests.reference`` says of it.
+"""The second reading of the semantics: the monitor must agree with ``tests.reference`` about a motion.
 
 in   a mission as resolved, its kernel, a trace of it
 says Broken, where the two readings differ in truth or in robustness
@@ -19,20 +19,20 @@ from missionc.verification.monitoring import monitor
 from tests import reference
 
 NEAR = 1e-6
-"""Metres, or whatever robustness is in: rounding alone makes no more of a difference."""
+"""Tolerance for robustness, metres or other units: rounding alone stays below it."""
 
 
 def agree(mission: ir.Mission, kernel: Kernel, trace: Trace, about: str) -> None:
-    """Both readings of every requirement and preference.
+    """Check that both readings of every requirement and preference agree.
 
     Args:
-        about: the motion, for what is said.
+        about: description of the motion, for messages.
 
     Raises:
-        Broken: they differ.
+        Broken: the readings differ.
     """
     if any(isinstance(graph, ir.Sight) and not all(map(_convex, graph.shapes)) for graph in mission.graphs):
-        return  # the second reading looks past convex shapes alone
+        return  # the second reading looks past convex shapes only
     judged = monitor.monitor(mission, kernel, trace)
     run = reference.Run(
         mission,
@@ -51,7 +51,7 @@ def agree(mission: ir.Mission, kernel: Kernel, trace: Trace, about: str) -> None
 
 
 def random_motion(mission: ir.Mission, seed: int) -> Trace:
-    """A motion of all agents that knows nothing of dynamics, obstacles or goals."""
+    """Random motion of all agents that ignores dynamics, obstacles and goals."""
     draw = np.random.default_rng(seed)
     low, high = (np.array(corner) for corner in (mission.world.low, mission.world.high))
     agents, states = len(mission.agents), mission.steps + 1

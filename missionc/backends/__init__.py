@@ -1,1 +1,1 @@
-"""Planning backends: a mission and its kernel formula to a trace, by SAT, by trajectory optimisation, or by both."""
+"""Planning backends: from a mission and its kernel formula to a trace, by SAT, trajectory optimisation, or both."""

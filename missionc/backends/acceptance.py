@@ -1,6 +1,7 @@
-"""Acceptance test of a motion: bodies, limits and requirements, between the steps too, before it counts as a plan.
+"""Acceptance test of a motion: bodies, limits and requirements, also between the steps.
 
-The verifier asks the same once more, on its own; this is here so that the search goes on where it would say no.
+The verifier repeats these checks independently. This test lets the search continue if the verifier would reject the
+motion.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.monitor import monitor
 
 ROUNDING = 1e-9
-"""The share of a limit that rounding alone may exceed."""
+"""Share of a limit that rounding may exceed."""
 
 
 def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:
-    """What a motion comes to."""
+    """Evaluate a motion against the mission."""
     faults = [*_places(mission, trace), *_dynamics(mission, trace), *_bodies(mission, trace), *_apart(mission, trace)]
     return Attempt(monitor(mission, kernel, trace).requirements, tuple(faults), trace)
 
@@ -52,7 +53,7 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Violation]:
         margins = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
         parts = list(margins)
         each = np.stack([margins[part] for part in parts])
-        for step in np.flatnonzero(each.min(axis=0) < -ROUNDING):  # a step counts once, by what it breaks most
+        for step in np.flatnonzero(each.min(axis=0) < -ROUNDING):  # a step counts once, by its worst violation
             part = parts[int(each[:, step].argmin())]
             faults.append(Violation(part, (agent.name,), int(step), float(each[:, step].min()), UNIT_OF[part]))
         if np.isfinite(agent.dynamics.top_turn):
@@ -66,7 +67,7 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Violation]:
 
 
 def _motions(mission: Mission, trace: Trace) -> Motions:
-    """The motions of every step, (agents, steps)."""
+    """Motions of every step, (agents, steps)."""
     rows = []
     for agent in mission.agents:
         own = States(trace.position[agent.index], trace.velocity[agent.index])

@@ -1,9 +1,8 @@
-"""The interface of backends: the features that each offers, and a function from a mission to an outcome.
+"""Interface of backends: the features of each, and a function from a mission to an outcome.
 
-``Planned`` (still to be judged by ``verify``), ``Impossible`` (a proof that
-these roadmaps hold no plan, or that no motion is one, and the requirements it
-rests on) and ``NotFound`` (the budget ran out; says nothing about whether a
-plan exists) are never confused.
+There are three separate outcomes. ``Planned`` is a plan, still to be judged by ``verify``. ``Impossible`` is a proof
+that these roadmaps, or all motions, contain no plan, with the requirements of the proof. ``NotFound`` means that the
+budget ran out; a plan may exist.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 class Reason(Enum):
-    """Why a search ended without an answer."""
+    """Reason for a search without an answer."""
 
     TIME = "the time limit was reached"
     MEMORY = "the memory limit was reached"
@@ -45,7 +44,7 @@ class Reason(Enum):
 
 
 class CutShort(Enum):
-    """What ended a search that had a plan and was still at work on a better one."""
+    """Reason for the end of a search that had a plan and was improving it."""
 
     TIME = "time limit"
     MEMORY = "memory limit"
@@ -55,7 +54,7 @@ class CutShort(Enum):
 
     @property
     def note(self) -> str:
-        """What is said of the plan."""
+        """Note about the plan."""
         return f"the search stopped early ({self.value}) with the best plan found so far"
 
 
@@ -110,32 +109,32 @@ class Progress:
 
 
 def ignore(progress: Progress) -> None:
-    """The listener of those who do not watch."""
+    """Listener that ignores progress."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
-    """What a run knows between two of its steps: arrays of finite numbers by name, and words for JSON."""
+    """State of a run between two steps: arrays of finite numbers by name, and text for JSON."""
 
     arrays: Mapping[str, Array]
     words: Mapping[str, Any]
 
 
 class UnusableSnapshot(ValueError):
-    """It holds no state of such a run."""
+    """The snapshot is not a state of such a run."""
 
 
 def discard_snapshot(snapshot: Snapshot) -> None:
-    """What is kept of a run that nobody will take up again."""
+    """Discard the snapshot."""
 
 
 def no_bound(value: float) -> float:
-    """Nothing is known of the best plan, where one comes to so much."""
+    """Bound function that knows no lower bound."""
     return 0.0
 
 
 def discard_plan(planned: Planned) -> None:
-    """Nobody needs a plan before the best one is there."""
+    """Discard an intermediate plan."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +172,7 @@ class Budget:
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """An engine of a portfolio: its turns, the units of work and the seconds they took, and what it said."""
+    """An engine of a portfolio: its turns, work units and seconds, and its result."""
 
     engine: str
     turns: int
@@ -198,7 +197,7 @@ class Tried:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a run did: seconds by stage, sizes by name (``clauses``, ``nodes``, …), texts and proof files asked for."""
+    """Record of a run: seconds by stage, sizes by name (``clauses``, ``nodes``, …), requested texts and proof files."""
 
     seconds: tuple[tuple[str, Seconds], ...] = ()
     sizes: tuple[tuple[str, int], ...] = ()
@@ -206,22 +205,22 @@ class Report:
     files: tuple[tuple[str, bytes], ...] = ()
     notes: tuple[str, ...] = ()
     cut_short: CutShort | None = None
-    """The limit or signal that ended the search: another run, with more time, may find another plan."""
+    """The limit or signal that ended the search; a run with more time may find another plan."""
     work: float = 0.0
-    """Units of ``work`` that were done."""
+    """Units of ``work`` done."""
     kept: float = 1.0
-    """The share of the margin that was asked for by which the plan keeps its requirements."""
+    """Share of the requested margin that the plan satisfies."""
     engine: str = ""
-    """Which engine of a portfolio gave the plan, the refusal or the best candidate; empty where there was none."""
+    """Engine of a portfolio that gave the plan, the refusal or the best candidate; empty without one."""
     tried: tuple[Tried, ...] = ()
-    """The engines of a portfolio, in their order."""
+    """Engines of a portfolio, in their order."""
     solved: tuple[Solved, ...] = ()
-    """Which method found the motion of which agents of a plan."""
+    """Method that found the motion of each group of agents of a plan."""
     roadmaps: tuple[RoadmapGraph, ...] = ()
-    """Those that a plan was found on, before it was straightened; none where it was found on none."""
+    """Roadmaps of a plan before it was straightened; empty if it was found without roadmaps."""
 
     def noting(self, *notes: str) -> Report:
-        """This report with further notes."""
+        """The report with additional notes."""
         return replace(self, notes=(*self.notes, *notes))
 
 
@@ -231,24 +230,24 @@ class Planned:
     report: Report
 
     def noting(self, note: str) -> Planned:
-        """This plan with one more note in its report."""
+        """The plan with one more note in its report."""
         return replace(self, report=self.report.noting(note))
 
 
 class Scope(Enum):
-    """What a refusal is about: the value is its name in JSON."""
+    """Scope of a refusal: the value is its name in JSON."""
 
     ROADMAPS = "roadmaps"
-    """The motions of some roadmaps; of others it says nothing."""
+    """Only the motions on some roadmaps."""
     MISSION = "mission"
-    """Every motion of the agents, whatever the roadmap."""
+    """Every motion of the agents, on any roadmap."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Impossible:
-    """No plan in the ``scope``. ``conflict``: names of the requirements the proof rests on (none: motion alone).
+    """No plan in the ``scope``. ``conflict``: names of the requirements of the proof (none: motion alone).
 
-    ``smallest``: every proper subset of the conflict can hold on this abstraction. Otherwise that was not found out.
+    ``smallest``: every proper subset of the conflict is satisfiable on this abstraction. Otherwise this is unknown.
     """
 
     conflict: tuple[str, ...]
@@ -259,13 +258,13 @@ class Impossible:
 
     @property
     def says(self) -> str:
-        """Which requirements are in conflict, of those there are any."""
+        """Text about the requirements in conflict, if there are any."""
         names = ", ".join(f"`{name}`" for name in self.conflict)
         return f"{names} cannot be satisfied together" if len(self.conflict) > 1 else f"{names} cannot be satisfied"
 
     @property
     def doubt(self) -> str:
-        """That the conflict may not be smallest, where that was not found out."""
+        """Note that the conflict may not be smallest, if this is unknown."""
         return "" if self.smallest or not self.conflict else "a smaller conflict may exist among these requirements"
 
     def __str__(self) -> str:
@@ -279,9 +278,9 @@ class Impossible:
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """What a motion breaks apart from requirements: who does, at which step, and by what margin.
+    """A violation other than of a requirement: the agents, the step, and the margin.
 
-    Margins are in metres, or in the ``unit`` of what is broken. One that is no number is 0.
+    Margins are in metres, or in the ``unit`` of the violated limit. A margin of NaN becomes 0.
     """
 
     what: str
@@ -292,7 +291,7 @@ class Violation:
 
     @property
     def short(self) -> str:
-        """By how much: ``0.2 m``; empty where that is not known."""
+        """Size of the violation: ``0.2 m``; empty if unknown."""
         return f"{-self.margin:.3g} {self.unit}".rstrip() if self.margin < 0 else ""
 
     def as_record(self) -> dict[str, object]:
@@ -313,7 +312,7 @@ class Violation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
-    """A motion and what it comes to: each requirement with its robustness, and everything else that it breaks."""
+    """A motion with its evaluation: each requirement with its robustness, and all other violations."""
 
     requirements: tuple[Judgement, ...]
     faults: tuple[Violation, ...]
@@ -329,22 +328,22 @@ class Attempt:
 
     @property
     def shown(self) -> tuple[Judgement | Violation, ...]:
-        """Everything that is wrong, and of each kind of fault the worst."""
+        """All violations, only the worst of each kind."""
         return (*self.violated, *self.worst_faults())
 
     @property
     def wrong(self) -> int:
-        """How many things are."""
+        """Number of violations."""
         return len(self.faults) + len(self.violated)
 
     def violation(self, step: Seconds) -> str:
-        """The first thing that is wrong, in words, and how many more there are; ``step`` is the mission's, seconds."""
+        """Text of the first violation, and the number of others; ``step`` is the mission's, seconds."""
         wrong = self.shown
         more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
         return f"{wrong[0].violation(step)}{more}" if wrong else "satisfies everything"
 
     def worst_faults(self) -> tuple[Violation, ...]:
-        """The worst fault of each kind."""
+        """Worst violation of each kind."""
         worst: dict[str, Violation] = {}
         for fault in self.faults:
             if fault.what not in worst or fault.margin < worst[fault.what].margin:
@@ -354,7 +353,7 @@ class Attempt:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NotFound:
-    """No plan was found. ``best`` is the candidate that came nearest, where one was finished; it is no plan."""
+    """No plan was found. ``best`` is the closest infeasible candidate, if there is one."""
 
     reason: Reason
     statement: str
@@ -363,7 +362,7 @@ class NotFound:
 
     @property
     def says(self) -> tuple[str, ...]:
-        """That it is undecided and why; and the statement, where it says more."""
+        """Sentences with the verdict *undecided*, its reason, and the statement if it adds information."""
         head = f"undecided: {self.reason.value}"
         return (head,) if self.statement == self.reason.value else (head, self.statement)
 
@@ -379,40 +378,43 @@ class NotFound:
 Outcome: TypeAlias = Planned | Impossible | NotFound
 
 Turns: TypeAlias = Generator[float, float, Outcome]
-"""A search in turns, which ends with its outcome.
+"""Search in turns, which ends with its outcome.
 
-It yields the units of ``work`` it has done, at first 0, and is sent how many it may have done before it yields again.
-What it does next is never cut into less than it can be, so that a turn may be longer.
+It yields the units of ``work`` done, at first 0, and receives the total that it may reach before it yields again. Its
+smallest pieces of work are never split, so a turn may be longer.
 """
 
 
 Straighten: TypeAlias = Callable[[Mission, Kernel, Planned, Budget], Planned]
-"""A plan as it is, or a straighter one of the same mission; still to be judged by ``verify``."""
+"""Function from a plan to the same or a straighter plan of the mission; still to be judged by ``verify``."""
 
 
 class Backend(Protocol):
     """One way to plan. What it offers is in ``registry.BACKENDS``, a table that loads no solver.
 
-    ``refutes``: it may find a mission impossible; else it searches until it has a plan, or its time is up.
+    ``refutes``: it may prove a mission infeasible; else it searches until it has a plan or its time is up.
     """
 
     name: str
     refutes: bool
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """What to say where these options need a package or a device that is not there."""
+        """Diagnostic if these options need a package or a device that is missing."""
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """A search for a joint motion that satisfies every requirement, in turns."""
+        """Search in turns for a joint motion that satisfies every requirement."""
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """All its turns, one after the other."""
+        """Run all turns in sequence."""
 
 
 class BackendExtension(ABC):
-    """Base class of backends of other packages. The compiler verifies every plan, and searches for none itself.
+    """Base class of backends of extensions.
 
-    ``features`` are all that a mission it plans may need, ``options`` the names of ``Options`` that it reads.
+    The compiler verifies every plan, and only uses named extensions.
+
+    ``features`` are all features that its missions may need, and ``options`` the names of the ``Options`` that it
+    reads.
     """
 
     name: str
@@ -421,7 +423,7 @@ class BackendExtension(ABC):
     refutes: bool = False
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """Return what these options need and is not there; by default nothing."""
+        """Return a diagnostic if these options need something that is missing; by default None."""
         return None
 
     @abstractmethod
@@ -438,7 +440,7 @@ def check_outcome(outcome: Outcome, name: str, mission: Mission) -> Outcome:
     """Return the outcome of a backend as it is.
 
     Raises:
-        ExtensionError: it is no outcome, or its trace has not the shape of a motion of these agents.
+        ExtensionError: it is not an outcome, or its trace does not have the shape of these agents' motion.
     """
     help_ = f"report it to the authors of the backend `{name}`"
     if not isinstance(outcome, Planned | Impossible | NotFound):

@@ -1,10 +1,10 @@
-"""Choice of a backend: the mission's features are within those that the backend offers.
+"""Choice of a backend: it must offer the mission's features.
 
-    in   Mission, and a backend by name where the command line gives one
+    in   Mission, and a backend by name if the command line gives one
     out  Choice
     says MC401 MC402
 
-Tables of names only: nothing here loads a solver.
+The module has only tables of names and loads no solver.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from missionc.ir.wording import listed
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """A feature, and the words that need it."""
+    """A feature, with the source text that needs it."""
 
     feature: Feature
     span: Span
@@ -37,9 +37,9 @@ class Need:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The backends that can express the mission and are to plan it, in the order of their turns.
+    """Backends that can express the mission and will plan it, in the order of their turns.
 
-    ``explanation`` says why these and why none of the others.
+    ``explanation`` gives the reason for these and against the others.
     """
 
     engines: tuple[str, ...]
@@ -47,12 +47,12 @@ class Choice:
 
     @property
     def backend(self) -> str:
-        """The first of them."""
+        """The first backend."""
         return self.engines[0]
 
 
 def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None, list[Diagnostic]]:
-    """The backend that the mission or the command line names, or else all that offer what it needs."""
+    """Backend named by the mission or the command line, or all that offer the mission's features."""
     wanted = forced or mission.solve.backend
     required = needs(mission)
     offers = dict(BACKENDS.items_built_in())
@@ -71,7 +71,7 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
 
 
 def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
-    """Who takes the first turn, and who the next: those first that a feature is best given to, who repeats one last."""
+    """Order of turns: first those that lead for a feature, last those that repeat another."""
     asked = {need.feature for need in required}
     return tuple(
         sorted(able, key=lambda name: (BACKENDS[name].subsumes in able, BACKENDS[name].preferred_for.isdisjoint(asked)))
@@ -79,12 +79,12 @@ def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
 
 
 def needs(mission: Mission) -> tuple[Need, ...]:
-    """Each feature the mission uses, once, at the first words that need it."""
+    """Each feature of the mission, once, at the first text that needs it."""
     return _once((*_of_world(mission), *_of_goals(mission), *_of_objective(mission), *_of_solve(mission)))
 
 
 def needs_of(formula: Formula) -> tuple[Need, ...]:
-    """Each feature that one formula uses, once, at the first words that need it."""
+    """Each feature of one formula, once, at the first text that needs it."""
     return _once(_of_formulas(formulas_bottom_up([formula])))
 
 
@@ -123,7 +123,7 @@ def _of_goals(mission: Mission) -> Iterator[Need]:
 
 
 def _of_formulas(all_of_them: Iterable[Formula]) -> list[Need]:
-    """In the order of the formulas in the text."""
+    """Features in the order of the formulas in the text."""
     needs = [(formula.span.start, need) for formula in all_of_them for need in _of_formula(formula)]
     return [need for _, need in sorted(needs, key=lambda pair: pair[0])]
 
@@ -174,7 +174,7 @@ def _of_solve(mission: Mission) -> Iterator[Need]:
 
 
 def _restless(mission: Mission) -> list[str]:
-    """The teams whose agents never stand still."""
+    """Teams whose agents cannot wait."""
     moving = [agent.team for agent in mission.agents if agent.dynamics.lowest_speed > 0]
     return list(dict.fromkeys(moving))
 
@@ -212,7 +212,7 @@ def _change(able: list[str]) -> str:
 
 
 def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
-    """One label for each construct in the way, with the backends it rules out."""
+    """One label for each unsupported construct, with the backends that lack it."""
     ruled = [
         (need, [name for name, spec in BACKENDS.items_built_in() if need.feature not in spec.features])
         for need in required
@@ -243,7 +243,7 @@ def _allow_waiting(mission: Mission) -> str:
 
 
 def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], required: tuple[Need, ...]) -> str:
-    """The text of ``--emit backend``."""
+    """Text of ``--emit backend``."""
     by_need = (forced or mission.solve.backend) == AUTO
     if forced and not by_need:
         why = "the command line chooses it"

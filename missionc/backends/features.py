@@ -1,6 +1,6 @@
 """Features of missions, and the description of a backend that lists those it plans.
 
-Values only: nothing here loads a solver.
+The module has values only and loads no solver.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from missionc.base.late_dataclass import dataclass
 
 
 class Feature(Enum):
-    """What a mission may need of a backend; the value reads well in a message."""
+    """Feature that a mission may need of a backend; the value is also its wording in messages."""
 
     HOPS = "a route bounded in hops"
     METRIC_LENGTH = "a route bounded in metres"

@@ -1,4 +1,4 @@
-"""Loading of a backend by its name, or of several as a portfolio; or the finding that it cannot be had so here."""
+"""Loading of a backend by name, or of several as a portfolio; or a diagnostic."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from missionc.ir.wording import all_listed
 
 
 def load(name: str, options: Options | None = None, checkpoint: bool = False) -> Backend | Diagnostic:
-    """The backend of that name, or what to say where it cannot be had with these options."""
+    """Load the backend of that name, or return the diagnostic against it with these options."""
     return load_engines((name,), options, checkpoint)
 
 
 def load_engines(
     names: Sequence[str], options: Options | None = None, checkpoint: bool = False
 ) -> Backend | Diagnostic:
-    """The backend of that name, or a portfolio of several; or what to say where there is none with these options.
+    """Load the backend of that name, or a portfolio of several; or return a diagnostic for these options.
 
-    Of several, those count that hear of every flag and are installed. What is to be kept or taken up again is a run of
-    one: the first of them.
+    Of several, those that support every flag and are installed are used. A run with checkpoints uses only the first of
+    them.
 
     Args:
-        checkpoint: whether the run is to be kept, or is one taken up again.
+        checkpoint: True if the run is saved or resumed.
 
     Raises:
         KeyError: no backend has that name.
@@ -70,7 +70,7 @@ def load_engines(
 
 
 def _would_help(absent: list[BackendSpec]) -> tuple[str, ...]:
-    """What is said of engines that are not installed."""
+    """Notes about engines that are not installed."""
     extras = dict.fromkeys(spec.extra for spec in absent)
     return tuple(
         f"{' and '.join(f'`{spec.name}`' for spec in absent if spec.extra == extra)} would be available with "
@@ -84,12 +84,12 @@ def _loaded(spec: BackendSpec) -> Backend:
 
 
 def plans_on_roadmaps(engine: str) -> bool:
-    """Whether the plans of an engine go from node to node."""
+    """Return whether the plans of an engine follow the edges of a roadmap."""
     return engine == SMT.name
 
 
 def load_straighten(engine: str) -> Straighten | None:
-    """What makes plans of an engine straighter that come from a roadmap, where what it needs is installed."""
+    """Function that straightens an engine's roadmap plans, if its packages are installed."""
     if not plans_on_roadmaps(engine) or find_spec(CLOT.package) is None:
         return None
     straighten: Straighten = import_module("missionc.backends.clot.straighten").straighten
@@ -97,12 +97,15 @@ def load_straighten(engine: str) -> Straighten | None:
 
 
 def load_roadmaps() -> Backend:
-    """The roadmap planner as an engine of a portfolio, which straightens its plans."""
+    """The roadmap planner as an engine of a portfolio, with straightened plans."""
     return PortfolioBackend((Engine(SMT.name, partial(_loaded, SMT)),))
 
 
 def load_repair(motion: Trace, found: Report | None = None) -> Backend | None:
-    """Search for a plan near a motion, whose own search reported ``found``; None if its package is not installed."""
+    """Search for a plan near a motion, whose own search reported ``found``.
+
+    None if its package is not installed.
+    """
     if find_spec(CLOT.package) is None:
         return None
     repair: Backend = import_module("missionc.backends.clot.repair").Repair(motion, found or Report())
@@ -113,7 +116,7 @@ def _not_its_flag(spec: BackendSpec, options: Options, checkpoint: bool, alone: 
     """The first flag that is for other backends and may not be passed over.
 
     Args:
-        alone: no other backend is asked.
+        alone: True if no other backend is used.
     """
     every = [each for _, each in BACKENDS.items_built_in()]
     if checkpoint and not spec.checkpoints:
@@ -127,7 +130,7 @@ def _not_its_flag(spec: BackendSpec, options: Options, checkpoint: bool, alone: 
 
 
 def _hears(spec: BackendSpec, name: str, value: object, alone: bool) -> bool:
-    """Whether an option of this value changes how a backend plans."""
+    """Return whether an option of this value affects the planning of a backend."""
     if name == "preset":
         return value in spec.presets and (alone or name in spec.options)
     return name in spec.options

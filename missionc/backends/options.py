@@ -1,7 +1,7 @@
-"""Planner options of a compilation: for each its flag, its values, its help, and when the manifest records it.
+"""Planner options of a compilation: flag, values, help and manifest rule of each.
 
-An option is a field of ``Options`` and an entry of ``DESCRIBED``; the command
-line, the manifest and its verification are made of these.
+An option is a field of ``Options`` and an entry of ``DESCRIBED``. The command line, the manifest and its verification
+use these.
 """
 
 from __future__ import annotations
@@ -13,54 +13,54 @@ from typing import Final, TypeAlias
 from missionc.base.late_dataclass import dataclass
 
 SOLVERS = ("auto", "z3", "cadical", "race")
-"""What answers the smt backend's questions; the first is the default."""
+"""Solvers of the smt backend; the first is the default."""
 
 SLOWEST = 1000
-"""How many times as long as planned a flight may take at most."""
+"""Greatest ratio of a flight's duration to the planned one."""
 
 
 OWN_PRESETS = ("sketch", "search")
 """Presets that are not the method of a paper."""
 
 TRANSPORT_PRESETS = (*OWN_PRESETS, "paper", "fsot", "mpot")
-"""Ways to plan that the transport backend knows by name; the first is the default."""
+"""Presets of the transport backend; the first is the default."""
 
 ROADMAP_PRESETS = ("paper", "paper-apart")
-"""Those that the roadmap backend knows by name; it has no name for its own."""
+"""Presets of the roadmap backend; its own method has no name."""
 
 PRESETS = tuple(dict.fromkeys((*TRANSPORT_PRESETS, *ROADMAP_PRESETS)))
 
 
 DEVICES = ("cpu", "cuda")
-"""Where batches of trajectories may be worked on; the first is the default."""
+"""Devices for batches of trajectories; the first is the default."""
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Choices of the command line that change what becomes of a mission, most of them of one backend."""
+    """Options that change the result of a compilation, most of them for one backend."""
 
     solver: str = SOLVERS[0]
     require_solver: bool = False
-    """The smt backend asks a solver for all agents together, in one question, and searches for none by itself."""
+    """The smt backend asks a solver about all agents in one question, without searches of its own."""
     certify: bool = False
     captures: frozenset[str] = frozenset()
     """Texts to keep in ``Report.texts``: ``dimacs``, ``smt2``."""
     preset: str = PRESETS[0]
     samples: int | None = None
-    """Trajectories that presets with a local search optimise at once; None leaves it to the preset."""
+    """Number of trajectories that presets with a local search optimise together; None means the preset's own."""
     device: str = DEVICES[0]
     margin: float | None = None
-    """Metres by which requirements are to hold where that is possible; None leaves it to the mission's vehicles."""
+    """Metres by which requirements should hold if possible; None means the vehicles' own."""
     processes: int = 1
-    """Child processes for what can be done at once, at least 1; the plan is the same."""
+    """Number of child processes for parallel work, at least 1; the plan is the same."""
     stretch: float = 1.0
-    """How many times as long as planned a flight takes; no backend hears of it."""
+    """Ratio of a flight's duration to the planned one; backends do not see it."""
     brief: bool = False
-    """Asked by the way: the smt backend tries its first roadmap alone, and looks for no smaller conflict."""
+    """Short search: the smt backend tries only its first roadmap, and does not minimise conflicts."""
 
 
 class Recorded(Enum):
-    """When an option's value is written into the manifest."""
+    """Condition for an option's value in the manifest."""
 
     ALWAYS = auto()
     BY_ITS_BACKENDS = auto()
@@ -70,24 +70,24 @@ class Recorded(Enum):
 
 @dataclass(frozen=True, slots=True)
 class OneOf:
-    """One of some words; the first is the default."""
+    """Choice from some words; the first is the default."""
 
     words: tuple[str, ...]
 
     def admits(self, text: str) -> bool:
-        """Whether a manifest may say so."""
+        """Return whether a manifest may contain the text."""
         return text in self.words
 
 
 @dataclass(frozen=True, slots=True)
 class Whole:
-    """A whole number, both ends included."""
+    """An integer within a range, both ends included."""
 
     least: int
     most: int
 
     def admits(self, text: str) -> bool:
-        """Whether a manifest may say so: digits as Python writes them."""
+        """Return whether a manifest may contain the text: digits in Python's format."""
         return text.isascii() and text.isdigit() and len(text) <= len(str(self.most)) and self._has(int(text))
 
     def _has(self, number: int) -> bool:
@@ -96,13 +96,13 @@ class Whole:
 
 @dataclass(frozen=True, slots=True)
 class Real:
-    """A finite number, both ends included."""
+    """A finite number within a range, both ends included."""
 
     least: float
     most: float
 
     def admits(self, text: str) -> bool:
-        """Whether a manifest may say so: a number as Python writes it."""
+        """Return whether a manifest may contain the text: a number in Python's format."""
         try:
             number = float(text)
         except ValueError:
@@ -112,10 +112,10 @@ class Real:
 
 @dataclass(frozen=True, slots=True)
 class Switch:
-    """Given or not."""
+    """A flag that is given or not."""
 
     def admits(self, text: str) -> bool:
-        """Whether a manifest may say so: that it was given."""
+        """Return whether a manifest may contain the text for a given flag."""
         return text == repr(True)
 
 
@@ -124,14 +124,14 @@ Kind: TypeAlias = OneOf | Whole | Real | Switch
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """One option, in all that is to be said of it.
+    """Complete description of one option.
 
     Args:
-        name: the field of ``Options``; its flag is ``--name``, with ``-`` for ``_``.
-        metavar: the word for its value in the help; empty for the words themselves.
+        name: field of ``Options``; its flag is ``--name``, with ``-`` for ``_``.
+        metavar: placeholder for its value in the help; empty for the words themselves.
         help: its line in the help of ``missionc compile``.
-        recorded: when the manifest says it.
-        refused: whether a backend that does not hear of it refuses it, and does not pass it over.
+        recorded: when the manifest contains it.
+        refused: True if a backend without this option rejects it instead of ignoring it.
     """
 
     name: str
@@ -150,11 +150,11 @@ class Described:
         return f"--{self.name.replace('_', '-')}"
 
     def words(self, options: Options) -> list[str]:
-        """The flag on a command line, and its value if it takes one."""
+        """Flag on a command line, with its value if it takes one."""
         return [self.flag] if isinstance(self.kind, Switch) else [self.flag, self.text(options)]
 
     def text(self, options: Options) -> str:
-        """The value as a manifest has it: words as they are, numbers as Python writes them."""
+        """Value for a manifest: words as they are, numbers in Python's format."""
         value = getattr(options, self.name)
         return value if isinstance(value, str) else repr(value)
 
@@ -215,4 +215,4 @@ DESCRIBED: Final = {
         Described("certify", Switch(), help="Write a proof if no plan exists. `missionc verify` checks it."),
     )
 }
-"""Every option that has a flag, in the order in which a manifest has them."""
+"""Every option with a flag, in the order of the manifest."""

@@ -34,16 +34,16 @@ BACKENDS = Registry(Kind.BACKEND, {spec.name: spec for spec in (SMT, CLOT, HYBRI
 
 
 def is_published(engines: Sequence[str], options: Options) -> bool:
-    """Whether the only backend plans by a method of its paper: its plan is taken or refused, and nothing is added."""
+    """Return whether the only backend uses the method of its paper: its plan is accepted or rejected unchanged."""
     return len(engines) == 1 and options.preset in BACKENDS[engines[0]].presets - set(OWN_PRESETS)
 
 
 @contextmanager
 def named(backend: str | object) -> Iterator[str]:
-    """The name of a backend; of an object, as long as the context lasts.
+    """Name of a backend; an object is registered while the context lasts.
 
     Raises:
-        Unfit: the object is no backend.
+        Unfit: the object is not a backend.
         ExtensionError: its name is taken.
     """
     if isinstance(backend, str):
@@ -55,4 +55,4 @@ def named(backend: str | object) -> Iterator[str]:
 
 
 AUTO = "auto"
-"""Stands for all backends that offer what a mission needs, in turns."""
+"""Name for all backends that offer the mission's features, in turns."""

@@ -1,4 +1,4 @@
-"""A roadmap as a value that can be looked at: nodes, edges with their steps and lengths, and what holds where.
+"""A roadmap as a value: nodes, edges with their steps and lengths, and labels.
 
 Source:
     [strel] Fig. 2.
@@ -16,10 +16,10 @@ class RoadmapEdge:
     """A motion from node to node.
 
     Args:
-        source: the number of the node it starts at; ``target`` likewise.
-        steps: how many steps it takes.
+        source: index of its first node; ``target`` likewise.
+        steps: number of steps.
         length: metres.
-        path: (points, dim), metres: where it goes, at its steps; of a straight motion only its ends.
+        path: (points, dim), metres: positions at its steps; for a straight motion only its ends.
     """
 
     source: int
@@ -31,16 +31,16 @@ class RoadmapEdge:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoadmapGraph:
-    """The nodes and edges of one kind of agent, before they are unrolled to steps.
+    """Nodes and edges of one kind of agent, before they are unrolled to steps.
 
     Args:
-        agents: the names of those that move on it.
-        names: of the nodes: their numbers, or what the user's own roadmap calls them.
+        agents: names of its agents.
+        names: names of the nodes: their indices, or those of the user's roadmap.
         position: (nodes, dim), metres.
-        velocity: (nodes, dim), m/s; zero where agents may rest.
-        labels: for each node the regions that its place is in.
-        starts: for each node the agents that may start there.
-        edges: in the order of their nodes; a way back is an edge of its own.
+        velocity: (nodes, dim), m/s; zero for rest.
+        labels: for each node, the regions that contain it.
+        starts: for each node, the agents that may start there.
+        edges: in the order of their nodes; the reverse is a separate edge.
     """
 
     agents: tuple[str, ...]
@@ -53,7 +53,7 @@ class RoadmapGraph:
 
 
 def show_roadmaps(roadmaps: tuple[RoadmapGraph, ...]) -> str:
-    """The text of ``--emit roadmap``: for each roadmap its nodes with what holds there, then its edges."""
+    """Text of ``--emit roadmap``: for each roadmap its nodes with their labels, then its edges."""
     return "\n".join("\n".join(_lines(roadmap)) + "\n" for roadmap in roadmaps)
 
 

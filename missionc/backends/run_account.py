@@ -1,4 +1,4 @@
-"""The account of a run: its seconds by stage, its sizes and its notes, collected while it goes on."""
+"""Account of a run: seconds by stage, sizes and notes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Account:
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Counts the time spent within, also where it ends by an exception."""
+        """Add the time spent within the context, also after an exception."""
         begin = time.perf_counter()
         try:
             yield
@@ -35,12 +35,12 @@ class Account:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
 
     def cut(self) -> None:
-        """The plan that is there is the best so far: time is up, or someone has asked to end."""
+        """Note that the best plan so far is returned, because time is up or a signal came."""
         self.cut_short = CutShort.SIGNAL if stop_requested() else CutShort.TIME
         self.notes.append(self.cut_short.note)
 
     def add(self, other: Account) -> None:
-        """What was done elsewhere counts here: seconds, work, iterations are summed, other sizes are the last ones."""
+        """Add another account: seconds, work and iterations are summed, other sizes replaced."""
         for stage, spent in other.seconds.items():
             self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
         iterations = self.sizes.get("iterations", 0) + other.sizes.get("iterations", 0)
@@ -49,7 +49,7 @@ class Account:
         self.work += other.work
 
     def spend(self, report: Report) -> None:
-        """The seconds and the work of another run count here; what it says does not."""
+        """Add the seconds and the work of another run, without its notes."""
         for stage, spent in report.seconds:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
         self.work += report.work

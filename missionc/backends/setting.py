@@ -1,4 +1,4 @@
-"""Settings fields: a figure of a backend with its range, its unit and its effect, as a field of a frozen dataclass.
+"""Settings fields: a figure of a backend with range, unit and effect, as a field of a frozen dataclass.
 
 A backend has one settings value, whose fields are groups, and a group has one field for each figure.
 """
@@ -31,7 +31,7 @@ def is_setting(name: str) -> bool:
 
 
 def flag_of(name: str) -> str:
-    """The flag of the command line that gives a setting, or a parameter, its value."""
+    """Flag of the command line for a setting or a parameter."""
     return "--set" if is_setting(name) else "-D"
 
 
@@ -39,8 +39,8 @@ def setting(default: Figure, unit: str, says: str, low: float = 0.0, high: float
     """Field with a default.
 
     Args:
-        unit: of the value, as a message writes it; empty for a plain number.
-        says: the meaning of the value, and the effect of another one, in one line.
+        unit: unit of the value in messages; empty for a plain number.
+        says: meaning of the value, and effect of a change, in one line.
         low: least value, included.
         high: greatest value, included.
     """
@@ -54,8 +54,8 @@ class Setting:
 
     Args:
         name: group and field, ``roadmap.nodes``.
-        value: the value that this instance has.
-        default: the value without presets, options and ``--set``.
+        value: value of this instance.
+        default: value without presets, options and ``--set``.
     """
 
     name: str
@@ -72,14 +72,14 @@ class Setting:
 
     @property
     def range(self) -> str:
-        """The values that are allowed, in words."""
+        """Text of the allowed values."""
         if isinstance(self.default, bool):
             return "true or false"
         kind = "a whole number" if isinstance(self.default, int) else "a number"
         return f"{kind} from {self.low:,.13g} to {self.high:,.13g}"
 
     def read(self, value: object) -> float | None:
-        """The value that a text or a number stands for; None if it is out of range or of another kind."""
+        """Value of a text or a number; None if it is out of range or of another kind."""
         text = str(value).strip()
         if isinstance(self.default, bool):
             return {"true": True, "false": False}.get(text.lower())
@@ -107,7 +107,7 @@ def _default(each: dataclasses.Field[Any]) -> float:
 
 
 def with_values(value: Value, pairs: Mapping[str, float]) -> Value:
-    """The settings value with other values of some of its settings, by dotted name."""
+    """Replace some settings of a settings value, by dotted name."""
     changed: dict[str, Any] = {}
     for name, number in pairs.items():
         group, _, own = name.partition(".")
@@ -116,6 +116,6 @@ def with_values(value: Value, pairs: Mapping[str, float]) -> Value:
 
 
 def own_values(mission: Mission, backend: str) -> Pairs:
-    """The values that a mission has of the settings of one backend."""
+    """Values of one backend's settings in the mission."""
     prefix = f"{backend}."
     return tuple((name.removeprefix(prefix), each) for name, each in mission.solve.settings if name.startswith(prefix))

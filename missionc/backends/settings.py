@@ -1,10 +1,10 @@
-"""Settings of all backends by name: what ``--set NAME=VALUE`` gives, read and checked, and the table for ``--emit``.
+"""Settings of all backends by name: values of ``--set NAME=VALUE``, checked, and the table for ``--emit``.
 
-    in   names and values, as written
+    in   names and values, as text
     out  values by whole name, ``smt.roadmap.nodes``
     says MC415 MC416 MC417
 
-The group may be left out of a name that the backend has once: ``smt.nodes``.
+The group may be left out of a name that is unique in the backend: ``smt.nodes``.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 DEFAULTS: Mapping[str, DataclassInstance] = {"smt": SmtSettings(), "clot": ClotSettings()}
-"""The settings of each backend that has its own."""
+"""Default settings of each backend that has settings."""
 
 USED = {"smt": ("smt",), "clot": ("clot",), "hybrid": ("smt", "clot")}
-"""The settings that each backend plans with."""
+"""Function to the settings of each backend for a mission."""
 
 
 def given(value: Mapping[str, object] | DataclassInstance) -> dict[str, str]:
-    """Names and values of a mapping, or of the settings in a backend's value that are not the defaults."""
+    """Names and values of a mapping, or of the non-default settings of a settings value."""
     if isinstance(value, Mapping):
         return {name: str(each) for name, each in value.items()}
     backend = next(name for name, default in DEFAULTS.items() if isinstance(value, type(default)))
@@ -46,10 +46,10 @@ def given(value: Mapping[str, object] | DataclassInstance) -> dict[str, str]:
 def with_settings(
     mission: Mission, texts: Mapping[str, str], engines: Sequence[str] | None
 ) -> tuple[Mission, list[Diagnostic]]:
-    """The mission with these values of settings, and all that is wrong with them.
+    """The mission with these settings, and all errors in them.
 
     Args:
-        texts: by name; of two names for one setting the last one counts.
+        texts: values by name; the last of two names for one setting applies.
         engines: backends that may plan the mission; None for any.
     """
     values, wrong = read_settings(texts, engines or tuple(USED))
@@ -57,7 +57,7 @@ def with_settings(
 
 
 def read_settings(texts: Mapping[str, str], engines: Sequence[str]) -> tuple[Pairs, list[Diagnostic]]:
-    """Values by whole name, in the order of the names, and all that is wrong with the rest."""
+    """Values by whole name, in the order of the names, and errors in the rest."""
     known = {f"{name}.{each.name}": each for name, value in DEFAULTS.items() for each in settings_of(value)}
     values: dict[str, float] = {}
     wrong: list[Diagnostic] = []
@@ -88,7 +88,7 @@ def _whole_name(name: str, known: Iterable[str]) -> str | Diagnostic:
 
 
 def settings_table(mission: Mission, engines: Sequence[str], options: Options) -> str:
-    """The settings that a mission is planned with as TOML, with unit, meaning, range and default as comments."""
+    """Settings of a mission's planning as TOML, with unit, meaning, range and default as comments."""
     values: dict[str, DataclassInstance] = {
         "smt": smt_settings(mission),
         "clot": tuned_settings(mission, options),
@@ -98,7 +98,7 @@ def settings_table(mission: Mission, engines: Sequence[str], options: Options) -
 
 
 def default_table() -> str:
-    """All settings of all backends with their defaults, as ``settings_table`` shows them."""
+    """All settings of all backends with their defaults, in the format of ``settings_table``."""
     return "\n".join(_table(name, value) for name, value in DEFAULTS.items())
 
 
@@ -116,7 +116,7 @@ def _table(backend: str, value: DataclassInstance) -> str:
 
 
 def written(value: float) -> str:
-    """The value as TOML has it, and ``--set`` takes it."""
+    """Value in the format of TOML and ``--set``."""
     return str(value).lower() if isinstance(value, bool) else repr(value)
 
 

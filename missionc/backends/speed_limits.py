@@ -1,9 +1,9 @@
-"""Local speed limits: how fast an agent may be at points of the world, by what it has to keep to all the time.
+"""Local speed limits: an agent's greatest speed at points, from its permanent requirements.
 
-    in   Mission, formulas of one agent without operators of time
-    out  the greatest speed at each point
+    in   Mission, formulas of one agent without temporal operators
+    out  greatest speed at each point
 
-``apron implies speed <= 4 m/s`` is a limit of 4 m/s in the apron, and none elsewhere.
+``apron implies speed <= 4 m/s`` is a limit of 4 m/s in the apron only.
 """
 
 from __future__ import annotations
@@ -21,16 +21,18 @@ from missionc.ir.kernel.nodes import Atom, Node
 from missionc.ir.kernel.walk import postorder
 
 HALVINGS = 12
-"""How often what lies between a speed that is allowed and one that is not is halved."""
+"""Number of bisections between an allowed and a forbidden speed."""
 
 LEAST = 0.05
-"""The share of its top speed that an agent may have anywhere, at least: elsewhere it could not go at all."""
+"""Least share of its top speed that an agent has at any point, so that it can always move."""
 
 
 def slowness(mission: Mission, agent: int, nodes: Sequence[Node], points: Array) -> Array | None:
-    """How many times as long as at top speed a metre takes at points, (points, dim) -> (points,); None for 1 anywhere.
+    """Time per metre relative to top speed, dimensionless, at points (points, dim), metres -> (points,).
 
-    A limit is what holds at rest and at no greater speed. Formulas that hold at top speed, or not at rest, are none.
+    None for 1.
+
+    A formula is a limit if it holds at rest but not at top speed.
     """
     about_speed = [node for node in nodes if any(_of_speed(each) for each in postorder((node,)))]
     if not about_speed:

@@ -1,8 +1,8 @@
-"""Work, counted: what a search does, in units that are the same on any machine and under any load.
+"""Counted work: the cost of a search in units that are equal on any machine and under any load.
 
-A unit is about what one core does in a second. Limits that choose between strategies are counted in units, so that one
-seed gives one plan; seconds are only for the time limit. The costs below were fitted to the seconds of the stages of
-some missions of the field corpus: most are right within a factor of two, which is enough to take turns.
+A unit is about one second of one core. Limits between strategies are in units, so that one seed gives one plan; seconds
+are only for the time limit. The costs were fitted to the seconds of stages of some missions of the field corpus. Most
+are right within a factor of two, which is enough for turns.
 """
 
 from __future__ import annotations
@@ -22,36 +22,35 @@ if TYPE_CHECKING:
     Another = Callable[[float], Outcome | None]
 
 CLAUSE = 1 / 400_000
-"""Units of a clause: to build it, and to hand it to a solver."""
+"""Units per clause: to build it, and to pass it to a solver."""
 
 QUESTION = 1 / 300_000
-"""Units of a question to a SAT solver, for each clause it has: it is read, and simplified."""
+"""Units per clause of a question to a SAT solver: reading and simplification."""
 
 CLAUSE_CONFLICT = 1 / 500_000_000
-"""Units of a conflict of a SAT solver, for each clause it has: it propagates through more where there are more."""
+"""Units of a conflict of a SAT solver per clause, for propagation."""
 
 MOVE_STEP = 1 / 2_000_000
-"""Units of a move of a roadmap at one step, in the search for one agent's way."""
+"""Units of a roadmap's move at one step in single-agent search."""
 
 SKETCH, SKETCHED = 0.05, 1e-3
-"""Units of a schedule, its key frames and their sketch, and for each agent and step of it."""
+"""Units of a schedule with its key frames and sketch, and units per agent and step."""
 
 ITERATION, ITERATED = 1e-2, 3e-5
-"""Units of an iteration of a polish, and for each agent and step of the motion."""
+"""Units of a polish iteration, and units per agent and step."""
 
 SEEN = 1e-2
-"""Units of an iteration of a polish, for each shape that lines of sight go past: of every link the place nearest to it
-is looked for."""
+"""Units of a polish iteration for each shape near lines of sight, for the nearest point of every link."""
 
 SEARCH = 10
-"""A search agent by agent takes so many times the units of a sketch."""
+"""Work of a search agent by agent, as a multiple of a sketch."""
 
 
 def run_to_end(turns: Turns, budget: Budget, meanwhile: Iterable[tuple[float, Another]] = ()) -> Outcome:
-    """The outcome of all turns; that nothing was found, where the budget's work is done before.
+    """Outcome of all turns; not found if the budget's work ends before.
 
     Args:
-        meanwhile: after so many units, who is asked for another outcome: no turn is taken after one.
+        meanwhile: pairs of work units and a function for another outcome then, which ends the turns.
     """
     try:
         done = next(turns)
@@ -71,21 +70,21 @@ def run_to_end(turns: Turns, budget: Budget, meanwhile: Iterable[tuple[float, An
 
 
 def sketch_work(agent_steps: int) -> float:
-    """Units of the sketch of a motion of so many agents times steps."""
+    """Units of the sketch of a motion with ``agent_steps`` agents times steps."""
     return SKETCH + SKETCHED * agent_steps
 
 
 def polish_work(mission: Mission, iterations: int) -> float:
-    """Units of so many iterations of a polish of a joint motion."""
+    """Units of ``iterations`` polish iterations of a joint motion."""
     seen = sum(len(graph.shapes) for graph in mission.graphs if isinstance(graph, Sight))
     return iterations * (ITERATION + ITERATED * len(mission.agents) * mission.steps + SEEN * seen)
 
 
 def question_work(clauses: int, conflicts: int) -> float:
-    """Units of a question about so many clauses that met so many conflicts."""
+    """Units of a question with these numbers of clauses and conflicts."""
     return clauses * (QUESTION + CLAUSE_CONFLICT * conflicts)
 
 
 def conflicts_of(work: float, clauses: int) -> int | None:
-    """The conflicts that so many units allow with so many clauses; None for as many as it takes."""
+    """Conflicts that ``work`` units allow for this number of clauses; None for no limit."""
     return None if math.isinf(work) else max(1, round(work / (CLAUSE_CONFLICT * max(1, clauses))))

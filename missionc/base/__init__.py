@@ -1,1 +1,1 @@
-"""Values and services that every stage uses: text and its places, units, limits, signals, traces."""
+"""Values and services for every stage: text and spans, units, limits, signals, traces."""

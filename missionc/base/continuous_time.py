@@ -1,4 +1,4 @@
-"""Continuous-time satisfaction of requirements: not considered, wanted or required."""
+"""Continuous-time satisfaction of requirements: not considered, preferred or required."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from enum import Enum
 
 
 class ContinuousTime(Enum):
-    """Demand on requirements between the steps of a plan; their semantics are those of the steps."""
+    """Demand on requirements between the steps of a plan; their semantics is that of the steps."""
 
     AT_STEPS = "at-steps"
-    """Nothing."""
+    """No demand."""
     WANTED = "wanted"
-    """That they hold, where such a plan is found."""
+    """Satisfied between the steps if such a plan is found."""
     REQUIRED = "required"
-    """That they hold; no other plan is one."""
+    """Satisfied between the steps in every plan."""

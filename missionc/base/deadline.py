@@ -1,7 +1,7 @@
-"""Deadlines: work that runs past one is interrupted by an exception, wherever it is.
+"""Deadlines: an exception interrupts work that exceeds one, anywhere in the code.
 
-A search looks at the clock itself and ends with the best that it has. Everything else (a loop of a lowering, a table,
-a fit) knows nothing of time; it is interrupted.
+A search checks the clock itself and ends with its best result. All other code (a loop in a lowering, a table, a fit)
+ignores time and is interrupted.
 """
 
 from __future__ import annotations
@@ -16,39 +16,39 @@ from missionc.base.supervision import tell_deadline
 from missionc.base.units import Seconds
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
-"""Time limit of a compilation."""
+"""Default time limit of a compilation."""
 
 GRACE, SHARE = 0.1, 0.02
-"""Seconds after its deadline, and a share of the time it had, that a search has to end by itself."""
+"""Extra time of a search after its deadline: in seconds, and as a ratio of its total time."""
 
 IMPORTING = 0.05
-"""Seconds until the next try where the interruption would meet an import: half a module would stay behind."""
+"""Delay in seconds before the next attempt if the interruption would hit an import and leave half a module."""
 
 AGAIN = 1.0
-"""Seconds after which the interruption comes once more: one that meets a destructor is lost."""
+"""Seconds until the interruption is repeated, since one in a destructor is lost."""
 
 SOON = 1e-3
 
 
 class OutOfTime(BaseException):
-    """The deadline is over. It is no ``Exception``: nothing that mends errors may catch it."""
+    """Error after the deadline. Not an ``Exception``, so that error handlers do not catch it."""
 
 
 def last_call(deadline: float) -> float:
-    """When work is interrupted that was to end by itself at ``deadline``, both on the clock of ``time.monotonic``."""
+    """Time of the interruption of work that should end at ``deadline``, both on the clock of ``time.monotonic``."""
     return deadline + GRACE + SHARE * max(0.0, deadline - time.monotonic())
 
 
 class interrupted_at:  # noqa: N801 (it is used as a statement)
-    """``with interrupted_at(moment):`` raises ``OutOfTime`` within once ``moment`` has come.
+    """Context manager that raises ``OutOfTime`` inside it at ``moment``.
 
-    It may stand within another: the earlier one comes first. Only the main thread can be interrupted; in any other,
-    and where the system has no timers, nothing is done. An error that comes out after the interruption is taken for
-    it: numpy, where it is interrupted while it compares, raises a ``TypeError`` instead. The parent of a supervised
-    process learns of the moment too, and ends the process if nothing within it can.
+    Contexts can be nested: the earlier moment comes first. Only the main thread can be interrupted; in other threads,
+    and on systems without timers, it has no effect. Any error after the interruption counts as the interruption: numpy
+    raises a ``TypeError`` if it is interrupted in a comparison. The parent of a supervised process learns of the moment
+    too, and ends the process if nothing within it can.
 
     Args:
-        moment: on the clock of ``time.monotonic``, seconds.
+        moment: time on the clock of ``time.monotonic``, seconds.
     """
 
     def __init__(self, moment: float) -> None:

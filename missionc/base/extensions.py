@@ -1,4 +1,4 @@
-"""Registries of extensions: named values of one kind, those built in and those of other installed packages.
+"""Registries of extensions: named values of one kind, built-in or from other installed packages.
 
 A package registers an extension as an entry point of the group of its kind (``missionc.backends``, …). The metadata of
 installed packages is read once, for the first name that is not built in; a package is imported for its first extension.
@@ -26,14 +26,14 @@ from missionc.base.late_dataclass import dataclass
 Value = TypeVar("Value")
 
 INTERFACE = 1
-"""The version of the interface between the compiler and extensions; a package declares its own in ``INTERFACE``."""
+"""Version of the interface between the compiler and extensions; a package declares its own in ``INTERFACE``."""
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")
-"""The form of a name of an extension."""
+"""Pattern of an extension's name."""
 
 
 class Kind(Enum):
-    """The kinds of extensions; the value is the last word of the group of entry points."""
+    """Kinds of extensions; the value is the last word of the entry point group."""
 
     BACKEND = "backends"
     PREDICATE = "predicates"
@@ -54,11 +54,11 @@ class Kind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Extension:
-    """An entry point of an installed package.
+    """Entry point of an installed package.
 
     Args:
-        home: where its value is, ``module:attribute``.
-        package: the name of the distribution, and its ``version``.
+        home: place of its value, ``module:attribute``.
+        package: name of the distribution, with its ``version``.
     """
 
     kind: Kind
@@ -73,7 +73,7 @@ class Extension:
 
     @property
     def root(self) -> str:
-        """The top-level module of its code."""
+        """Top-level module of its code."""
         return self.module.partition(".")[0]
 
     def __str__(self) -> str:
@@ -81,7 +81,7 @@ class Extension:
 
 
 class ExtensionError(Exception):
-    """An extension that cannot be used: why, in words, and one way out."""
+    """Error for an extension that cannot be used: the reason in words, and one remedy."""
 
     def __init__(self, code: Code, message: str, help: str) -> None:
         super().__init__(message)
@@ -89,13 +89,13 @@ class ExtensionError(Exception):
 
 
 class Unfit(ValueError):
-    """A value of an extension that cannot be what it is used as; the text says why, in words for users."""
+    """Error for a value of an extension that is unsuitable; the text is the reason, in words for users."""
 
 
 @cache
 def installed() -> tuple[Extension, ...]:
     """All extensions of installed packages, by kind, name and package."""
-    from importlib.metadata import distributions  # 50 ms, which a mission of built-in words does not pay for
+    from importlib.metadata import distributions  # takes 50 ms, so not for missions with built-in names only
 
     groups = {kind.group: kind for kind in Kind}
     packages: dict[str, list[Extension]] = {}
@@ -111,7 +111,7 @@ def installed() -> tuple[Extension, ...]:
 
 
 def attributed(error: BaseException) -> ExtensionError | None:
-    """An error as one of an extension if its code was running when it was raised; None if none was.
+    """Attribute an error to an extension if its code was running when it was raised; None otherwise.
 
     A command of an extension runs the compiler, so an error of a command is not attributed to its package.
     """
@@ -133,18 +133,18 @@ def attributed(error: BaseException) -> ExtensionError | None:
 
 
 REGISTRIES: dict[Kind, Registry[Any]] = {}
-"""The registries that are loaded."""
+"""Registries that are loaded."""
 
 
 class Registry(Generic[Value]):
-    """The values of one kind by name: those built in, then those of installed packages.
+    """Values of one kind by name: built-in ones, then those of installed packages.
 
     Args:
-        built_in: values, or where they are, ``module:attribute``.
-        read: the value that an extension of this name is, from what its entry point names.
+        built_in: values, or their places ``module:attribute``.
+        read: function from a name and the object at its entry point to its value.
 
     Raises:
-        Unfit: by ``read``: the entry point names no such value.
+        Unfit: raised by ``read`` if the object is not such a value.
     """
 
     def __init__(self, kind: Kind, built_in: Mapping[str, Value | str], read: Callable[[str, object], Value]) -> None:
@@ -156,11 +156,11 @@ class Registry(Generic[Value]):
         REGISTRIES[kind] = self
 
     def __getitem__(self, name: str) -> Value:
-        """The value of this name.
+        """Return the value with this name.
 
         Raises:
-            KeyError: there is none.
-            ExtensionError: it cannot be used.
+            KeyError: there is no such value.
+            ExtensionError: the extension cannot be used.
         """
         if name in self._values:
             value = self._values[name]
@@ -176,15 +176,15 @@ class Registry(Generic[Value]):
         return self._loaded[provided[0]]
 
     def get(self, name: str) -> Value | None:
-        """The value of this name; None if there is none.
+        """Return the value with this name, or None if there is none.
 
         Raises:
-            ExtensionError: it cannot be used.
+            ExtensionError: the extension cannot be used.
         """
         return self[name] if name in self else None  # noqa: SIM401
 
     def usable(self, name: str) -> Value | None:
-        """The value of this name; None if there is none or it cannot be used, for tools that report nothing."""
+        """Value with this name; None if there is none or it cannot be used, for tools without error reports."""
         try:
             return self.get(name)
         except ExtensionError:
@@ -194,24 +194,24 @@ class Registry(Generic[Value]):
         return name in self._values or any(each.name == name for each in self.extensions())
 
     def __iter__(self) -> Iterator[str]:
-        """All names; reads the metadata of installed packages."""
+        """Iterate over all names; reads the metadata of installed packages."""
         return iter(dict.fromkeys((*self.built_in, *(each.name for each in self.extensions()))))
 
     def extensions(self) -> tuple[Extension, ...]:
-        """Those of installed packages."""
+        """Extensions of installed packages."""
         return tuple(each for each in installed() if each.kind is self.kind)
 
     def package(self, name: str) -> str:
-        """The package that provides a name; empty for a built-in one."""
+        """Package that provides a name; empty for a built-in one."""
         return next((each.package for each in self.extensions() if each.name == name), "")
 
     def items_built_in(self) -> tuple[tuple[str, Value], ...]:
-        """The built-in names, each with its value."""
+        """Built-in names, each with its value."""
         return tuple((name, self[name]) for name in self.built_in)
 
     @contextmanager
     def lent(self, name: str, value: Value) -> Iterator[None]:
-        """A further value, as long as the context lasts.
+        """Add a value for the duration of the context.
 
         Raises:
             ExtensionError: the name is taken.
@@ -226,11 +226,11 @@ class Registry(Generic[Value]):
             del self._values[name]
 
     def forget(self) -> None:
-        """Load extensions again when they are next used."""
+        """Reload extensions at their next use."""
         self._loaded.clear()
 
     def state(self, extension: Extension) -> ExtensionError | None:
-        """Why one of its extensions cannot be used; None if it can be."""
+        """Reason why one of its extensions cannot be used; None if it can."""
         try:
             raise_clash(extension)
             load(extension, self._read)
@@ -240,10 +240,10 @@ class Registry(Generic[Value]):
 
 
 def raise_taken() -> None:
-    """Raise if an extension has the name of something built in, so that words of missions have two meanings.
+    """Raise if an extension has the name of a built-in value, so that words of missions are ambiguous.
 
     Raises:
-        ExtensionError: one has.
+        ExtensionError: an extension has such a name.
     """
     for each in installed():
         if each.kind in REGISTRIES and each.name in REGISTRIES[each.kind].built_in:
@@ -251,10 +251,10 @@ def raise_taken() -> None:
 
 
 def raise_clash(extension: Extension) -> None:
-    """Raise if the name of an extension is built in, or another package provides it too.
+    """Raise if the name of an extension is built in or also provided by another package.
 
     Raises:
-        ExtensionError: the name is not its own.
+        ExtensionError: the name is not unique.
     """
     which = f"the {extension.kind.noun} `{extension.name}`"
     if extension.name in REGISTRIES[extension.kind].built_in:
@@ -267,10 +267,10 @@ def raise_clash(extension: Extension) -> None:
 
 
 def load(extension: Extension, read: Callable[[str, object], Value]) -> Value:
-    """The value of an extension.
+    """Load the value of an extension.
 
     Raises:
-        ExtensionError: it cannot be imported, is of another interface, or is no such value.
+        ExtensionError: the import fails, or the interface or the value is wrong.
     """
     of = f"the {extension.kind.noun} `{extension.name}` of {extension}"
     update = f"update or uninstall `{extension.package}`"
@@ -295,13 +295,13 @@ def load(extension: Extension, read: Callable[[str, object], Value]) -> Value:
 
 
 def resolved(home: str) -> Any:
-    """The value at ``module:attribute``."""
+    """Value at ``module:attribute``."""
     module, _, attributes = home.partition(":")
     return reduce(getattr, filter(None, attributes.split(".")), import_module(module))
 
 
 def failure(error: BaseException) -> str:
-    """The kind of an error and the line that raised it: ``ZeroDivisionError at check_world.py:42``."""
+    """Kind of an error and the line that raised it: ``ZeroDivisionError at check_world.py:42``."""
     place = error.__traceback__
     while place and place.tb_next:
         place = place.tb_next

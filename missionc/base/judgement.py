@@ -1,4 +1,4 @@
-"""The judgement of a monitor, as a value and in words."""
+"""The verdict of a monitor, as a value and in words."""
 
 from __future__ import annotations
 
@@ -11,13 +11,11 @@ from missionc.base.units import Seconds
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What the monitor found for one requirement, at step 0.
+    """Verdict of the monitor for one requirement, at step 0.
 
-    ``robustness`` is in metres for everything spatial; ``satisfied`` is the
-    Boolean semantics, which its sign never contradicts. ``step`` and
-    ``agents`` say where a violated requirement first fails. ``unit`` is that
-    of the robustness: ``m``, ``m/s`` where only speeds are compared, nothing
-    where it may be either.
+    ``robustness`` is in metres for spatial formulas; ``satisfied`` is the Boolean semantics, which its sign never
+    contradicts. ``step`` and ``agents`` are those of the first failure of a violated requirement. ``unit`` is that of
+    the robustness: ``m``, ``m/s`` if only speeds are compared, empty if it may be either.
     """
 
     name: str
@@ -29,11 +27,11 @@ class Judgement:
 
     @property
     def short(self) -> str:
-        """By how much a violated one fails: ``0.345 m/s``."""
+        """Violation of a failed requirement as text: ``0.345 m/s``."""
         return f"{max(-self.robustness, 0.0):.3g} {self.unit}".rstrip()
 
     def as_verdict(self) -> dict[str, object]:
-        """For JSON, which has no word for the robustness of what is true, or false, whatever happens: null."""
+        """JSON record of the verdict, with null for an infinite robustness."""
         return {
             "name": self.name,
             "satisfied": self.satisfied,
@@ -41,11 +39,11 @@ class Judgement:
         }
 
     def as_record(self) -> dict[str, object]:
-        """The verdict, and where it first fails."""
+        """JSON record of the verdict, with its first failure."""
         return {**self.as_verdict(), "step": self.step, "agents": list(self.agents)}
 
     def verdict(self, step: Seconds) -> str:
-        """``violated   robustness -1.803  first at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
+        """Verdict as text: ``violated robustness -1.803 first at 2 s by drone[0]``; ``step`` is in seconds."""
         words = f"{'satisfied' if self.satisfied else 'violated '}  robustness {decimals(self.robustness)}"
         if self.satisfied or self.step is None:
             return words
@@ -53,7 +51,7 @@ class Judgement:
         return f"{words}  first at {self.step * step:g} s{by}"
 
     def violation(self, step: Seconds) -> str:
-        """``misses `relay` by 1.8 m, at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
+        """Violation as text: ``misses `relay` by 1.8 m, at 2 s by drone[0]``; ``step`` is in seconds."""
         much = f" by {self.short}" if math.isfinite(self.robustness) else ""
         when = "" if self.step is None else f" at {self.step * step:g} s"
         by = f" by {', '.join(self.agents)}" if self.agents else ""
@@ -62,7 +60,7 @@ class Judgement:
 
 @dataclass(frozen=True, slots=True)
 class Judgements:
-    """What the monitor found for every goal."""
+    """Verdicts of the monitor for all goals."""
 
     requirements: tuple[Judgement, ...]
     preferences: tuple[Judgement, ...]

@@ -1,11 +1,9 @@
-"""Lazily made data classes: ``dataclass`` of the standard library, its methods made at their first use, not at import.
+"""Lazily built data classes: ``dataclass`` of the standard library with methods built at first use, not at import.
 
-The standard library writes a text for each method of each class and compiles it;
-of the two hundred classes that a check loads that took as long as everything
-else together, and most have few instances or none. Here ``__init__`` and the
-table of fields are left to it once they are asked for, or there are some
-instances. Comparing, hashing, showing and keeping an instance as it is are the
-same few functions for all classes. To a type checker it *is* the standard library's.
+The standard library generates and compiles code for each method of each class. For the two hundred classes that a check
+loads, this took as long as everything else together, and most have few instances or none. Here the standard library
+builds ``__init__`` and the table of fields at first access, or after a few instances. All classes share the functions
+for comparison, hashing, printing and immutability. For a type checker it *is* the standard library's ``dataclass``.
 """
 
 from __future__ import annotations
@@ -24,13 +22,15 @@ if TYPE_CHECKING:
 else:
 
     def dataclass(*, frozen=False, slots, eq=True, match_args=True, weakref_slot=False):
-        """As the standard library's, for classes with slots; the fields that they inherit have no defaults."""
+        """Data class decorator as in the standard library, for classes with slots; inherited fields have no
+        defaults.
+        """
         return lambda cls: _made(cls, frozen, eq, match_args, ("__weakref__",) if weakref_slot else ())
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
 class RecordType(type):
-    """The type of ``Record``: it makes a data class of each subclass that does not state its slots."""
+    """Metaclass of ``Record``: it makes a data class of each subclass that does not declare its slots."""
 
     def __new__(
         cls, name: str, bases: tuple[type, ...], parts: dict[str, Any], *, eq: bool = True, weakref_slot: bool = False
@@ -42,28 +42,28 @@ class RecordType(type):
 
 
 class Record(metaclass=RecordType):
-    """A value: its subclasses are frozen data classes with slots, without a decorator each.
+    """Base class of values: its subclasses are frozen data classes with slots, without a decorator each.
 
-    They inherit fields, which have no defaults. One without ``eq`` is compared by its identity.
+    Inherited fields have no defaults. A subclass without ``eq`` is compared by identity.
     """
 
     __slots__ = ()
 
 
 LATE = ("__init__", "__dataclass_fields__", "__dataclass_params__")
-"""What the standard library makes, at the first use of any of it."""
+"""Attributes that the standard library builds, at the first use of any of them."""
 
 T = TypeVar("T", bound=type)
 
 FEW = 25
-"""Instances that are filled field by field; from then on it pays to have the standard library's ``__init__``."""
+"""Number of instances that are filled field by field, before the standard library builds ``__init__``."""
 
 KEPT = ("__annotations__", "__module__", "__post_init__")
-"""What it makes them of, with the fields' defaults."""
+"""Attributes that it needs for this, with the fields' defaults."""
 
 
 class _Late:
-    """What is in a class until that of its name is asked for."""
+    """Placeholder in a class for an attribute that is built at first access."""
 
     def __init__(self, name: str, make: Callable[[], None]) -> None:
         self.name, self.make = name, make
@@ -74,14 +74,14 @@ class _Late:
 
 
 class _Init(_Late):
-    """``__init__`` until there are a few instances, or somebody looks at it."""
+    """Placeholder for ``__init__`` until there are a few instances, or it is accessed."""
 
     def __init__(self, make: Callable[[], None], names: tuple[str, ...], defaults: dict[str, Any]) -> None:
         super().__init__("__init__", make)
         self.names, self.defaults, self.left = names, defaults, FEW
 
     def __get__(self, instance: object, owner: type) -> Any:
-        if isinstance(instance, type):  # as ``inspect.signature`` of Python 3.13 binds it, to know what a class takes
+        if isinstance(instance, type):  # as ``inspect.signature`` of Python 3.13 binds it
             return MethodType(super().__get__(None, instance), instance)
         if instance is None or not self.left:
             return super().__get__(instance, owner)
@@ -89,7 +89,7 @@ class _Init(_Late):
         return partial(self.fill, instance)
 
     def fill(self, instance: object, /, *given: object, **named: object) -> None:
-        """Set every field; what is given wrongly is for the standard library to refuse."""
+        """Set every field; wrong arguments are reported by the standard library."""
         if len(given) == len(self.names) and not named:
             for name, value in zip(self.names, given, strict=True):
                 object.__setattr__(instance, name, value)
@@ -113,7 +113,7 @@ def _default(written: Any) -> object:
 
 
 def _made(written: T, frozen: bool, eq: bool, match_args: bool, more_slots: tuple[str, ...]) -> T:
-    """The class once more, with slots and methods."""
+    """Copy of the class with slots and methods."""
     kinds, inherited = get_annotations(written), tuple(getattr(written, "__match_args__", ()))
     own = tuple(name for name, kind in kinds.items() if "ClassVar" not in str(kind).partition("[")[0])
     names = inherited + own
@@ -132,7 +132,7 @@ def _made(written: T, frozen: bool, eq: bool, match_args: bool, more_slots: tupl
             setattr(cls, name, twin.__dict__[name])
 
     def those(which: str) -> tuple[str, ...]:
-        """The fields but for those of whom it is said that they are not to be compared, shown or given."""
+        """Names of the fields that are not excluded from ``which``."""
         return tuple(name for name in names if not _is_field(defaults.get(name)) or getattr(defaults[name], which))
 
     methods: dict[str, Any] = {name: _Late(name, make) for name in LATE}
@@ -169,7 +169,7 @@ def _with_slots(cls: T, names: tuple[str, ...], more: tuple[str, ...]) -> T:
 
 
 def _values(names: tuple[str, ...]) -> Callable[[object], tuple[object, ...]]:
-    """A function that gives the values of these fields, of an instance."""
+    """Build a function that returns the values of these fields of an instance."""
     if len(names) > 1:
         return attrgetter(*names)
     return lambda instance: tuple(getattr(instance, name) for name in names)

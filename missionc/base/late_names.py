@@ -1,4 +1,4 @@
-"""Late names: public names of a package, loaded from their modules at the first use."""
+"""Lazy names: public names of a package, loaded from their modules at first use."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 def late_names(package: str, homes: dict[str, tuple[str, ...]]) -> Callable[[str], object]:
-    """The ``__getattr__`` of a package: each name is loaded from its module when it is first used."""
+    """Build the ``__getattr__`` of a package: each name is loaded from its module at first use."""
 
     def find(name: str) -> object:
         from importlib import import_module

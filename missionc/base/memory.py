@@ -1,6 +1,6 @@
-"""Memory of this process: the amount it holds, and a limit on the amount it may take.
+"""Memory of this process: its current size, and a limit on it.
 
-Only Linux tells and limits it; elsewhere 0 is held, and nothing is limited.
+Only Linux supports this; elsewhere the size is 0, and there is no limit.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ DEFAULT_LIMIT = 8 << 30
 """Default memory limit of a command, bytes."""
 
 ROOM = 128 << 20
-"""Bytes that a process may take in any case, whatever the limit: less would not even hold a message."""
+"""Minimum number of bytes for a process under any limit: less would not suffice for a message."""
 
 
 def held() -> int:
-    """Bytes of this process's own that are in memory now."""
+    """Bytes of this process that are in memory now."""
     return _status("RssAnon")
 
 
 @contextmanager
 def limited(size: int) -> Iterator[None]:
-    """Within, this process cannot hold much more than ``size`` bytes: what asks for more gets a ``MemoryError``.
+    """Context in which this process is limited to about ``size`` bytes: larger requests raise a ``MemoryError``.
 
-    What was there before counts, but half of ``size`` is left to take in any case.
+    Existing memory counts, but at least half of ``size`` is always available.
     """
     if sys.platform != "linux":
         yield
@@ -46,16 +46,16 @@ def limited(size: int) -> Iterator[None]:
 
 
 def copies(most: int) -> int:
-    """How many processes like this one, at most so many and at least one, the limit in force leaves room for."""
+    """Number of processes like this one, from 1 to ``most``, that fit into the current limit."""
     allowed, own = _allowed(), held()
     return most if allowed is None or own == 0 else max(1, min(most, (allowed - own) // own))
 
 
 def reserve(size: float, what: str) -> None:
-    """Asks before so many bytes are taken for ``what``, a plural that begins a sentence.
+    """Check a request of ``size`` bytes for ``what``, a plural that begins a sentence.
 
     Raises:
-        MemoryError: the limit in force leaves no room for them.
+        MemoryError: the request exceeds the current limit.
     """
     allowed = _allowed()
     if allowed is not None and size > (room := max(0, allowed - _status("VmData"))):
@@ -63,12 +63,12 @@ def reserve(size: float, what: str) -> None:
 
 
 def exhausted(error: Exception) -> bool:
-    """Whether an error says that there is no memory; libraries in C++ say so in words of their own."""
+    """Return whether an error means that memory is exhausted; libraries in C++ have their own wording."""
     return isinstance(error, MemoryError) or "bad_alloc" in str(error) or "bad allocation" in str(error)
 
 
 def left(size: int) -> int:
-    """How many of ``size`` bytes this process leaves to another one: a quarter of them in any case."""
+    """Part of ``size`` bytes that this process leaves to another one: at least a quarter."""
     return max(size - held(), size // 4)
 
 
@@ -78,7 +78,7 @@ def sized(size: float) -> str:
 
 
 def _allowed() -> int | None:
-    """Bytes that this process may take, where there is a limit."""
+    """Bytes that this process may use, if there is a limit."""
     if sys.platform != "linux":
         return None
     import resource
@@ -88,7 +88,7 @@ def _allowed() -> int | None:
 
 
 def _status(name: str) -> int:
-    """Bytes that the system's table of this process gives under a name; 0 where there is none."""
+    """Bytes under a name in the system's status of this process; 0 if there is none."""
     try:
         match = re.search(rf"^{name}:\s+(\d+) kB", Path("/proc/self/status").read_text(), re.MULTILINE)
     except OSError:

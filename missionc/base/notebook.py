@@ -1,7 +1,7 @@
-"""Notebook display of values that are the result of a cell: in Jupyter, and in IPython on a terminal.
+"""Notebook display of values as the result of a cell: in Jupyter, and in IPython on a terminal.
 
-What a value says is its ``str``; a notebook shows that as it stands, or a report in a frame. Nothing here is loaded for
-it, and nothing of a notebook has to be installed.
+A notebook shows the ``str`` of a value verbatim, or a report in a frame. This loads no module, and no notebook package
+must be installed.
 """
 
 from __future__ import annotations
@@ -15,39 +15,42 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.palette import LIGHT
 
 HEIGHT = 760
-"""Pixels of a report in a cell: the map, and lanes enough below it."""
+"""Height of a report in a cell, pixels: the map, and some lanes below it."""
 
 WIDTH, EDGE = 320.0, 12.0
-"""Pixels of a picture of paths, and of the room around them."""
+"""Width of a picture of paths, and its margin, pixels."""
 
 COLOURS = LIGHT["agents"]
 
 
 class Printer(Protocol):
-    """The pretty printer of IPython."""
+    """Pretty printer of IPython."""
 
     def text(self, words: str) -> None: ...
 
 
 def printed(value: object, printer: Printer, cycle: bool) -> None:
-    """For ``_repr_pretty_``. IPython looks for it beside ``__repr__``, in the class itself: a base class is too far."""
+    """Implementation of ``_repr_pretty_``.
+
+    IPython looks for it next to ``__repr__``, in the class itself, not in a base class.
+    """
     printer.text(str(value))
 
 
 def shown(value: object) -> str:
-    """For ``_repr_html_`` of a value that is words."""
+    """HTML for ``_repr_html_`` of a value that is text."""
     return preformatted(str(value))
 
 
 def preformatted(words: str) -> str:
-    """Text with its columns, whatever is in it."""
-    style = "font-family: ui-monospace, monospace; overflow-x: auto"  # which a notebook's own style may take from it
+    """Preformatted HTML of any text, with its columns."""
+    style = "font-family: ui-monospace, monospace; overflow-x: auto"  # which a notebook's own style may remove
     return f'<pre style="{style}">{html.escape(words)}</pre>' if words else ""
 
 
 def framed(page: str, words: str) -> str:
-    """A report in a frame; where frames are not shown, what it says."""
-    # Its script is its own, and has no business with the notebook.
+    """HTML of a report in a frame, with its text if frames are not shown."""
+    # Its script runs isolated from the notebook.
     return (
         f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" title="report" '
         f'style="width: 100%; height: {HEIGHT}px; border: 1px solid #8888">{preformatted(words)}</iframe>'
@@ -55,7 +58,7 @@ def framed(page: str, words: str) -> str:
 
 
 def picture(svg: bytes) -> str:
-    """A drawing, as an image: nothing in it runs, and its names clash with no other's."""
+    """HTML image of a drawing: no script in it runs, and its names cannot clash."""
     return (
         f'<img alt="" src="data:image/svg+xml;base64,{base64.b64encode(svg).decode("ascii")}" style="max-width: 100%">'
     )
@@ -63,9 +66,9 @@ def picture(svg: bytes) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A region or an obstacle from above: ``rings`` of corners, or a ``disc`` (x, y, radius); metres.
+    """Region or obstacle from above: ``rings`` of corners, or a ``disc`` (x, y, radius); metres.
 
-    ``place`` is where its name stands.
+    ``place`` is the position of its name.
     """
 
     name: str
@@ -79,7 +82,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """What paths are drawn on: the world's corners, (x, y) each in metres, and what stands in it."""
+    """Background of paths: corners of the world, (x, y) each in metres, and its contents."""
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -87,11 +90,11 @@ class Ground:
 
 
 def paths(motion: Sequence[Sequence[Sequence[float]]], ground: Ground | None = None) -> bytes:
-    """Everybody's path from above, as SVG: a ring where it begins, a disc where it ends.
+    """Paths of all agents from above, as SVG: a ring at the start, a disc at the end.
 
     Args:
         motion: (agents, steps + 1, dim), metres; the first two coordinates are drawn.
-        ground: is drawn below them, with axes in metres; without one the picture is as large as the paths are.
+        ground: background with axes in metres; without one the picture is cropped to the paths.
     """
     view = _View.of([place for path in motion for place in path] if ground is None else [ground.low, ground.high])
     lines = [
@@ -114,7 +117,7 @@ def paths(motion: Sequence[Sequence[Sequence[float]]], ground: Ground | None = N
 
 @dataclass(frozen=True, slots=True)
 class _View:
-    """From metres to pixels."""
+    """Transformation from metres to pixels."""
 
     left: float
     top: float
@@ -123,7 +126,7 @@ class _View:
 
     @classmethod
     def of(cls, places: Sequence[Sequence[float]]) -> _View:
-        """All of these places, within the picture's edges."""
+        """View of all of these places, within the picture's margin."""
         left, right = (choose(place[0] for place in places) for choose in (min, max))
         low, high = (choose(place[1] for place in places) for choose in (min, max))
         scale = (WIDTH - 2 * EDGE) / max(right - left, high - low, 1e-9)
@@ -134,7 +137,7 @@ class _View:
 
 
 def _ground(view: _View, ground: Ground) -> list[str]:
-    """The floor, what stands on it with its name, and the numbers of the axes."""
+    """SVG of the floor, its contents with names, and the numbers of the axes."""
     (x, y), (to_x, to_y) = view.at((ground.low[0], ground.high[1])), view.at((ground.high[0], ground.low[1]))
     floor = f'<rect x="{x:.1f}" y="{y:.1f}" width="{to_x - x:.1f}" height="{to_y - y:.1f}" stroke-width="1"'
     lines = [f'{floor} fill="{LIGHT["floor"]}" stroke="{LIGHT["faint"]}"/>']

@@ -1,7 +1,7 @@
 """The palette of every picture: plots, the report, notebooks.
 
-True is blue and false vermilion, told apart with every common colour blindness; no agent has either. Agents are told
-apart by colour and mark, regions are coloured by their role.
+True is blue and false vermilion, distinct under every common colour blindness; no agent has either. Agents differ in
+colour and marker, and the role of a region determines its colour.
 
 Source:
     Okabe and Ito, "Color Universal Design" (2008); its faint colours made darker on white.
@@ -12,10 +12,10 @@ from __future__ import annotations
 from typing import Any
 
 ROLES = ("goal", "avoid", "start", "plain")
-"""What regions are to a mission: to be reached or stayed in, to be kept out of, where agents start, none of these."""
+"""Roles of regions: to reach or stay in, to avoid, starts of agents, none of these."""
 
 MARKS = ("disc", "square", "triangle", "diamond", "plus", "cross", "hexagon", "wedge")
-"""In the order of the agents, or of the teams where agents are many."""
+"""Markers in the order of the agents, or of the teams if there are many agents."""
 
 LIGHT: dict[str, Any] = {
     "agents": ("#6a3d9a", "#009e73", "#b8478f", "#8a6d00", "#2a8cb8", "#444444", "#7a3b12", "#5f8f00"),

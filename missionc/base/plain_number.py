@@ -1,4 +1,4 @@
-"""Plain numbers: those of files from other programs, as every program reads them."""
+"""Plain numbers: those in files from other programs, in the common format."""
 
 from __future__ import annotations
 
@@ -16,5 +16,5 @@ def plain_number(text: str) -> float:
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
-    """Return whether a value of JSON is a finite number; ``true`` and ``false`` are none."""
+    """Return whether a value of JSON is a finite number; ``true`` and ``false`` are not."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

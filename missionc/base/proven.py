@@ -1,25 +1,25 @@
-"""Optimality gap: what a plan comes to beside a proven lower bound of what every plan of the mission does."""
+"""Optimality gap: value of a plan next to a proven lower bound for every plan of the mission."""
 
 from __future__ import annotations
 
 from missionc.base.late_dataclass import dataclass
 
 SAME = {"s": 1e-6, "m": 1e-3}
-"""What a plan comes to and what every plan does are the same where they differ by no more, in their unit."""
+"""Tolerance for a plan's value and the bound to count as equal, in their unit."""
 
 OBJECTIVE = {"s": "duration", "m": "distance"}
 
 
 TOURS, COVER = "tours", "cover"
-"""What shows a bound: tours of where agents have to be, which anybody can work out from the mission; or a cover."""
+"""Sources of a bound: tours of required places, which anyone can compute from the mission, or a cover."""
 
 
 @dataclass(frozen=True, slots=True)
 class Proven:
-    """A plan lasts, or its agents travel, ``value``; every plan of the mission at least ``least``.
+    """Value of a plan (duration or total distance), and the lower bound ``least`` for every plan of the mission.
 
     Args:
-        unit: of both: ``s`` of ``minimize duration``, ``m`` of ``minimize distance``.
+        unit: unit of both: ``s`` for ``minimize duration``, ``m`` for ``minimize distance``.
         by: ``TOURS`` or ``COVER``.
     """
 
@@ -30,7 +30,7 @@ class Proven:
 
     @property
     def best(self) -> bool:
-        """Whether no plan is better."""
+        """True if no plan is better."""
         return self.value - self.least <= SAME[self.unit]
 
     def __str__(self) -> str:

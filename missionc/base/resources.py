@@ -1,4 +1,4 @@
-"""Resource files of the compiler: inside the installed package, or in the source tree beside it."""
+"""Resource files of the compiler: inside the installed package, or in the source tree next to it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def folder(name: str) -> Path:
-    """The folder ``grammars``, ``missions`` or ``docs/errors``.
+    """Return the folder ``grammars``, ``missions`` or ``docs/errors``.
 
     Raises:
         FileNotFoundError: the installation is incomplete.

@@ -1,10 +1,10 @@
-"""Signals: Ctrl-C, SIGTERM and SIGHUP as one exception, so that every ``finally`` runs and the exit status is right.
+"""Signals: converts Ctrl-C, SIGTERM and SIGHUP to one exception, for cleanup and the right exit status.
 
-Once there is a plan (``hold``), the first one no longer raises: ``asked`` tells of it, whoever is still at work on a
-better plan ends, and the plan that is there is verified and written.
+Once there is a plan (``hold``), the first one no longer raises: ``asked`` reports it, work on a better plan ends, and
+the existing plan is verified and written.
 
-The interpreter hands a signal on between two of its own instructions, and an exception can be lost in code that lets
-none out. A thread that the system tells of each signal ends the process where it has not ended by itself.
+The interpreter delivers a signal between two of its own instructions, and code that suppresses exceptions can lose it.
+A thread that receives each signal from the system ends the process if it does not end by itself.
 """
 
 from __future__ import annotations
@@ -22,11 +22,14 @@ from missionc.base.deadline import OutOfTime
 from missionc.base.supervision import FORWARDED, HANDLED, supervised, tell_held
 
 PATIENCE = 1.5
-"""Seconds that the process may take to tidy up."""
+"""Seconds for cleanup of the process."""
 
 
 class Stopped(BaseException):
-    """Someone asked the process to end. Not an ``Exception``: nothing that mends errors may catch it."""
+    """Exception for a request to end the process.
+
+    Not an ``Exception``, so that error handlers do not catch it.
+    """
 
     def __init__(self, signal_number: int) -> None:
         super().__init__(signal_number)
@@ -34,7 +37,7 @@ class Stopped(BaseException):
 
 
 class _State:
-    """The state of the process, as its signal handlers are the process's.
+    """State of the process, since its signal handlers are global.
 
     ``seen`` is a signal's number; ``forwarded`` is added to numbers in a supervised process, and 0 in any other.
     """
@@ -49,7 +52,10 @@ _now = _State()
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Within, the first signal raises ``Stopped`` (after ``hold``, is noted); a second one ends the process at once."""
+    """Context in which the first signal raises ``Stopped`` (after ``hold``, is recorded).
+
+    A second one ends the process at once.
+    """
 
     def stop(number: int, frame: FrameType | None) -> None:
         number -= _now.forwarded
@@ -60,7 +66,7 @@ def stoppable() -> Iterator[None]:
             raise Stopped(number)
 
     if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may install handlers
+        yield  # only the main thread can install handlers
         return
     _now.seen, _now.held, _now.forwarded = 0, False, FORWARDED if supervised() else 0
     with _ended_by_force(), _lost_in_silence():
@@ -75,13 +81,13 @@ def stoppable() -> Iterator[None]:
 
 
 def _nobody_hangs_up(number: signal.Signals) -> bool:
-    """Whether it was started to go on when the terminal is closed, as by ``nohup``."""
+    """Return whether the process was started to survive the end of its terminal, as with ``nohup``."""
     return number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
 
 
 @contextmanager
 def _ended_by_force() -> Iterator[None]:
-    """Within, the process ends ``PATIENCE`` after a signal that leaves nothing to bring home, and at a second one."""
+    """Context in which the process ends ``PATIENCE`` after a signal without a plan to save, and at a second one."""
     read_end, write_end = os.pipe()
     os.set_blocking(write_end, False)
     threading.Thread(target=_watch, args=(read_end,), daemon=True).start()
@@ -102,7 +108,7 @@ def _watch(read_end: int) -> None:
 
 
 def _next_signal(read_end: int) -> int:
-    """The number of the next signal that is handled here; 0 if there will be none."""
+    """Number of the next signal that is handled here; 0 if there will be none."""
     while number := os.read(read_end, 1):
         if number[0] - _now.forwarded in HANDLED:
             return number[0] - _now.forwarded
@@ -111,7 +117,7 @@ def _next_signal(read_end: int) -> int:
 
 @contextmanager
 def _lost_in_silence() -> Iterator[None]:
-    """Within, an interruption that code lets not out, as that of a destructor, is not reported: it comes again."""
+    """Context in which a suppressed interruption, as in a destructor, is not reported, since it is repeated."""
     before = sys.unraisablehook
 
     def report(unraisable: sys.UnraisableHookArgs) -> None:
@@ -126,7 +132,7 @@ def _lost_in_silence() -> Iterator[None]:
 
 
 def leave_signals() -> None:
-    """For a child that was forked: it is its parent's to act on signals, and to end it."""
+    """Leave signals to the parent, in a forked child."""
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
@@ -134,31 +140,31 @@ def leave_signals() -> None:
 
 
 def defer_stop() -> None:
-    """From now on, to the end of ``stoppable``, there is something to bring home."""
+    """Mark that there is a plan to save, from now until the end of ``stoppable``."""
     _now.held = True
     tell_held(True)
 
 
 def stop_requested() -> bool:
-    """Whether someone has asked to end, and what is there is to be brought home."""
+    """Return whether the process should end and save its plan."""
     return bool(_now.seen) and _now.held
 
 
 def release_stop() -> None:
-    """What there was is brought home: raise the ``Stopped`` of a signal that came meanwhile, if one did."""
+    """Mark that the plan is saved, and raise the ``Stopped`` of a signal that came in the meantime, if any."""
     _now.held = False
     tell_held(False)
     reraise_stop()
 
 
 def reraise_stop() -> None:
-    """Raise the ``Stopped`` that was raised before, if any was: a library may have made an error of its own of it."""
+    """Raise an earlier ``Stopped`` again, if any: a library may have replaced it with its own error."""
     if _now.seen and not _now.held:
         raise Stopped(_now.seen)
 
 
 def end_with_parent() -> None:
-    """From now on this process, a child of ``multiprocessing``, ends at once when its parent has ended."""
+    """Make this child of ``multiprocessing`` end at once when its parent has ended."""
     import multiprocessing  # most processes have no children
 
     parent = multiprocessing.parent_process()

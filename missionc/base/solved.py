@@ -1,4 +1,4 @@
-"""Planning methods: which of them found the motion of which agents, as a summary prints and plan.json records it."""
+"""Planning methods: the method that found the motion of each agent, for summaries and plan.json."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ METHODS = {
     TRANSPORT: "transport",
     POLISH: "polish",
 }
-"""Name of each method, by its word in documents: the solver that had the model, single-agent search on a roadmap, the
-sketch of clot's tasks, clot's Algorithms 1 and 2, and the optimiser that moves a plan which another method found."""
+"""Name of each method, by its word in documents."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +37,15 @@ def solved_by(methods: Mapping[str, str]) -> tuple[Solved, ...]:
 
 
 def then_polished(solved: tuple[Solved, ...], agents: Iterable[str]) -> tuple[Solved, ...]:
-    """The same for a plan that the optimiser moved afterwards, all agents of it."""
+    """The same for a plan whose agents the optimiser all moved afterwards."""
     return solved if solved and solved[-1].by == POLISH else (*solved, Solved(POLISH, tuple(agents)))
 
 
 def solved_text(solved: Sequence[Solved]) -> str:
-    """``solved: 2 agents by Z3, 8 by search``, a method that goes on from others after ``then``; empty if not known."""
+    """Text such as ``solved: 2 agents by Z3, 8 by search``, with follow-up methods after ``then``.
+
+    Empty if unknown.
+    """
     parts: list[str] = []
     known: set[str] = set()
     for each in solved:
@@ -54,10 +56,10 @@ def solved_text(solved: Sequence[Solved]) -> str:
 
 
 def read_solved(records: object, agents: Iterable[str]) -> tuple[Solved, ...]:
-    """Entries from their records, for a mission with these agents.
+    """Parse entries from their records, for a mission with these agents.
 
     Raises:
-        ValueError: these are no records of methods and agents.
+        ValueError: these are not records of methods and agents.
     """
     names, found = frozenset(agents), []
     for record in records if isinstance(records, list) else [None]:

@@ -1,4 +1,4 @@
-"""Source text of missions and spans in it; line and column are worked out when a message is shown."""
+"""Source text of missions and spans in it; line and column are computed for messages only."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from missionc.base.late_dataclass import dataclass
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """One file's text, under the name the user knows it by.
+    """Text of one file, with its name for the user.
 
-    ``data`` is what a file holds that is no mission; its ``text`` is empty where that is no UTF-8.
+    ``data`` is the contents of a file that is not a mission; its ``text`` is empty if it is not UTF-8.
     """
 
     name: str
@@ -24,7 +24,7 @@ class Source:
 
     @property
     def line_starts(self) -> list[int]:
-        """Offset of each line, counted when a place is first asked for: few files need one."""
+        """Offset of each line, computed at first use, since few files need it."""
         if not self._starts:
             ends = accumulate(len(line) + 1 for line in self.text.split("\n"))
             self._starts.extend((0, *islice(ends, self.text.count("\n"))))
@@ -32,7 +32,7 @@ class Source:
 
     @property
     def content(self) -> bytes:
-        """What the file holds; of a mission its text in UTF-8."""
+        """Contents of the file; for a mission, its text in UTF-8."""
         return self.text.encode("utf-8", "replace") if self.data is None else self.data
 
     def place(self, offset: int) -> tuple[int, int]:
@@ -41,7 +41,7 @@ class Source:
         return line, offset - self.line_starts[line - 1] + 1
 
     def line(self, number: int) -> str:
-        """The text of a line (counted from 1), without its line end."""
+        """Text of a line (counted from 1), without its line end."""
         start = self.line_starts[number - 1]
         end = self.line_starts[number] if number < len(self.line_starts) else len(self.text)
         return self.text[start:end].rstrip("\r\n")
@@ -53,7 +53,7 @@ def line_ends(text: str) -> int:
 
 
 class Turn(NamedTuple):
-    """One value of the index of this ``name``, of all those from ``low`` to ``high``."""
+    """One value of the index ``name``, in its range from ``low`` to ``high``."""
 
     name: str
     value: int
@@ -63,9 +63,9 @@ class Turn(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """The characters ``start`` up to, but not at, ``end`` of a source.
+    """Characters of a source from ``start`` to ``end`` (exclusive).
 
-    ``turns`` are the indices with which the text of a family, or after ``for``, is read here, the outermost first.
+    ``turns`` are the current indices of the text in a family or after ``for``, the outermost first.
     """
 
     source: Source
@@ -78,15 +78,15 @@ class Span:
         return self.source.text[self.start : self.end]
 
     def part(self, start: int, end: int) -> Span:
-        """Other characters of the same source, read with the same indices."""
+        """Other characters of the same source with the same indices."""
         return Span(self.source, start, end, self.turns)
 
     @property
     def first_line(self) -> Span:
-        """The part before the first line end."""
+        """Part before the first line end."""
         end = self.source.text.find("\n", self.start, self.end)
         return self.part(self.start, self.end if end < 0 else end)
 
     def to(self, other: Span) -> Span:
-        """From the start of this span to the end of the other."""
+        """Span from the start of this one to the end of the other."""
         return self.part(self.start, other.end)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from missionc.base.late_dataclass import dataclass
 
 LAST = "the answer"
-"""Successor of the last attempt."""
+"""Marker for the end after the last attempt."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +17,8 @@ class StageRun:
 
     Args:
         stage: name, as in ``--emit strategy``.
-        attempt: what was tried; empty if a stage has one attempt.
-        engine: the backend at work; empty if there was none.
+        attempt: description of the attempt; empty if a stage has only one.
+        engine: backend of the attempt; empty if there was none.
         work: units of ``backends.work``, to three decimals; 0 if the attempt is not counted.
         outcome: in words.
     """
@@ -31,7 +31,7 @@ class StageRun:
 
 
 def stage_records(runs: Sequence[StageRun]) -> list[dict[str, object]]:
-    """One record for each attempt; ``then`` names the stage that followed."""
+    """One record for each attempt; ``then`` is the stage that followed."""
     following = [*(each.stage for each in runs[1:]), LAST]
     return [
         {
@@ -47,10 +47,10 @@ def stage_records(runs: Sequence[StageRun]) -> list[dict[str, object]]:
 
 
 def read_stage_runs(records: object) -> tuple[StageRun, ...]:
-    """Attempts from their records.
+    """Parse attempts from their records.
 
     Raises:
-        ValueError: these are no records of attempts.
+        ValueError: these are not records of attempts.
     """
     found = []
     for record in records if isinstance(records, list) else [None]:

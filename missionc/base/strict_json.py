@@ -1,4 +1,4 @@
-"""A strict JSON reader: everything that two readers could understand differently is refused.
+"""Strict JSON reader: rejects everything that two readers could interpret differently.
 
 No key is duplicated, every number is finite (unless the caller
 takes others) and no longer than a double or a 64-bit integer needs, no half of
@@ -16,16 +16,16 @@ from typing import Any, TypeGuard
 from missionc.base.limits import Limits
 
 LONGEST_INTEGER = 19
-"""Digits: more do not fit into 64 bits."""
+"""Maximum number of digits of an integer: more do not fit into 64 bits."""
 CONSTANT = re.compile(r"-?(?:NaN|Infinity)")
-"""A number that is none in JSON, as some writers have it."""
+"""Numbers that JSON does not allow, as some writers have them."""
 
 VALUES = Limits().json_values
-"""Values of a text, if nothing else is allowed."""
+"""Default maximum number of values in a text."""
 
 
 class NotJsonError(ValueError):
-    """Text that is no JSON for us: a phrase that says why, and the place in the text where that is seen."""
+    """Error for text that is not valid JSON: the reason as a phrase, and its place in the text."""
 
     def __init__(self, reason: str, place: int = 0) -> None:
         super().__init__(reason)
@@ -33,14 +33,14 @@ class NotJsonError(ValueError):
 
 
 def parse_json(content: str | bytes, most: int = VALUES, *, finite: bool = True) -> Any:
-    """The value that a text holds, or UTF-8.
+    """Parse the value in a text or in UTF-8 bytes.
 
     Args:
-        most: values in it, those within others counted too.
-        finite: refuse ``NaN`` and ``Infinity``; they are kept otherwise.
+        most: maximum number of values in it, including nested ones.
+        finite: reject ``NaN`` and ``Infinity``; otherwise they are kept.
 
     Raises:
-        NotJsonError: it holds none, one that is not the same for every reader, or too many.
+        NotJsonError: the text contains no value, an ambiguous one, or too many.
     """
     try:
         text = content if isinstance(content, str) else content.decode("utf-8")
@@ -53,7 +53,7 @@ def parse_json(content: str | bytes, most: int = VALUES, *, finite: bool = True)
         )
     try:
         value = json.loads(text, parse_int=_integer, object_pairs_hook=_record)
-        # Half of a surrogate pair is no character, and NaN no number: nothing could be written of them.
+        # An unpaired surrogate is not a character, and NaN is not a number: neither could be written again.
         json.dumps(value, ensure_ascii=False, allow_nan=not finite).encode()
     except json.JSONDecodeError as error:
         here = f"unexpected `{text[error.pos]}`" if error.pos < len(text) else "unexpected end of the file"
@@ -71,14 +71,14 @@ def parse_json(content: str | bytes, most: int = VALUES, *, finite: bool = True)
 
 
 def parse_record(content: str | bytes, schema: str = "", *, finite: bool = True) -> dict[str, Any]:
-    """The record that a text holds.
+    """Parse the record in a text.
 
     Args:
-        schema: what its ``schema`` says; any record is read if this is empty.
-        finite: as for ``parse_json``.
+        schema: required value of ``schema``; any if empty.
+        finite: as in ``parse_json``.
 
     Raises:
-        NotJsonError: as ``parse_json``; or the text holds something else.
+        NotJsonError: as in ``parse_json``, or the value is not such a record.
     """
     value = parse_json(content, finite=finite)
     if not isinstance(value, dict):
@@ -89,7 +89,7 @@ def parse_record(content: str | bytes, schema: str = "", *, finite: bool = True)
 
 
 def is_finite_number(value: object) -> TypeGuard[int | float]:
-    """Whether a value is a finite number, and no truth value."""
+    """Return whether a value is a finite number, and not a Boolean."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 
 

@@ -4,8 +4,8 @@ in   reports of the worker: its deadline, and whether it has a plan to save
 out  in the worker nothing; in its parent how the worker ended
 
 Python interrupts a process between two of its own instructions. A call of a C library may last for minutes, use up all
-memory, or abort. The parent does nothing but wait: it hands signals on, kills a worker that outlives its deadline by
-a grace, and lives to report how the worker ended. Only Linux has what this takes; elsewhere there is one process.
+memory, or abort. The parent only waits: it forwards signals, kills a worker that exceeds its deadline by a grace
+period, and reports how the worker ended. Only Linux supports this; elsewhere there is one process.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ from typing import NamedTuple
 HANDLED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 FORWARDED = getattr(signal, "SIGRTMIN", 0)
-"""Added to the number of a signal that the parent hands on. The worker ignores the original, which a terminal sends
-to both, so that each counts once."""
+"""Offset of the number of a forwarded signal. The worker ignores the original, which a terminal sends to both, so each
+counts once."""
 
 STOPPING = (*HANDLED, *(FORWARDED + number for number in HANDLED))
-"""Signals that end a process or its work, as they are and as they are handed on."""
+"""Signals that end a process or its work, in original and in forwarded form."""
 
 GRACE, SHARE = 5.0, 0.05
-"""Seconds after its deadline, and a share of the time it had, that the worker has to end by itself."""
+"""Extra time of the worker after its deadline: in seconds, and as a ratio of its total time."""
 
 PATIENCE = 3.0
-"""Seconds that it has after a signal, if it has no plan to bring home, and after a second one in any case."""
+"""Seconds that the worker has after a signal without a plan to save, and after any second one."""
 
 NO_THREAD_DATA = 127
-"""Exit status that the C library of Linux gives a process whose thread gets no memory; no command ends with it."""
+"""Exit status from the C library of Linux for a process whose thread gets no memory; no command uses it."""
 
 _DEADLINE, _HELD, _KEPT = b"d", b"h", b"k"
 _RECORD = struct.Struct("<cd")
 
 
 class Cause(Enum):
-    """Reason for which a worker did not end by itself."""
+    """Reason why a worker did not end by itself."""
 
     TIME = "time"
     MEMORY = "memory"
@@ -52,7 +52,7 @@ class Cause(Enum):
 
 
 class Ended(NamedTuple):
-    """End of the worker: its exit status, or what ended it and by which signal; whether it had written a plan."""
+    """End of the worker: its exit status, or its cause and signal, and whether it had written a plan."""
 
     status: int
     cause: Cause | None = None
@@ -67,22 +67,22 @@ class _Worker:
 
 
 def supervised() -> bool:
-    """Whether this process is a worker; children that it forks are none."""
+    """Return whether this process is a worker; its forked children are not."""
     return _Worker.process == os.getpid()
 
 
 def tell_deadline(moment: float) -> None:
-    """Tell the parent until when the work has to be over, on the clock of ``time.monotonic``."""
+    """Report the deadline of the work to the parent, on the clock of ``time.monotonic``."""
     _tell(_DEADLINE, moment)
 
 
 def tell_held(held: bool) -> None:
-    """Tell the parent whether there is a plan that a signal lets the worker bring home."""
+    """Report to the parent whether there is a plan to save after a signal."""
     _tell(_HELD, held)
 
 
 def tell_kept() -> None:
-    """Tell the parent that a verified plan is written."""
+    """Report to the parent that a verified plan is written."""
     _tell(_KEPT, True)
 
 
@@ -92,7 +92,7 @@ def _tell(kind: bytes, value: float) -> None:
 
 
 def supervise() -> Ended | None:
-    """Go on in a child process: returns None there, and in the parent how the child ended."""
+    """Continue in a child process: returns None there, and in the parent how the child ended."""
     if sys.platform != "linux":
         return None
     reports, told = os.pipe()
@@ -101,7 +101,7 @@ def supervise() -> Ended | None:
     os.set_blocking(wake, False)
     signal.set_wakeup_fd(wake)
     for number in (signal.SIGCHLD, *HANDLED):
-        if signal.getsignal(number) != signal.SIG_IGN:  # as by ``nohup``
+        if signal.getsignal(number) != signal.SIG_IGN:  # as with ``nohup``
             signal.signal(number, _note)
     process = os.fork()
     if process:
@@ -118,11 +118,11 @@ def supervise() -> Ended | None:
 
 
 def _note(number: int, frame: FrameType | None) -> None:
-    """Do nothing: the parent reads the number from its pipe, and the worker waits for what the parent hands on."""
+    """Do nothing: the parent reads the number from its pipe, and the worker waits for the forwarded signal."""
 
 
 def _end_when_closed(pipe: int) -> None:
-    """Have the system end this process when no process can write to a pipe any more: its parent has ended."""
+    """Let the system end this process when no process can write to a pipe any more: its parent has ended."""
     import fcntl  # not on every system
 
     fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
@@ -132,7 +132,7 @@ def _end_when_closed(pipe: int) -> None:
 
 
 class _Supervisor:
-    """The parent of a worker, until that has ended."""
+    """Parent of a worker, until the worker has ended."""
 
     def __init__(self, process: int, reports: int, woken: int) -> None:
         self.process, self.reports, self.woken = process, reports, woken
@@ -187,6 +187,6 @@ class _Supervisor:
             return Ended(128 + (self.seen or number - FORWARDED))
         if self.killed:
             return Ended(number, Cause.TIME, self.kept)
-        # The system kills what takes too much memory, and libraries abort if they get none.
+        # The system kills processes that use too much memory, and libraries abort without memory.
         short = number in (signal.SIGKILL, signal.SIGABRT, signal.SIGBUS)
         return Ended(number, Cause.MEMORY if short else Cause.CRASH, self.kept)

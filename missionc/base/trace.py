@@ -1,4 +1,4 @@
-"""Traces: joint motion as arrays, which a backend returns, a file holds, the monitor judges and the emitters write."""
+"""Traces: joint motion as arrays, shared by backends, files, the monitor and the emitters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.base.solved import Solved, solved_text
 from missionc.base.stage_runs import StageRun
 from missionc.base.units import Seconds
 
-if TYPE_CHECKING:  # a trace only holds arrays: who makes them loads numpy
+if TYPE_CHECKING:  # a trace only contains arrays: the code that makes them loads numpy
     import numpy as np
     from numpy.typing import NDArray
 
@@ -25,7 +25,7 @@ Indices: TypeAlias = "NDArray[np.int64]"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """Every agent's state at every step, agents in mission order, steps 0 … last.
+    """State of every agent at every step, agents in mission order, steps 0 … last.
 
     Args:
         step: time between two states, seconds.
@@ -34,12 +34,11 @@ class Trace:
             constant velocity of the motion that starts at the step (at the
             last step, of the motion that ended there); for second order the
             velocity at the step.
-        heading: (agents, steps + 1), rad: where the agent faces when the
-            motion that starts at the step begins.
-        derived: ``velocity`` and ``heading``, where they follow from recorded positions and were not recorded.
+        heading: (agents, steps + 1), rad: heading of the agent at the beginning of the motion that starts at the step.
+        derived: names of ``velocity`` and ``heading`` if they were computed from recorded positions.
 
-    Between two steps a first-order agent moves straight at constant velocity;
-    an agent with momentum (``ir.dynamics``) has constant acceleration.
+    Between two steps a first-order agent moves straight at constant velocity; an agent with momentum (``ir.dynamics``)
+    has constant acceleration.
     """
 
     step: Seconds
@@ -49,25 +48,25 @@ class Trace:
     derived: tuple[str, ...] = field(default=(), kw_only=True)
 
     def part(self, agents: Sequence[int], first: int, last: int) -> Trace:
-        """The states of some agents, by their rows, from the step ``first`` to the step ``last``, both included."""
+        """States of some agents, by row, from the step ``first`` to the step ``last``, both included."""
         rows, steps = list(agents), slice(first, last + 1)
         return Trace(self.step, self.position[rows, steps], self.velocity[rows, steps], self.heading[rows, steps])
 
     @property
     def metres(self) -> float:
-        """What all agents travel together, straight from each step to the next."""
+        """Total distance of all agents in metres, straight between steps."""
         moves = self.position[:, 1:] - self.position[:, :-1]
         return float(((moves**2).sum(axis=-1) ** 0.5).sum())
 
     @property
     def effort(self) -> float:
-        """The square of all agents' accelerations, summed over time: m²/s³. [clot] (2)."""
+        """Sum of squared accelerations of all agents over time, m²/s³. [clot] (2)."""
         changes = self.velocity[:, 1:] - self.velocity[:, :-1]
         return float((changes**2).sum() / self.step)
 
     @property
     def lasts(self) -> int:
-        """After how many steps nobody moves any more."""
+        """Number of steps until all agents stay."""
         moved = (self.position[:, 1:] != self.position[:, :-1]) | (self.velocity[:, :-1] != 0)
         steps = moved.any(axis=(0, 2)).nonzero()[0]
         return int(steps[-1]) + 1 if steps.size else 0
@@ -75,7 +74,7 @@ class Trace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A verified joint plan, ready to be written; in a notebook everybody's path, and each requirement."""
+    """Verified joint plan, ready to be written; a notebook shows its paths and requirements."""
 
     mission: str
     backend: str
@@ -83,24 +82,24 @@ class Plan:
     trace: Trace
     judgements: tuple[Judgement, ...]
     proven: Proven | None = None
-    """What is known of the best plan, where the mission minimizes what can be bounded."""
+    """Bound on the best plan, if the mission minimizes a quantity with one."""
     solved: tuple[Solved, ...] = ()
-    """Which method found the motion of which agents; empty if that is not known."""
+    """Method that found the motion of each agent; empty if unknown."""
     runs: tuple[StageRun, ...] = ()
-    """The attempts that led to the plan, in order; empty if they are not known."""
+    """Attempts that led to the plan, in order; empty if unknown."""
     ground: Callable[[], Ground] | None = None
-    """What a notebook draws the paths on; made when it is shown."""
+    """Background of the paths in a notebook, computed on display."""
 
     @property
     def times(self) -> Array:
-        """Times of the steps: (steps + 1,), seconds."""
+        """Times of the steps, (steps + 1,), seconds."""
         import numpy as np
 
         return np.arange(self.trace.position.shape[1], dtype=np.float64) * self.trace.step
 
     @property
     def robustness(self) -> dict[str, float]:
-        """Robustness of each requirement."""
+        """Robustness of each requirement, by name."""
         return {each.name: each.robustness for each in self.judgements}
 
     def __str__(self) -> str:

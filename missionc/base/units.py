@@ -1,4 +1,4 @@
-"""Units of measurement, and the dimension each belongs to."""
+"""Units of measurement and their dimensions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Hops = NewType("Hops", int)
 
 
 class Metric(Enum):
-    """The measure of a route's length."""
+    """Measure of a route's length."""
 
     HOPS = "hops"
     METRES = "distance"
@@ -21,7 +21,7 @@ class Metric(Enum):
 
 
 class Dimension(Enum):
-    """What a quantity measures; the value reads well in a message."""
+    """Dimension of a quantity; the value is its text in messages."""
 
     NUMBER = "a plain number"
     LENGTH = "a length"
@@ -51,4 +51,4 @@ UNITS: dict[str, tuple[Dimension, float]] = {
     "deg/s": (Dimension.TURN, math.pi / 180),
     "steps": (Dimension.STEPS, 1.0),
 }
-"""Each unit: its dimension, and how many SI units one of it is."""
+"""Dimension and size in SI units of each unit."""

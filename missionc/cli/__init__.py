@@ -1,1 +1,1 @@
-"""The command line: flags in, files and words out, an exit status at the end."""
+"""The command line: flags in, files and text out, and an exit status."""

@@ -1,7 +1,7 @@
-"""The command-line application: its commands, and the flags that all share. Nothing about missions is decided here.
+"""The command-line application: commands and shared flags, without decisions about missions.
 
-Diagnostics go to standard error, results to standard output; with ``--format
-json`` standard output is one document that holds the diagnostics too.
+Diagnostics go to standard error, results to standard output; with ``--format json`` standard output is one document
+that includes the diagnostics.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from missionc.frontend.syntax.read_file import nowhere
 from missionc.version import __version__
 
 FLYING = ("export", "report", "simulate", "verify")
-"""Those that may fly with crazyflow, which wants scipy to be told of other arrays than its own before it is loaded."""
+"""Commands that may fly with crazyflow, which needs scipy's array setting before scipy is loaded."""
 
 
 def main(arguments: list[str] | None = None, began: float | None = None) -> int:
-    """Run one command and return its exit status; nothing comes out but ``Stopped``, a traceback least of all.
+    """Run one command and return its exit status; raises nothing except ``Stopped``.
 
     Args:
-        began: when the process did, on the clock of ``time.monotonic``, where its time limit counts from there.
+        began: start of the process on the clock of ``time.monotonic``, if its time limit counts from there.
     """
     words = sys.argv[1:] if arguments is None else arguments
     try:
@@ -68,7 +68,7 @@ def _run(words: list[str], began: float | None) -> int:
 
 
 def say_ended(ended: Ended, words: list[str]) -> Status:
-    """Report why the process that did the work was ended, and return the exit status."""
+    """Report why the worker process was ended, and return the exit status."""
     with speaking():
         say([cut_off(ended)], [], _form(words), {})
         if ended.kept:
@@ -77,7 +77,7 @@ def say_ended(ended: Ended, words: list[str]) -> Status:
 
 
 def _refused(error: click.ClickException) -> Status:
-    """Say what is wrong with a command line, which may hold anything."""
+    """Report an error in a command line, which may contain anything."""
     buffer = io.StringIO()
     error.show(buffer)
     click.echo(plain(buffer.getvalue()), err=True, nl=False)
@@ -85,7 +85,7 @@ def _refused(error: click.ClickException) -> Status:
 
 
 class Commands(click.Group):
-    """The commands, loaded when they are called. An extension's is listed if it can be loaded."""
+    """Commands, loaded when they are called. An extension's command is listed if it can be loaded."""
 
     def list_commands(self, context: click.Context) -> list[str]:
         return [*COMMANDS.built_in, *(each.name for each in COMMANDS.extensions() if COMMANDS.state(each) is None)]
@@ -93,7 +93,7 @@ class Commands(click.Group):
     def resolve_command(
         self, context: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named first; of one that is not there, what it may have been meant for."""
+        """First named command; for an unknown one, suggest a similar name."""
         name = args[0]
         if not name.startswith("-") and name not in COMMANDS:
             near = nearest(name, list(COMMANDS))
@@ -117,6 +117,6 @@ def commands() -> None:
 
 
 def _form(words: list[str]) -> str:
-    """The form of answers that a command line asks for, whatever else is wrong with it."""
+    """Output format in a command line, even if the rest of it is wrong."""
     named = {word.removeprefix("--format=") for word in words}
     return next((form for form in ("json", "sarif") if form in named), "text")

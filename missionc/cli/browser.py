@@ -1,4 +1,4 @@
-"""The user's browser: a page is opened in it, where there is one that can show it."""
+"""The user's browser: opens a page in it, if one can show it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
 def opened(address: str) -> bool:
-    """Whether a browser was asked to show the page.
+    """Open a page in the browser, and return whether that was attempted.
 
-    Without a screen there are only browsers that take over the terminal and run no script. They are
-    asked only where ``BROWSER`` says so.
+    Without a screen there are only browsers in the terminal, which run no scripts. They are used only if ``BROWSER`` is
+    set.
     """
     blind = sys.platform not in ("darwin", "win32") and not any(map(os.environ.get, SCREENS))
     if blind and not os.environ.get("BROWSER"):
@@ -25,7 +25,7 @@ def opened(address: str) -> bool:
 
 
 def said(address: str, no_open: bool, name: str, what: str = "report") -> str:
-    """Open the page, unless nobody wants that, and say how it went; ``name`` is where the user finds it."""
+    """Open the page unless disabled, and return a message; ``name`` is the place where the user finds it."""
     if no_open:
         return f"{what}: {name}"
     if opened(address):

@@ -1,4 +1,4 @@
-"""Flags of commands that do their work in several processes, or on a cluster, and the workers that they name."""
+"""Flags for work in several processes or on a cluster, and the workers that they select."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ cluster = click.option(
 
 
 def understood(count: int | None, address: str | None) -> None:
-    """See that the two go together, and that the address is one.
+    """Check that the two flags are compatible and the address is valid.
 
     Raises:
-        click.UsageError: they do not, or it is none.
+        click.UsageError: the flags are incompatible, or the address is invalid.
     """
     from missionc.tools.sweep import run_sweep
 
@@ -41,7 +41,7 @@ def understood(count: int | None, address: str | None) -> None:
 
 
 def opened_cluster(count: int | None, address: str | None) -> AbstractContextManager[Pool | Diagnostic]:
-    """The workers; as many as there are processors, where nothing else is said."""
+    """Workers; by default as many as there are processors."""
     from missionc.tools.sweep import run_sweep
 
     understood(count, address)

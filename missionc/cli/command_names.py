@@ -1,4 +1,4 @@
-"""The registry of commands: those built in, each a module of ``commands``, and those of extensions."""
+"""Registry of commands: built-in ones, each a module in ``commands``, and those of extensions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ BUILT_IN = (
     "vehicles",
     "verify",
 )
-"""The built-in commands, each in a module of its own."""
+"""Built-in commands, each in a module of its own."""
 
 
 def _command(name: str, value: object) -> click.Command:
@@ -36,4 +36,4 @@ def _command(name: str, value: object) -> click.Command:
 
 
 COMMANDS = Registry(Kind.COMMAND, {name: f"missionc.cli.commands.{name}:command" for name in BUILT_IN}, _command)
-"""Every command by its name."""
+"""All commands by name."""

@@ -1,4 +1,4 @@
-"""One compilation request of a command: planned, verified, written, and reported.
+"""One compilation request of a command: planning, verification, writing and reporting.
 
 in   CompileRequest
 out  CompileResult
@@ -38,18 +38,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CompileRequest:
-    """A request: what is to be compiled, how, and what is to be written and said; the flags of ``compile``, read."""
+    """Compilation request with its input, options and outputs: the parsed flags of ``compile``."""
 
     file: Path | Source
-    """Where the mission is, or its text, under the name of a file that need not be there."""
+    """Mission file, or its text with the name of a file that need not exist."""
     _: KW_ONLY
     overrides: tuple[tuple[str, str], ...] = ()
     limits: Limits = field(default_factory=Limits)
     backend: str = "auto"
     vehicle: str = ""
-    """What flies teams that name none; empty for none."""
+    """Vehicle of teams that name none; may be empty."""
     poses: Path | None = None
-    """Where the agents were measured to stand, a file."""
+    """File with the measured positions of the agents."""
     options: Options = field(default_factory=Options)
     seed: int = 0
     time_limit: Seconds = driver.DEFAULT_TIME_LIMIT
@@ -57,38 +57,38 @@ class CompileRequest:
     explain_limit: Seconds = NO_EXPLANATION
     throughout: ContinuousTime = ContinuousTime.WANTED
     alternatives: int = 1
-    """How many plans are wanted that differ."""
+    """Number of requested plans that differ."""
     exports: tuple[str, ...] = ()
     checkpoint: Path | None = None
     resume: Path | None = None
     wanted: tuple[str, ...] = ()
     """Stages to print, in the order of the pipeline."""
     output: Path | None = None
-    """The folder to write; that of the mission's name where it is left out."""
+    """Folder to write; by default named after the mission."""
     force: bool = False
     plot: Path | None = None
     figure: FigureRequest = field(default_factory=FigureRequest)
-    """What ``plot`` shows."""
+    """Content of ``plot``."""
     form: str = "text"
     quiet: bool = False
     verbose: bool = False
-    """Whether the summary has everything."""
+    """True for a complete summary."""
     timings: bool = False
     began: float | None = None
-    """When the time limit began to run, on the clock of ``time.monotonic``; None for when the work begins."""
+    """Start of the time limit on the clock of ``time.monotonic``; None for the beginning of the work."""
 
     @property
     def name(self) -> str:
-        """How messages call the mission: its path."""
+        """Name of the mission in messages: its path."""
         return self.file.name if isinstance(self.file, Source) else str(self.file)
 
     @property
     def deadline(self) -> float:
-        """When time is up, on the clock of ``time.monotonic``: counted from now where nothing began before."""
+        """Deadline on the clock of ``time.monotonic``, from now unless the work began earlier."""
         return (time.monotonic() if self.began is None else self.began) + self.time_limit
 
     def plan_request(self, budget: Budget) -> PlanRequest:
-        """The request for a plan, without checkpoints and output folder."""
+        """Request for a plan, without checkpoints and output folder."""
         return PlanRequest(
             budget,
             self.options,
@@ -100,13 +100,13 @@ class CompileRequest:
 
     @property
     def writes(self) -> bool:
-        """Whether a folder is to be written: stages that are printed take its place, unless both are asked for."""
+        """True if a folder will be written: printed stages replace it, unless both are requested."""
         return not self.wanted or self.output is not None
 
 
 @dataclass(frozen=True, slots=True)
 class CompileResult:
-    """The result of a request; ``output`` is the folder written, empty where none was."""
+    """Result of a request; ``output`` is the written folder, or empty."""
 
     compiled: Compiled
     status: Status
@@ -114,7 +114,7 @@ class CompileResult:
 
 
 def run_request(request: CompileRequest) -> CompileResult:
-    """Compile, write, and say what came of it."""
+    """Compile, write, and report the result."""
     deadline = request.deadline
     began = deadline - request.time_limit
     with shown(request.quiet or request.form == "json") as listen:
@@ -132,7 +132,7 @@ def run_request(request: CompileRequest) -> CompileResult:
 
 
 def check(request: CompileRequest) -> Checked:
-    """What the front end says of the mission."""
+    """Result of the front end for the mission."""
     return driver.check(
         request.file,
         overrides=dict(request.overrides),
@@ -144,12 +144,12 @@ def check(request: CompileRequest) -> Checked:
 
 
 def folder_of(request: CompileRequest, checked: Checked) -> Path:
-    """The folder that a plan is written to."""
+    """Folder to which a plan is written."""
     return request.output or Path("build") / (checked.mission.name if checked.mission else "mission")
 
 
 def carry_out(request: CompileRequest, deadline: float, listen: Callable[[Progress], None]) -> CompileResult:
-    """Compile and write, and tell ``listen`` how far it is; nothing is printed."""
+    """Compile and write, and report progress to ``listen``; prints nothing."""
     budget = Budget(deadline, request.memory_limit, request.seed, request.limits, listen)
     checked = driver.check_within(
         budget,
@@ -174,7 +174,7 @@ def carry_out(request: CompileRequest, deadline: float, listen: Callable[[Progre
 
 
 def _planned(request: CompileRequest, checked: Checked, folder: Path | None, budget: Budget) -> CompileResult:
-    """Plan and write. What can be known to forbid writing is said before any planning."""
+    """Plan and write. Known obstacles to writing are reported before any planning."""
     from missionc.output.export.formats import FORMATS
     from missionc.output.folder.overlap import overlapping
     from missionc.output.folder.write_folder import refuse
@@ -202,7 +202,7 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
 
 
 def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tuple[list[WrittenPath], list[Path]]:
-    """All that is to be written, and all that was read; a run may be kept in the file that it is taken up from."""
+    """All output and input paths; a run may be saved to the file that it is resumed from."""
     from missionc.output.folder.overlap import WrittenPath, within
 
     named = [("-o", folder), ("--plot", request.plot), ("--checkpoint", request.checkpoint)]
@@ -214,20 +214,20 @@ def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tu
 
 @dataclass(slots=True)
 class PlanFolder:
-    """The folder of a compilation: written with the first verified plan, and again with each better one.
+    """Folder of a compilation: written with the first verified plan, and again with each better one.
 
     Args:
-        path: None if no folder is to be written.
-        force: whether a folder that was there before the compilation may be replaced.
+        path: path, or None for no folder.
+        force: if true, a folder from before the compilation may be replaced.
     """
 
     path: Path | None
     force: bool
     kept: Compiled | None = None
-    """The result that the folder holds."""
+    """Result that is in the folder."""
 
     def write(self, compiled: Compiled) -> Diagnostic | None:
-        """Write the files of a result, unless they are there already; what went wrong, if anything did."""
+        """Write the files of a result, unless they are there already; returns an error, if any."""
         from missionc.output.folder.file_names import MANIFEST
         from missionc.output.folder.write_folder import write_folder
 
@@ -244,7 +244,7 @@ class PlanFolder:
 
 
 def _answer(request: CompileRequest, compiled: Compiled, folder: PlanFolder) -> CompileResult:
-    """What was planned, written."""
+    """Result of planning, with its files written."""
     match compiled.outcome:
         case InvalidMission():
             return CompileResult(compiled, Status.MISSION_ERRORS)
@@ -264,7 +264,7 @@ def _answer(request: CompileRequest, compiled: Compiled, folder: PlanFolder) -> 
 
 
 def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: PlanFolder) -> CompileResult:
-    """The folder, whole or not at all; then the map of a plan."""
+    """Write the folder, all or nothing, then the map of a plan."""
     wrong = folder.write(compiled)
     if wrong and folder.kept:
         finding = later_not_written(wrong)
@@ -280,7 +280,7 @@ def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: 
 
 
 def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic | None:
-    """Write the picture as requested; what went wrong, if anything did."""
+    """Write the requested picture; returns an error, if any."""
     from missionc.compiler.graphs import picture_of
     from missionc.output.folder.write_file import write_file
 
@@ -293,13 +293,13 @@ def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic
 
 
 def _refused(compiled: Compiled, finding: Diagnostic) -> CompileResult:
-    """The end of a compilation whose output cannot be written."""
+    """Result of a compilation whose output cannot be written."""
     findings = (*compiled.findings, finding)
     return CompileResult(replace(compiled, outcome=InvalidMission(), findings=findings), Status.MISSION_ERRORS)
 
 
 def _stage_lines(texts: list[tuple[str, str]]) -> list[str]:
-    """The stages asked for; with a heading each where there are several."""
+    """Lines of the requested stages, with headings if there are several."""
     if len(texts) == 1:
         return [texts[0][1].rstrip("\n")]
     return [line for stage, text in texts for line in (f"# {stage}", text.rstrip("\n"), "")]

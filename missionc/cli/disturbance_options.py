@@ -1,4 +1,4 @@
-"""Flags of disturbances, of every command that flies plans in simulation, and the values that they give."""
+"""Flags of disturbances for all simulation commands, and their values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ engine = of_registry("--engine", "engine", ENGINES, QUADROTOR, "Simulator of the
 
 
 def wind(value: str) -> tuple[float, float]:
-    """``MEAN`` or ``MEAN,GUST``, m/s."""
+    """Parse ``MEAN`` or ``MEAN,GUST``, m/s."""
     words = value.split(",")
     try:
         numbers = [float(word) for word in words]
@@ -26,7 +26,7 @@ def wind(value: str) -> tuple[float, float]:
 
 
 def loss(value: str) -> tuple[str, float]:
-    """``AGENT@T``, with T in seconds."""
+    """Parse ``AGENT@T``, with T in seconds."""
     name, _, when = value.rpartition("@")
     try:
         moment = float(when)
@@ -60,14 +60,14 @@ FLAGS = (
 
 
 def of_disturbance(command: Command) -> Command:
-    """The flags; their values go to ``disturbance_of``."""
+    """Add the flags to a command; their values go to ``disturbance_of``."""
     for flag in reversed(FLAGS):
         command = flag(command)
     return command
 
 
 def disturbance_of(**given: object) -> tuple[dict[str, float], tuple[tuple[str, float], ...]]:
-    """The amounts of a ``Disturbance`` by its fields' names; and the agents that are lost, with the second."""
+    """Amounts of a ``Disturbance`` by field name, and the lost agents with their times in seconds."""
     try:
         return amounts_of("simulate", given)
     except ValueError as wrong:

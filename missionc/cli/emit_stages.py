@@ -19,7 +19,7 @@ from missionc.ir.lower.unroll_past import looking_ahead
 
 
 def of_checked(checked: Checked, stages: tuple[str, ...], request: PlanRequest) -> list[tuple[str, str]]:
-    """The stages before planning, as far as the mission came: name and text."""
+    """Stages before planning, as far as the mission got: name and text."""
     texts: dict[str, str] = {}
     if checked.program:
         texts["ast"] = show_program(checked.program)
@@ -29,7 +29,7 @@ def of_checked(checked: Checked, stages: tuple[str, ...], request: PlanRequest) 
         texts["kernel"] = show_kernel(checked.kernel, checked.mission)
         if "cost-graph" in stages:
             from missionc.backends.clot.cost_graph.cost_graph import (
-                build,  # few look at it, and everybody would wait for it
+                build,  # rarely used, and slow to load
             )
             from missionc.backends.clot.cost_graph.show_cost_graph import show_cost_graph
 
@@ -53,7 +53,7 @@ def of_checked(checked: Checked, stages: tuple[str, ...], request: PlanRequest) 
 
 
 def of_compiled(compiled: Compiled, stages: tuple[str, ...], request: PlanRequest) -> list[tuple[str, str]]:
-    """All stages that came to be: name and text; the roadmap is that which the plan was found on, if it was on one."""
+    """All completed stages: name and text; the roadmap is the one of the plan, if any."""
     outcome, planned = compiled.outcome, planned_on(compiled)
     texts = dict(
         of_checked(compiled.checked, tuple(each for each in stages if each != "roadmap" or not planned), request)

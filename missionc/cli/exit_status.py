@@ -18,7 +18,7 @@ from missionc.cli.streams import HUNG_UP, NOT_SAID
 
 
 class Status(IntEnum):
-    """Exit statuses; that of a signal is 128 and its number."""
+    """Exit statuses; that of a signal is 128 plus its number."""
 
     DONE = 0
     MISSION_ERRORS = 1
@@ -34,16 +34,16 @@ class Status(IntEnum):
 
 
 def status_of(passed: bool, undecided: bool) -> Status:
-    """What the files of a folder that could be read come to."""
+    """Status for the files of a folder that could be read."""
     if passed:
         return Status.DONE
     return Status.UNDECIDED if undecided else Status.NOT_VERIFIED
 
 
 def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
-    """Findings to standard error and results to standard output, or one document with both."""
+    """Print findings to standard error and results to standard output, or one document with both."""
     if form == "sarif":
-        from missionc.base.diagnostics.sarif import render_sarif  # few ask for it
+        from missionc.base.diagnostics.sarif import render_sarif  # rarely used
 
         click.echo(as_json(render_sarif(list(findings))))
         return
@@ -58,7 +58,7 @@ def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, documen
 
 
 def say_line(line: str) -> None:
-    """A line on standard output, harmless to a terminal whatever it names, and wrapped to it."""
+    """Print a line on standard output, sanitized and wrapped for a terminal."""
     text = plain(line)
     width = 0 if "\n" in text else columns(sys.stdout.isatty())
     words = text.lstrip(" ")
@@ -67,16 +67,16 @@ def say_line(line: str) -> None:
 
 
 def out_of_memory() -> Diagnostic:
-    """What is said where there is no memory for what limits that were raised, or a large team, ask for."""
+    """Finding for memory exhausted by raised limits or a large team."""
     help_ = "make the mission smaller"
     return Diagnostic(OUT_OF_MEMORY, "not enough memory for this mission", None, help=help_)
 
 
 def columns(terminal: bool) -> int:
-    """How wide a terminal is; 0 for anything else, where lines stay as long as they are."""
+    """Width of a terminal in columns; 0 for anything else, where lines are not wrapped."""
     return get_terminal_size().columns if terminal else 0
 
 
 def in_colour(terminal: bool) -> bool:
-    """Whether a terminal is to be written to in colours."""
+    """Return whether output to a terminal is in colour."""
     return terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"

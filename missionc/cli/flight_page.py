@@ -1,7 +1,7 @@
-"""The page of a flight that goes on: a local web server that shows what a session of online monitoring says.
+"""The page of a flight in progress: a local web server for the events of an online monitoring session.
 
-It is on this machine alone, behind the guard. All that is known is kept here, so that a page that is opened late, or
-loaded again, shows the same; each open page listens to one stream of events (server-sent events).
+It is available on this machine only, behind the guard. All data is kept here, so that a page that is opened late or
+reloaded shows the same; each open page listens to one stream of server-sent events.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ if TYPE_CHECKING:  # loads arrays
     from missionc.verification.monitoring.live.session import Event
 
 PAUSE = 0.1
-"""Seconds between two messages to a page, however fast steps come."""
+"""Minimum time between two messages to a page, seconds."""
 
 SILENCE = 1.0
-"""Seconds after which a page hears of it that nothing new has come."""
+"""Interval after which a page is told that there are no news, seconds."""
 
 MOST_PAGES = 16
 
 
 class FlightPage:
-    """A context in which the page of one flight is served at ``address``.
+    """Context in which the page of one flight is served at ``address``.
 
-    Whoever flies, or listens to who flies, tells it what there is; each call takes microseconds, from any thread::
+    The program that flies, or monitors the flight, reports to it; each call takes microseconds, from any thread::
 
         session = Session(mission, kernel)
         with FlightPage(mission, kernel) as page:
@@ -48,7 +48,7 @@ class FlightPage:
             page.set_world(changed, kernel)   # other regions or obstacles; the same agents, steps and goals
             page.end("the mission is over")   # nothing more will come; the page stays as long as the context
 
-    Verdicts that are for good, agents that are missing and speeds above the top speed become news by themselves.
+    Final verdicts, missing agents and speeds above the maximum become news automatically.
     """
 
     def __init__(self, mission: Mission, kernel: Kernel) -> None:
@@ -70,42 +70,44 @@ class FlightPage:
 
     @property
     def address(self) -> str:
-        """Where the page is, with the token in it: whoever knows it may look."""
+        """Address of the page, with its token: anyone who has it may view the page."""
         return self.guard.address
 
     # ------------------------------------------------------------------ writing
 
     def publish(self, event: Event) -> None:
-        """Show what a session of online monitoring says."""
+        """Show an event of an online monitoring session."""
         with self._changed:
             self._record.take(event)
             self._news()
 
     def heard(self, newest: float) -> None:
-        """A sample has come; ``newest`` is the latest time of any, in seconds of the mission."""
+        """Record that a sample has arrived; ``newest`` is the latest time of any, in seconds of the mission."""
         with self._changed:
             self._record.hear(newest)
 
     def tell(self, says: str, tone: Tone = "plain", t: float | None = None) -> None:
-        """A line among the news; ``tone`` is ``plain``, ``good``, ``risk`` or ``bad``, ``t`` seconds of the mission."""
+        """Add a line to the news; ``tone`` is ``plain``, ``good``, ``risk`` or ``bad``, ``t`` is in seconds of the
+        mission.
+        """
         with self._changed:
             self._record.tell(says, tone, t)
             self._news()
 
     def set_plan(self, trace: Trace | None) -> None:
-        """The plan that is followed from now on; None for none."""
+        """Set the current plan; None for none."""
         with self._changed:
             self._record.set_plan(trace)
             self._news()
 
     def set_world(self, mission: Mission, kernel: Kernel) -> None:
-        """The world as it is from now on: the same agents, steps and goals, perhaps other regions and obstacles."""
+        """Set the current world: same agents, steps and goals, possibly other regions and obstacles."""
         with self._changed:
             self._record.set_world(mission, kernel)
             self._news()
 
     def end(self, says: str) -> None:
-        """Nothing more will come; ``says`` how it ended."""
+        """End the flight; ``says`` is the result in words."""
         with self._changed:
             self._record.end(says)
             self._news()
@@ -117,10 +119,10 @@ class FlightPage:
     # ------------------------------------------------------------------ reading
 
     def since(self, seen: Seen | None, count: int) -> tuple[Seen, int, bytes]:
-        """What a page has to be told that knows ``seen``, once there is more than ``count``, or a while without.
+        """Changes for a page in the state ``seen``, once there are more than ``count``, or after a timeout.
 
         Returns:
-            What the page knows then, the count, and the message: JSON.
+            New state of the page, the count, and the message as JSON.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._count != count, SILENCE)

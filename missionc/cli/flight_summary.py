@@ -71,7 +71,7 @@ def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step
 
 
 def simulated_document(simulated: Simulated) -> dict[str, object]:
-    """``passed`` is null where nothing was flown."""
+    """Document of the results; ``passed`` is null if nothing was flown."""
     if simulated.trials is None or simulated.opened is None or simulated.planned is None:
         return {"passed": None}
     from missionc.output.documents.simulation_json import simulation_record

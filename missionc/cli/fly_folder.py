@@ -1,6 +1,6 @@
-"""Flights of a plan folder in a closed loop: re-verification, the scenario, and the page, live or drawn at the end.
+"""Flights of a plan folder in a closed loop: re-verification, scenario, and page, live or at the end.
 
-A live page is shown in the browser during the flight. The telemetry that ground control receives feeds it.
+A live page in the browser shows the telemetry that ground control receives.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from missionc.verification.monitoring.live.session import Session
 
 
 class ShownLoop:
-    """A context in which one flight is shown.
+    """Context in which one flight is shown.
 
     Args:
-        mission, kernel: those of the whole flight: its requirements are watched as they were written.
-        pace: how many times as fast as the clock it is flown.
+        mission, kernel: those of the whole flight: its original requirements are monitored.
+        pace: speed of the flight relative to real time.
     """
 
     def __init__(self, mission: Mission, kernel: Kernel, plan: Trace, pace: float) -> None:
@@ -66,7 +66,10 @@ class ShownLoop:
         return self._page.address
 
     def listen(self, at: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
-        """What was heard by a time of the flight, and what the ground did; waits until that time has come."""
+        """Show the telemetry and ground actions up to a time in seconds, and wait for it.
+
+        Position: (agents, dim), metres.
+        """
         for line in lines:
             for event in self._session.feed(line):
                 self._page.publish(event)
@@ -86,7 +89,7 @@ class ShownLoop:
         time.sleep(max(0.0, self._began + at / self._pace - time.monotonic()))
 
     def over(self, flight: LoopFlight) -> None:
-        """The flight is over."""
+        """End the flight."""
         for event in self._session.finish():
             self._page.publish(event)
         lost = [name for name, kept in flight.outcome.requirements.items() if not kept]
@@ -101,7 +104,7 @@ class ShownLoop:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Opened:
-    """A folder that was verified again, and what of it is flown."""
+    """Folder that was verified again, with the part of it that is flown."""
 
     flying: Flying
     folder: OutputFolder
@@ -109,7 +112,7 @@ class Opened:
 
 
 def open_folder(folder: Path, limits: Limits) -> Opened | list[Diagnostic]:
-    """A folder that may be flown; or why not."""
+    """Open a folder that may be flown, or return the reasons why not."""
     opened = read_folder(folder, limits)
     if not isinstance(opened, OutputFolder):
         return list(opened)
@@ -120,12 +123,12 @@ def open_folder(folder: Path, limits: Limits) -> Opened | list[Diagnostic]:
 
 
 def flights_page(opened: Opened, loop: LoopFlights) -> bytes:
-    """The folder's report, with the flights in it."""
+    """Report of the folder, with the flights in it."""
     return report(replace(plotted(opened.folder, opened.certificate), simulation="", loop=loop))
 
 
 def read_events(file: Path | None, flying: Flying, limits: Limits) -> Scenario | list[Diagnostic]:
-    """What happens to a flight; nothing, where no file says so."""
+    """Read the events of a flight; none without a file."""
     if file is None:
         return Scenario()
     text = read_text(file, str(file), limits.file_bytes, SCENARIO_UNUSABLE)
@@ -139,7 +142,7 @@ def read_events(file: Path | None, flying: Flying, limits: Limits) -> Scenario |
 
 
 def paths_table(mission: Mission, flight: LoopFlight) -> bytes:
-    """Where everybody was, 100 times a second, as ``missionc monitor`` reads it."""
+    """Table of positions at 100 Hz in the format of ``missionc monitor``."""
     lines = ["agent,t,x,y,z"]
     for agent, path in zip(mission.agents, flight.position.tolist(), strict=True):
         lines += [

@@ -1,4 +1,4 @@
-"""``missionc monitor FILE --live``: what a session says, in words or in lines of JSON."""
+"""``missionc monitor FILE --live``: output of a session, as text or as lines of JSON."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from missionc.verification.monitoring.live.session import (
 from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 
 MOST_UNUSABLE = 20
-"""Lines that cannot be used are told one by one up to so many; the summary counts them all."""
+"""Maximum number of unusable lines that are reported individually; the summary counts all."""
 
 STATUS = {LiveVerdict.SATISFIED: Status.DONE, LiveVerdict.VIOLATED: Status.VIOLATED, LiveVerdict.OPEN: Status.UNDECIDED}
 
@@ -46,10 +46,10 @@ HELP = 'write lines such as `{"t": 1.25, "agent": "drone[0]", "position": [1, 2]
 def run(
     session: Session, lines: Iterable[str], form: str, page: FlightPage | None = None, no_open: bool = True
 ) -> Status:
-    """Judge the lines until the mission, the stream or somebody's patience ends.
+    """Evaluate the lines until the mission or the stream ends, or the user interrupts.
 
     Args:
-        page: shows what is said, and stays when the stream has ended, until somebody's patience does.
+        page: shows the output, and stays after the end of the stream until the user interrupts.
     """
     voice = _Voice(session, form, page)
     with page or nullcontext():
@@ -78,7 +78,7 @@ def run(
 
 
 def tell_findings(findings: Sequence[Diagnostic], form: str) -> None:
-    """Findings on standard error, or as a record."""
+    """Print findings on standard error, or as a record."""
     if findings and form == "json":
         _line({"diagnostics": render_json(findings)})
     elif findings:
@@ -87,7 +87,7 @@ def tell_findings(findings: Sequence[Diagnostic], form: str) -> None:
 
 
 class _Voice:
-    """How a session is told, event by event."""
+    """Output of a session, event by event."""
 
     def __init__(self, session: Session, form: str, page: FlightPage | None) -> None:
         self.session, self.json, self.page = session, form == "json", page
@@ -135,7 +135,7 @@ class _Voice:
                     pass
 
     def say_page(self, address: str, no_open: bool) -> None:
-        """Where the page is; it is opened, unless nobody wants that."""
+        """Report the address of the page, and open it unless disabled."""
         words = said(address, no_open, address, "live page")
         if self.json:
             _line({"page": address})
@@ -152,7 +152,7 @@ class _Voice:
             threading.Event().wait()
 
     def sum_up(self) -> None:
-        """How every goal stands, and what became of the samples."""
+        """Print the state of every goal, and the statistics of the samples."""
         session, name = self.session, self.session.mission.name
         seen, notes = session.steps.closed, session.notes()
         watch = session.constraints
@@ -185,7 +185,7 @@ class _Voice:
             self.fail(finding)
 
     def fail(self, finding: Diagnostic) -> None:
-        """A finding, on the stream for findings."""
+        """Print a finding on the stream for findings."""
         tell_findings([finding], "json" if self.json else "text")
 
     def _say(self, step: int, words: str, record: dict[str, object]) -> None:
@@ -202,7 +202,9 @@ def _line(record: dict[str, object]) -> None:
 
 
 def _words(standing: Standing, unit: str, step: float, by_plan: float | None) -> str:
-    """A verdict with its interval: ``open  robustness -0.400 to 2.000 m, by the plan 0.100 m, decided by 20 s``."""
+    """Verdict with its interval as text: ``open robustness -0.400 to 2.000 m, by the plan 0.100 m,
+    decided by 20 s``.
+    """
     if standing.least == standing.most:
         robustness = f"robustness {decimals(standing.least)} {unit}".rstrip()
     else:

@@ -1,4 +1,4 @@
-"""Summary of flights in a closed loop: what was kept of them, what the ground did, and the room that was left."""
+"""Summary of flights in a closed loop: satisfied requirements, ground actions, and remaining clearances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A page of the documentation on a terminal: headings, code and lists as such, wrapped to its width."""
+"""A page of the documentation on a terminal: formatted headings, code and lists, wrapped to its width."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from missionc.cli.exit_status import columns, in_colour
 
 
 def rendered_page(page: str) -> str:
-    """Markdown as standard output shows it: rendered on a terminal, else as it is."""
+    """Markdown for standard output: rendered on a terminal, otherwise unchanged."""
     width = columns(sys.stdout.isatty())
     return rendered(page, width, in_colour(True)) if width else page.removesuffix("\n")
 
 
 def rendered(page: str, width: int, colour: bool) -> str:
-    """Markdown for a terminal so many columns wide, without a line end."""
-    from rich.console import Console  # for those who read a page on a terminal
+    """Markdown rendered for a terminal with ``width`` columns, without a final line end."""
+    from rich.console import Console  # only for pages on a terminal
     from rich.markdown import Markdown
 
     text = io.StringIO()

@@ -1,4 +1,4 @@
-"""Command-line options that several commands take: the flags, and the parsing of their values."""
+"""Command-line options shared by several commands: flags and parsing of their values."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 Pairs = tuple[tuple[str, str], ...]
-"""The values of flags that take NAME=VALUE, each as often as it was given."""
+"""Values of repeatable flags with NAME=VALUE."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
@@ -42,7 +42,7 @@ UNBOUNDED = 1e6
 
 
 class Number(click.FloatRange):
-    """A finite number within bounds; 0 has no sign."""
+    """Finite number within bounds; 0 has no sign."""
 
     def _describe_range(self) -> str:
         if self.max is not None and self.max < UNBOUNDED:
@@ -64,7 +64,7 @@ class Count(click.IntRange):
 
 
 def of_a_plan(*names: str) -> Callable[[Command], Command]:
-    """The flags of these options of a plan, in this order, as ``backends.options`` describes them."""
+    """Flags of these plan options, in this order, as described in ``backends.options``."""
 
     def with_flags(command: Command) -> Command:
         for name in reversed(names):
@@ -92,7 +92,7 @@ def _flag(option: Described) -> Callable[[Command], Command]:
 
 
 def existing(value: str) -> Path:
-    """A file that is there. Whether it can be read and believed is ``read_file``'s to say."""
+    """Existing file. Its contents are checked by ``read_file``."""
     path = _path(value)
     if not os.path.exists(path):
         raise click.UsageError(f"there is no file `{value}`; check the path")
@@ -102,7 +102,7 @@ def existing(value: str) -> Path:
 
 
 def folder(value: str) -> Path:
-    """A folder that is there."""
+    """Existing folder."""
     path = _path(value)
     if not os.path.exists(path):
         raise click.UsageError(f"there is no folder `{value}`; check the path")
@@ -112,12 +112,12 @@ def folder(value: str) -> Path:
 
 
 def file_or_folder(value: str) -> Path:
-    """A file or a folder that is there."""
+    """Existing file or folder."""
     return folder(value) if os.path.isdir(value) else existing(value)
 
 
 def named(path: Path) -> Path:
-    """A folder by its whole path, for what is written beside it under its name."""
+    """Absolute path of a folder, for files that are written next to it under its name."""
     whole = Path(os.path.abspath(path))
     if not whole.name:
         raise click.UsageError(f"`{path}` has no name for the output; add `-o PATH`")
@@ -125,12 +125,12 @@ def named(path: Path) -> Path:
 
 
 def folder_to_write(value: str) -> Path:
-    """A path for a folder. Whether it may be written is ``output.folder.write_folder``'s to say."""
+    """Path for a folder. Write permission is checked by ``output.folder.write_folder``."""
     return _path(value)
 
 
 def file_to_write(value: str) -> Path:
-    """A path for a file, at which there is no folder."""
+    """Path for a file that is not a folder."""
     path = _path(value)
     if os.path.isdir(path):
         raise click.UsageError(f"`{value}` is a folder; give the path of a file")
@@ -138,7 +138,7 @@ def file_to_write(value: str) -> Path:
 
 
 def picture(value: str) -> Path:
-    """A path for a picture, in a form that can be drawn."""
+    """Path for a picture in a supported format."""
     path = file_to_write(value)
     if path.suffix not in SUFFIXES:
         raise click.UsageError(f"`{value}` has no picture format; end the name with one of {', '.join(SUFFIXES)}")
@@ -146,7 +146,7 @@ def picture(value: str) -> Path:
 
 
 def moments(value: str | tuple[float, ...]) -> tuple[float, ...]:
-    """Moments as `0,2,5.5`, seconds, each once and in order."""
+    """Moments in seconds from `0,2,5.5`, sorted and without duplicates."""
     if isinstance(value, tuple):
         return value
     found = []
@@ -163,7 +163,7 @@ def moments(value: str | tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _path(value: str) -> Path:
-    """A path that the system can have, whether there is something or not."""
+    """Valid path for the system, whether it exists or not."""
     if not value:
         raise click.UsageError("a path is empty; give a file or a folder")
     try:
@@ -177,7 +177,7 @@ def _path(value: str) -> Path:
 
 
 def vehicle_name(value: str) -> str:
-    """A profile that there is."""
+    """Name of an existing profile."""
     return _known(value, profiles(), "vehicle", "`missionc vehicles` lists them")
 
 
@@ -190,7 +190,7 @@ def _known(value: str, known: Collection[str], what: str, otherwise: str) -> str
 
 
 def registered(registry: Registry[Any], noun: str, *further: str) -> Callable[[str], str]:
-    """The type of a name of a registry, or one of ``further`` words; a built-in name reads no metadata."""
+    """Type of a name in a registry, or one of ``further`` words; a built-in name reads no metadata."""
 
     def name(value: str) -> str:
         if value in further or value in registry:
@@ -204,7 +204,7 @@ def registered(registry: Registry[Any], noun: str, *further: str) -> Callable[[s
 def of_registry(
     flag: str, noun: str, registry: Registry[Any], default: str, says: str, *further: str
 ) -> Callable[..., Any]:
-    """The flag that names one value of a registry."""
+    """Flag for the name of a value in a registry."""
     return click.option(
         flag,
         type=registered(registry, noun, *further),
@@ -217,7 +217,7 @@ def of_registry(
 
 
 def continuous_time(continuous: bool, at_steps: bool) -> ContinuousTime:
-    """The value that ``--continuous`` and ``--at-steps`` give.
+    """Value from ``--continuous`` and ``--at-steps``.
 
     Raises:
         UsageError: both are given.
@@ -228,17 +228,17 @@ def continuous_time(continuous: bool, at_steps: bool) -> ContinuousTime:
 
 
 def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """For shell completion: whatever files there are."""
+    """Shell completion with existing files."""
     return [CompletionItem(incomplete, type="file")]
 
 
 def folders(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """For shell completion: whatever folders there are."""
+    """Shell completion with existing folders."""
     return [CompletionItem(incomplete, type="dir")]
 
 
 def one_of(names: Callable[[], Iterable[str]]) -> Completer:
-    """For shell completion: one of these names, looked up when it is asked for."""
+    """Shell completion with one of these names, computed on demand."""
 
     def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
         return [CompletionItem(name) for name in names() if name.startswith(incomplete)]
@@ -247,7 +247,7 @@ def one_of(names: Callable[[], Iterable[str]]) -> Completer:
 
 
 def several_of(names: Callable[[], Iterable[str]]) -> Completer:
-    """For shell completion: names with commas between them; the last of them is completed, with none said twice."""
+    """Shell completion of comma-separated names: completes the last one, without duplicates."""
 
     def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
         before, comma, last = incomplete.rpartition(",")
@@ -258,12 +258,12 @@ def several_of(names: Callable[[], Iterable[str]]) -> Completer:
 
 
 def exports() -> Collection[str]:
-    """The forms of export there are."""
+    """Available export formats."""
     return list(FORMATS)
 
 
 def pair(value: str) -> tuple[str, str]:
-    """``NAME=VALUE``"""
+    """Parse ``NAME=VALUE``."""
     name, equals, text = value.partition("=")
     if not (name.strip() and equals and text.strip()):
         raise click.UsageError(f"`{value}` is not a pair; write NAME=VALUE")
@@ -271,7 +271,7 @@ def pair(value: str) -> tuple[str, str]:
 
 
 def memory(value: str) -> int:
-    """Bytes, written in megabytes or with a unit: ``512``, ``2GB``."""
+    """Bytes from megabytes or a number with a unit: ``512``, ``2GB``."""
     word = value.strip().upper().replace(" ", "")
     number = word.rstrip("KMGB")
     try:
@@ -284,7 +284,7 @@ def memory(value: str) -> int:
 
 
 def staged(value: str) -> tuple[str, ...]:
-    """Names of stages with commas between them."""
+    """Comma-separated names of stages."""
     words = tuple(word.strip() for word in value.split(","))
     for word in words:
         if word not in stage_names.ALL:
@@ -296,12 +296,12 @@ export_name = registered(FORMATS, "export")
 
 
 def export_names(value: str) -> tuple[str, ...]:
-    """Names of exports with commas between them."""
+    """Comma-separated names of exports."""
     return tuple(export_name(word.strip()) for word in value.split(","))
 
 
 def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
-    """The default limits but for those given."""
+    """Default limits with the given changes."""
     limits = Limits()
     kinds = {field.name: type(getattr(limits, field.name)) for field in fields(limits)}
     for name, text in pairs:
@@ -324,11 +324,11 @@ def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
 
 
 FORMS = ("text", "json")
-"""How every command can answer."""
+"""Output formats of every command."""
 
 
 def form_of(forms: tuple[str, ...]) -> Callable[[Command], Command]:
-    """The flag that says which of these forms the answer has."""
+    """Flag for one of these output formats."""
     words = "Output format; `json` prints one document." if "sarif" not in forms else "Output format."
     return click.option("--format", "form", type=click.Choice(forms), default="text", help=words)
 
@@ -378,20 +378,20 @@ plot_width = click.option(
 
 
 def output(says: str, page: bool = False) -> Callable[[Command], Command]:
-    """``-o``: the folder to write, or the page."""
+    """Option ``-o``: the folder to write, or the page."""
     kind, metavar = (file_to_write, "FILE") if page else (folder_to_write, "FOLDER")
     return click.option("-o", "--output", type=kind, metavar=metavar, help=says)
 
 
 def seed(most: int = 2**32 - 1) -> Callable[[Command], Command]:
-    """``--seed``, 0 if left out."""
+    """Option ``--seed``, 0 by default."""
     return click.option(
         "--seed", type=Count(0, most), default=0, show_default=True, metavar="N", help="Seed of all random choices."
     )
 
 
 def exported(says: str) -> Callable[[Command], Command]:
-    """``--export``, repeatable; the value has a tuple of names for each."""
+    """Option ``--export``, repeatable; each value is a tuple of names."""
     return click.option(
         "--export",
         "exported",
@@ -404,12 +404,12 @@ def exported(says: str) -> Callable[[Command], Command]:
 
 
 def plot(says: str) -> Callable[[Command], Command]:
-    """``--plot``: the file of a picture."""
+    """Option ``--plot``: the file of a picture."""
     return click.option("--plot", type=picture, metavar="FILE", help=f"{says} to an SVG, PNG or PDF file.")
 
 
 def time_limit(says: str) -> Callable[[Command], Command]:
-    """``--time-limit`` in seconds."""
+    """Option ``--time-limit`` in seconds."""
     return click.option(
         "--time-limit",
         type=Number(min=0, min_open=True, max=1e9),
@@ -421,7 +421,7 @@ def time_limit(says: str) -> Callable[[Command], Command]:
 
 
 def between_steps(command: Command) -> Command:
-    """``--continuous`` and ``--at-steps``, which ``continuous_time`` reads."""
+    """Options ``--continuous`` and ``--at-steps``, which ``continuous_time`` reads."""
     refuse = click.option(
         "--continuous", is_flag=True, help="Accept only plans that satisfy every requirement in continuous time."
     )
@@ -443,7 +443,7 @@ verbose = click.option(
 no_open = click.option("--no-open", is_flag=True, help="Print the address of the page without opening a browser.")
 
 EXPLAIN_LIMIT = 20
-"""Seconds, where nobody says otherwise."""
+"""Default limit, seconds."""
 
 explain_limit = click.option(
     "--explain-limit",
@@ -456,7 +456,7 @@ explain_limit = click.option(
 
 
 def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
-    """The flags of every command that reads a mission; ``forms`` are how it can answer."""
+    """Flags of every command that reads a mission; ``forms`` are its output formats."""
     define = click.option(
         "-D",
         "overrides",
@@ -469,7 +469,7 @@ def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
 
 
 def _set_pair(value: str) -> tuple[str, str]:
-    """A name and its value; the word ``help`` prints all settings, and ends the command."""
+    """Name and value; the word ``help`` prints all settings and ends the command."""
     if value == "help":
         from missionc.backends.settings import default_table
 
@@ -489,7 +489,7 @@ set_values = click.option(
 
 
 def limits_and_form(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
-    """The flags of every command that reads files."""
+    """Flags of every command that reads files."""
     limit = click.option(
         "--limit",
         "limits",

@@ -1,4 +1,4 @@
-"""Servers of a page on this machine alone: how they begin and end, and what they keep to themselves."""
+"""Local servers of a page on this machine: start, end and access."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.tools.guard import NAMES
 
 
 class PageServer(ThreadingHTTPServer):
-    """A server on a port that is free; each request has a thread, for which nobody waits at the end."""
+    """Server on a free port; each request has a thread, and the end waits for none."""
 
     daemon_threads = True
     block_on_close = False
@@ -20,22 +20,22 @@ class PageServer(ThreadingHTTPServer):
         self._thread = threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True)
 
     def begin(self) -> None:
-        """Answer from now on."""
+        """Start answering requests."""
         self._thread.start()
 
     def end(self) -> None:
-        """Answer nobody any more."""
+        """Stop answering requests."""
         self.shutdown()
         self.server_close()
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """A browser that hangs up is no news."""
+        """Ignore browsers that close the connection."""
 
 
 class Quiet(StreamRequestHandler):
-    """What every handler of requests has: the terminal hears nothing of them, it is for findings."""
+    """Common part of all request handlers: prints nothing on the terminal, which is for findings."""
 
     timeout = 30
 
     def log_message(self, format: str, *words: object) -> None:
-        """Nothing is written."""
+        """Write nothing."""

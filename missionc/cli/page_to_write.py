@@ -1,6 +1,6 @@
-"""Refusal of a page that a command would write beside a folder, where something else stands there.
+"""Check of a page that a command would write next to a folder, over something else.
 
-in   the path, whether the user named it, what the command reads
+in   the path, whether the user named it, the inputs of the command
 says MC701 MC702
 """
 
@@ -16,23 +16,23 @@ from missionc.output.folder.write_file import refuse_file
 
 TITLE = "· missionc report</title>".encode()
 HEAD = 4096
-"""Bytes of a page, within which its title stands."""
+"""Bytes of a page that contain its title."""
 
 
 def refuse_page(
     target: Path, named: bool, inputs: Iterable[Path], others: Iterable[WrittenPath] = ()
 ) -> Diagnostic | None:
-    """What forbids writing a page, to be said before any work is done; a file that nobody named has to be one already.
+    """Finding if a page cannot be written, before any work; a default file must already be a page.
 
     Args:
-        others: what else the command writes.
+        others: other outputs of the command.
     """
     wrong = overlapping([WrittenPath("-o", target), *others], inputs)
     return wrong or refuse_file(target) or (None if named else _not_ours(target))
 
 
 def _not_ours(target: Path) -> Diagnostic | None:
-    """What forbids replacing a file that nobody named: it is no page of the compiler's."""
+    """Finding if a default file is not a page of the compiler and must not be replaced."""
     try:
         with target.open("rb") as file:
             head = file.read(HEAD)

@@ -55,7 +55,7 @@ def plan_lines(
 
 
 def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> list[str]:
-    """The requirement with the least robustness, and the least room between bodies."""
+    """Requirement with the smallest robustness, and the smallest margin between bodies."""
     says = []
     if judgements:
         least = min(judgements, key=lambda each: each.robustness)
@@ -68,7 +68,7 @@ def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> 
 
 
 def _room(check: Check) -> str:
-    """The separation margin of two agents: the distance beyond the required separation."""
+    """Separation margin of two agents: the distance beyond the required separation."""
     when = "" if check.at is None else f" at {round(check.at, 2):g} s"
     return f"separation of {listed(check.agents)} {decimals(max(check.margin, 0.0))} m{when}"
 
@@ -101,7 +101,7 @@ def between_samples(violated: Sequence[Between]) -> str:
 
 
 def _between(each: Between) -> str:
-    from missionc.verification.certificate import Verdict  # what judges plans loads arrays
+    from missionc.verification.certificate import Verdict  # evaluation of plans loads arrays
 
     violated = "is violated" if each.verdict is Verdict.FAILS else "may be violated"
     if each.at is None:

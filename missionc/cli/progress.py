@@ -1,4 +1,4 @@
-"""A progress line on a terminal: the time so far, the stage, and how far it is."""
+"""A progress line on a terminal: elapsed time, stage, and progress."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from missionc.backends.api import Progress
 
 EVERY = 0.2
-"""Seconds between two drawings; the time goes on while a stage is silent."""
+"""Seconds between two updates, which continue while a stage is silent."""
 
 
 class ProgressLine:
-    """A context in which the line is drawn again and again, and after which it is gone."""
+    """Context in which the line is updated, and after which it is erased."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -31,7 +31,7 @@ class ProgressLine:
         self._drawer = threading.Thread(target=self._draw, daemon=True)
 
     def listen(self, progress: Progress) -> None:
-        """Take note of where a backend is."""
+        """Record the progress of a backend."""
         self._says = words(progress)
 
     def say(self, stage: str) -> None:
@@ -49,18 +49,18 @@ class ProgressLine:
     def _draw(self) -> None:
         while not self._done.wait(EVERY):
             line = f"{time.monotonic() - self._begin:5.1f} s  {self._says}"
-            # A line that wraps would not be erased whole.
+            # A line that wraps could not be erased completely.
             self._show(plain_line(line)[: get_terminal_size().columns - 1])
 
     def _show(self, line: str) -> None:
-        # Nobody misses a line that goes away anyway.
+        # A missing progress line is no problem.
         with suppress(OutputClosed):
             self._stream.write(f"\r\x1b[K{line}")
             self._stream.flush()
 
 
 def words(progress: Progress) -> str:
-    """Where a backend is, in one line: the stage, and how far it is."""
+    """Progress of a backend in one line: the stage, and how far it is."""
     iteration = f", iteration {progress.iteration}" if progress.iteration else ""
     planned = "{}/{} agents".format(*progress.planned) if progress.planned else ""
     margin = "" if progress.margin is None else f"best margin {progress.margin:.3g} m"
@@ -70,7 +70,7 @@ def words(progress: Progress) -> str:
 
 @contextmanager
 def shown(silent: bool) -> Iterator[Callable[[Progress], None]]:
-    """Where to say how far things are: a line on a terminal, nowhere else."""
+    """Listener for progress: a line on a terminal, otherwise silent."""
     if silent or not sys.stderr.isatty():
         yield lambda progress: None
         return

@@ -1,4 +1,4 @@
-"""Lines of samples as they come: on standard input, in datagrams on a port, or in a recording that grows."""
+"""Live lines of samples: from standard input, datagrams on a port, or a growing recording."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
     from missionc.verification.monitoring.live.mcap_poses import McapPoses
 
 LONGEST = 1 << 20
-"""Bytes of a line; a longer one is cut, and then no JSON."""
+"""Maximum bytes of a line; a longer one is cut, and then not valid JSON."""
 
 PIECE, PAUSE = 1 << 20, 0.05
-"""Bytes of a recording that are read at once; and seconds after which there may be more of them."""
+"""Bytes of a recording that are read at once, and seconds between two attempts."""
 
 LOOPBACK = "127.0.0.1"
 
 
 def of_standard_input() -> Iterator[str]:
-    """The lines of standard input, each as soon as it is there."""
+    """Lines of standard input, each as soon as it arrives."""
     while line := sys.stdin.buffer.readline(LONGEST):
         yield line.decode(errors="replace")
 
 
 def of_socket(listening: socket.socket) -> Iterator[str]:
-    """The lines of the datagrams that come; there is no end to them."""
+    """Lines of incoming datagrams, without end."""
     with listening:
         while True:
             data = listening.recv(1 << 16)
@@ -40,11 +40,11 @@ def of_socket(listening: socket.socket) -> Iterator[str]:
 
 
 def of_recording(file: Path, poses: McapPoses) -> Iterator[str]:
-    """The lines of a recording's poses, until it is closed; what it has not yet is waited for.
+    """Lines of a recording's poses, until it is closed; waits for missing ones.
 
     Raises:
-        BrokenRecordingError: it is no MCAP, or has been cut off.
-        OSError: it cannot be read.
+        BrokenRecordingError: the file is not MCAP, or has been truncated.
+        OSError: the file cannot be read.
     """
     from missionc.verification.monitoring.live.mcap_poses import BrokenRecordingError
 
@@ -61,10 +61,10 @@ def of_recording(file: Path, poses: McapPoses) -> Iterator[str]:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A socket for datagrams.
+    """Open a socket for datagrams.
 
     Raises:
-        OSError: the system has no such place, or another program listens there.
+        OSError: the address does not exist, or is in use.
     """
     family, kind, protocol, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
     listening = socket.socket(family, kind, protocol)
@@ -78,7 +78,7 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def port_of(value: str) -> tuple[str, int]:
-    """``[HOST:]PORT``; this machine's own where no host is named."""
+    """Parse ``[HOST:]PORT``; this machine's own address by default."""
     host, _, port = value.rpartition(":")
     if not (port.isascii() and port.isdigit() and int(port) < 1 << 16):
         raise click.UsageError(f"`{value}` is not a UDP address; write [HOST:]PORT with a port up to 65535")

@@ -1,4 +1,4 @@
-"""The stages that ``--emit`` prints, by name."""
+"""Names of the stages that ``--emit`` prints."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ ALL = (*BEFORE_PLANNING, *BY_A_BACKEND, "plan")
 
 
 def in_order(names: Iterable[str]) -> tuple[str, ...]:
-    """The stages of these names, each once, in the order of the pipeline."""
+    """Stages with these names, each once, in the order of the pipeline."""
     stages = set(names)
     return tuple(stage for stage in ALL if stage in stages)

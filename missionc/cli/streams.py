@@ -1,4 +1,4 @@
-"""Standard streams, written by commands: a failed write is an error, never silence."""
+"""Standard streams for output of commands: a failed write is an error, never silent."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from contextlib import contextmanager
 from typing import TextIO, cast
 
 NOT_SAID = 74
-"""The exit status where the disk is full, or nobody has opened the stream; that of a system's own programs."""
+"""Exit status if the disk is full or the stream is closed, as in system programs."""
 
 HUNG_UP = 141
-"""The exit status where the reader has gone away: 128 and the number of SIGPIPE."""
+"""Exit status if the reader has gone away: 128 plus the number of SIGPIPE."""
 
 
 class OutputClosed(Exception):
-    """A standard stream takes no more; ``status`` is how the process ends."""
+    """Exception for a closed standard stream; ``status`` is the exit status of the process."""
 
     def __init__(self, why: str, status: int = NOT_SAID) -> None:
         super().__init__(why)
@@ -25,7 +25,7 @@ class OutputClosed(Exception):
 
 
 class GuardedStream:
-    """A standard stream that raises ``Unsaid`` where it cannot be written to; ``stream`` None is one that is closed."""
+    """Standard stream that raises ``Unsaid`` if it cannot be written; ``stream`` None is closed."""
 
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream
@@ -53,7 +53,7 @@ class GuardedStream:
 
 @contextmanager
 def speaking() -> Iterator[None]:
-    """Within, standard output and standard error are voices."""
+    """Context in which standard output and standard error are guarded."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = (cast(TextIO, GuardedStream(stream)) for stream in before)
     try:
@@ -63,16 +63,18 @@ def speaking() -> Iterator[None]:
 
 
 def hold_numbers() -> None:
-    """Give closed standard streams something to be, so that no file of a plan takes their numbers and is written to."""
+    """Open replacements for closed standard streams, so that no file of a plan gets their numbers and
+    is overwritten.
+    """
     for number in range(3):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
 
 
 def finished(status: int) -> int:
-    """The exit status once all that was said has left; what no stream takes is dropped."""
+    """Exit status after all output is flushed; unwritable output is dropped."""
     for stream in (sys.stdout, sys.stderr):
         if stream is None or stream.closed:
             continue
@@ -80,7 +82,7 @@ def finished(status: int) -> int:
             GuardedStream(stream).flush()
         except OutputClosed as unsaid:
             status = unsaid.status
-            # At its end the interpreter would try once more, and say so.
+            # Otherwise the interpreter would try again at its end and report an error.
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     return status
 

@@ -1,4 +1,4 @@
-"""Planner of ``missionc studio``: the process of ``--watch``, which prints nothing."""
+"""Planner of ``missionc studio``: the process of ``--watch``, without output."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from missionc.cli.watch.planner_process import Planner
 
 
 class StudioPlanner(Planner):
-    """A context in which texts are compiled as by ``missionc compile``.
+    """Context in which texts are compiled as in ``missionc compile``.
 
     Args:
-        explain_limit: seconds for explaining why there is no plan.
+        explain_limit: time limit for the explanation of infeasibility, seconds.
     """
 
     def __init__(self, explain_limit: float = EXPLAIN_LIMIT) -> None:
@@ -23,5 +23,5 @@ class StudioPlanner(Planner):
         self._explain_limit = Seconds(explain_limit)
 
     def compile(self, source: Source, output: Path, backend: str) -> None:
-        """Compile a text into a folder; the one before is stopped."""
+        """Compile a text into a folder, and stop an earlier compilation."""
         self.start(CompileRequest(source, output=output, explain_limit=self._explain_limit, quiet=True), backend)

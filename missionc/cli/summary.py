@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from missionc.verification.certificate import Between, Certificate, Check, Delay
 
 SHOWN = 5e-4
-"""A margin below it, in its unit, would be shown as nothing."""
+"""Margin, in its unit, below which it would be shown as 0."""
 
 
 def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: bool) -> list[str]:
-    """The summary of a compilation.
+    """Summary of a compilation.
 
     Args:
         output: the folder written, or empty.
@@ -94,20 +94,20 @@ def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
 
 
 def tried_lines(report: Report) -> list[str]:
-    """What each engine of a portfolio did and said that had a turn; nothing where there was none."""
+    """Results and messages of the engines in a portfolio that were run; empty if there were none."""
     had = [each for each in report.tried if each.turns]
     width = max((len(each.engine) for each in had), default=0)
     return [f"backend {each.engine:<{width}}  {each}" for each in had]
 
 
 def _several(report: Report) -> list[str]:
-    """What each engine did, where more than one had a turn."""
+    """Results of the engines, if more than one was run."""
     lines = tried_lines(report)
     return lines if len(lines) > 1 else []
 
 
 def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
-    """The best candidate of a search that found no plan, requirement by requirement, and what else it breaks."""
+    """Best candidate of a failed search, requirement by requirement, with its other violations."""
     lines = [f"{name}: closest infeasible candidate", *judgement_lines(best.requirements, step)]
     faults = best.worst_faults()
     width = max((len(fault.what) for fault in faults), default=0)
@@ -115,7 +115,7 @@ def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
 
 
 def monitored_lines(monitored: Monitored) -> list[str]:
-    """A verdict, one line for each requirement and preference, and how the constraints are satisfied."""
+    """Verdict, one line for each requirement and preference, and lines on the constraints."""
     mission = monitored.checked.mission
     if not monitored.ok or mission is None:
         return []
@@ -126,7 +126,7 @@ def monitored_lines(monitored: Monitored) -> list[str]:
 
 
 def margin_lines(certificate: Certificate) -> list[str]:
-    """The check closest to failing, of every kind; how many kinds are met exactly, as equalities are, last."""
+    """Tightest check of every kind; last, the number of kinds that are met exactly, as equalities are."""
     least: dict[str, Check] = {}
     for check in certificate.checks:
         if check.name not in least or check.margin < least[check.name].margin:
@@ -140,12 +140,12 @@ def margin_lines(certificate: Certificate) -> list[str]:
 
 
 def between_lines(between: Iterable[Between]) -> list[str]:
-    """A sentence for each requirement that fails between the steps, or of which that is not known."""
+    """One sentence for each requirement that fails between the steps or is undecided there."""
     return [f"note: {each.detail}" for each in between if not each.holds]
 
 
 def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
-    """By how much the agent may be late that may be so least, and what breaks then; the certificate has all of them."""
+    """Smallest allowed delay of an agent, and the effect beyond it; the certificate has all of them."""
     if not delays:
         return []
     least = min(delays, key=lambda each: each.tolerated)
@@ -157,7 +157,7 @@ def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
 
 
 def folder_lines(files: Iterable[str]) -> list[str]:
-    """The files of a folder, those in one subfolder on one line."""
+    """Files of the folder, those in one subfolder on one line."""
     names: dict[str, list[str]] = {}
     for path in files:
         folder, slash, _ = path.partition("/")
@@ -174,13 +174,13 @@ def exported_lines(output: str, files: Iterable[str], notes: list[str]) -> list[
 
 
 def timing_lines(seconds: tuple[tuple[str, Seconds], ...]) -> list[str]:
-    """Seconds by stage; a stage in rounds appears once for each."""
+    """Seconds by stage; a repeated stage appears once for each round."""
     width = max((len(name) for name, _ in seconds), default=0)
     return ["time", *(f"  {name:<{width}}  {value:8.3f} s" for name, value in seconds)]
 
 
 def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, str]]) -> dict[str, object]:
-    """``outcome`` and what belongs to it; wall-clock times are here and in no file."""
+    """Document with ``outcome`` and its data; wall-clock times are here and in no file."""
     outcome = compiled.outcome
     document: dict[str, object] = {
         "outcome": compiled.word,
@@ -217,7 +217,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
 
 
 def _engine(compiled: Compiled) -> str | None:
-    """The backend that planned, refused or came nearest; that whose turn would have been the first, without a plan."""
+    """Backend that planned, failed or came nearest; without a plan, the first in order."""
     if not isinstance(compiled.outcome, InvalidMission) and compiled.outcome.report.engine:
         return compiled.outcome.report.engine
     return compiled.checked.choice.backend if compiled.checked.choice else None
@@ -234,7 +234,7 @@ def monitored_document(monitored: Monitored) -> dict[str, object]:
 
 
 def reverified_lines(reverified: Reverified, verbose: bool) -> list[str]:
-    """That a folder's files pass, and how narrowly."""
+    """Lines on the success and margins of a folder's verification."""
     certificate = reverified.certificate
     if certificate is None or not certificate.passed:
         return []
@@ -260,7 +260,9 @@ def reverified_lines(reverified: Reverified, verbose: bool) -> list[str]:
 
 
 def reverified_document(reverified: Reverified) -> dict[str, object]:
-    """``passed`` is null where the folder could not be read; ``failures`` are the checks that fail."""
+    """Document of the verification; ``passed`` is null if the folder is unreadable, ``failures`` lists
+    failed checks.
+    """
     certificate = reverified.certificate
     failures = certificate.failures if certificate else ()
     return {
@@ -284,7 +286,7 @@ def reverified_document(reverified: Reverified) -> dict[str, object]:
 
 
 def exported_document(output: str | None, files: Iterable[str], notes: list[str]) -> dict[str, object]:
-    """``output`` is null where nothing was written."""
+    """Document of the export; ``output`` is null if nothing was written."""
     return {"output": output, "files": sorted(files) if output else [], "notes": notes}
 
 
@@ -333,14 +335,14 @@ def _sums(seconds: tuple[tuple[str, Seconds], ...]) -> dict[str, float]:
 
 
 def vehicle_lines(vehicle: Vehicle) -> list[str]:
-    """A table of every figure: its name, its value with its unit, what it is."""
+    """Table of all parameters: name, value with unit, and meaning."""
     rows = [(name, text or "none", FIGURES[name].says) for name, text in figures_of(vehicle)]
     wide = [max(len(row[column]) for row in rows) for column in (0, 1)]
     return [f"{name:<{wide[0]}}  {text:<{wide[1]}}  {says}" for name, text, says in rows]
 
 
 def vehicles_document(vehicles: Iterable[Vehicle]) -> dict[str, object]:
-    """Every figure in its unit; a band as two numbers; null where there is no limit."""
+    """All parameters in their units; a band as two numbers; null for no limit."""
     return {
         "vehicles": [
             {"name": vehicle.name, "figures": {name: _figure(vehicle, name) for name in FIGURES}}

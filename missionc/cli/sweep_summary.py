@@ -1,4 +1,4 @@
-"""The summary of a sweep: a line for each combination and comparison for people, and a document for programs."""
+"""The summary of a sweep: a line for each combination and comparison, and a document for programs."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from missionc.tools.sweep.results_table import Group
 
 MOST_LINES = 40
-"""Combinations, and comparisons, that are told; the page has all of them."""
+"""Maximum number of combinations and comparisons that are listed; the page has all of them."""
 
 
 def swept_lines(result: SweepResult, output: Path) -> list[str]:
-    """How many runs came to what; how often there is a plan with each combination, how soon, and how long it is."""
+    """Numbers of results; success rate, planning time and plan length of each combination."""
     from missionc.tools.sweep.carry_out_sweep import PAGE
     from missionc.tools.sweep.results_table import CSV, PARQUET, counts, missing_writer
 
@@ -77,7 +77,7 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def swept_document(result: SweepResult, output: Path) -> dict[str, object]:
-    """``output`` is null where nothing was written."""
+    """Document of the sweep; ``output`` is null if nothing was written."""
     from missionc.tools.sweep.results_table import counts
 
     return {

@@ -1,6 +1,6 @@
-"""The other side of a plan: what every plan comes to at least, by tours and, of a duration, by covers.
+"""Lower bounds of all plans, by tours and, for a duration, by covers.
 
-in   Mission, its kernel, what a plan comes to
+in   Mission, its kernel, the value of a plan
 out  Proven
 """
 
@@ -24,19 +24,19 @@ from missionc.ir.lower.unroll_past import looking_ahead
 
 @dataclass(slots=True, eq=False)
 class BoundSide:
-    """What is proven of the best plan of a mission, worked out once, when there is a plan."""
+    """Lower bounds of a mission's plans, computed once, when there is a plan."""
 
     mission: Mission
     kernel: Kernel
     options: Options
     budget: Budget
     tours: float | None = None
-    """Seconds or metres that every plan takes, by tours; None where nothing is known, or nobody has asked."""
+    """Lower bound from tours, seconds or metres; None if unknown or not yet computed."""
     covered: int | None = None
-    """Steps that every plan takes, by covers; None where they were not asked."""
+    """Lower bound of the steps from covers; None if not computed."""
 
     def enough(self, value: float) -> float:
-        """What every plan comes to at least, steps or metres, where one comes to ``value``; 0 where that is open."""
+        """Lower bound for all plans, steps or metres, given a plan with ``value``; 0 if unknown."""
         if self.tours is None:
             self.tours = least_by_tours(self.mission, self.kernel)
         if self.tours is None or self.mission.objective is Objective.DISTANCE:
@@ -47,7 +47,7 @@ class BoundSide:
         return float(min(lasts, max(least, self.covered or 0)))
 
     def proven(self, trace: Trace) -> Proven | None:
-        """What is proven beside a plan; None where nothing is minimized of which anything is known."""
+        """Lower bound beside a plan; None without a bounded objective."""
         if self.mission.objective not in UNITS:
             return None
         lasts = self.mission.objective is Objective.DURATION
@@ -57,8 +57,8 @@ class BoundSide:
         return beside(self.mission, trace, least, COVER if least > self.tours else TOURS)
 
     def _covered(self, least: int, lasts: int) -> int:
-        """Steps that every plan takes, by covers."""
-        from missionc.backends.cover.refute import least_duration  # for those who minimize a duration
+        """Lower bound of the steps from covers."""
+        from missionc.backends.cover.refute import least_duration  # for missions that minimize a duration
 
         ahead = looking_ahead(self.mission, self.kernel, self.budget.limits.formula_nodes)
         now = time.monotonic()

@@ -1,7 +1,7 @@
-"""The other side of the answer: where a search takes long or fails, covers are asked whether any motion is a plan.
+"""Covers during or after a long search, which may prove that no motion satisfies the mission.
 
 in   a backend, Mission, its kernel
-out  its Outcome, or that no motion satisfies the mission
+out  its Outcome, or the proof that no motion satisfies the mission
 """
 
 from __future__ import annotations
@@ -26,30 +26,30 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True, eq=False)
 class CoverSide:
-    """Covers of a mission, asked for little when a search has done some work, and for more later or where it failed."""
+    """Covers of a mission, with little work at first, and more later or after a failed search."""
 
     mission: Mission
     kernel: Kernel
     meant: Kernel
-    """The kernel with whatever looks back, as it was written: certificates are about that."""
+    """Kernel with its past operators, for certificates."""
     options: Options
     budget: api.Budget
     log: StageLog = field(default_factory=StageLog)
     account: Account = field(default_factory=Account)
     answer: Answer | None = None
     asked: float = 0.0
-    """Units of work that covers had, the last time."""
+    """Work units of the last covers."""
     planned: bool = False
-    """Whether a search has a plan already, which it goes on to make better."""
+    """True if a search already has a plan that it improves."""
 
     def refusal(self, work: float, after: api.Report | None = None) -> api.Impossible | None:
-        """That no motion satisfies the mission; None where covers do not show it.
+        """Proof that no motion satisfies the mission; None if covers do not show it.
 
         Args:
-            work: units that they may take.
-            after: what a search did that found nothing.
+            work: work limit.
+            after: report of a failed search.
         """
-        from missionc.backends.cover.refute import Refuted, refute  # for those who are not planned at once
+        from missionc.backends.cover.refute import Refuted, refute  # for missions that are not planned at once
 
         if self.asked < work:
             now = time.monotonic()
@@ -79,7 +79,7 @@ class CoverSide:
     def searched(
         self, backend: api.Backend, mission: Mission, kernel: Kernel, budget: api.Budget, attempt: str
     ) -> api.Outcome:
-        """What a search for a plan of the mission, or of a stronger one, comes to; or that no motion is one."""
+        """Outcome of a search for a plan of the mission, or of a stronger one; or the proof of infeasibility."""
 
         def found(plan: api.Planned) -> object:
             self.planned = True
@@ -101,11 +101,11 @@ class CoverSide:
         return replace(outcome, report=self._report(outcome.report).noting(*notes))
 
     def _meanwhile(self, work: float, done: float) -> api.Impossible | None:
-        """That no motion satisfies the mission, by covers that take so much work while a search has done so much."""
+        """Proof of infeasibility by covers with this work, after a search has done ``done``."""
         return None if self.planned else self.refusal(work, api.Report(work=done))
 
     def _report(self, report: api.Report) -> api.Report:
-        """A report with what covers took."""
+        """The report with the covers' work added."""
         if dict(report.seconds).get("cover") is not None:
             return report
         cover = self.account.report()

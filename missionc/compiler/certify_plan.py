@@ -1,8 +1,8 @@
-"""Certification of a backend's trace: slowed, verified, fitted and written down, or the reason why not.
+"""Certification of a backend's trace: time-scaled, verified, fitted and written, or the reason for rejection.
 
 in   a checked mission, the trace of a backend and its report
 out  Verified, Unverified, Refused or NotFound, with findings
-says MC604 MC608, and what files and exports say
+says MC604 MC608, and the findings of files and exports
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from missionc.compiler.provenance import asked_for, data, given, inputs
 from missionc.compiler.results import InvalidMission, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3
-"""Seconds that one step of one agent takes from a trace to its files, at most, as far as was seen."""
+"""Seconds for one step of one agent from a trace to its files, an observed maximum."""
 
 LEAST, MOST = Seconds(0.3), 0.25
-"""Seconds that are kept back for it in any case; and the share of the time that is left which is never exceeded."""
+"""Seconds that are always reserved for it; and the largest share of the remaining time."""
 
 WAY_HOME, MOST_HOME = Seconds(3.0), 0.4
-"""Likewise more seconds, where a way home has to be planned in flight; and that share then."""
+"""Additional seconds for a return transfer planned in flight; and the share then."""
 
 
 DRAWING = 3.0
-"""Seconds to judge, draw and write the candidate that came nearest."""
+"""Seconds to judge, draw and write the closest infeasible candidate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Certified:
-    """What became of a trace; ``checked`` is the mission that it was judged by, slower where it was to be."""
+    """Result for a trace; ``checked`` is the mission that judged it, time-scaled if requested."""
 
     checked: Checked
     outcome: Verified | Unverified | InvalidMission | NotFound
@@ -47,13 +47,13 @@ class Certified:
 
 
 def reserved_time(agents: int, steps: int, left: float, way_home: bool = False) -> Seconds:
-    """How much of the time that is ``left`` is kept back from a search, for what comes after it; seconds."""
+    """Seconds of the remaining time reserved for the stages after a search."""
     more, most = (WAY_HOME, MOST_HOME) if way_home else (0.0, MOST)
     return Seconds(min(LEAST + more + STEP_OF_AGENT * agents * steps, most * max(0.0, left)))
 
 
 def to_draw(explain_limit: Seconds) -> Seconds:
-    """How much of the time there is to explain an answer goes to drawing its nearest miss."""
+    """Seconds of the explanation's time reserved for drawing the closest infeasible candidate."""
     return Seconds(min(DRAWING, explain_limit))
 
 
@@ -67,15 +67,15 @@ def certify_plan(
     bound: BoundSide | None = None,
     runs: tuple[StageRun, ...] = (),
 ) -> Certified:
-    """The plan that a trace is, judged and written; a backend is never believed.
+    """Judge and write the plan of a trace; backends are not trusted.
 
     Args:
-        checked: with a mission, its kernel and a choice.
+        checked: mission with its kernel and a choice.
         exports: as for ``driver.plan``.
-        bound: what is proven of the best plan; where it is None, or the plan is made slower, tours alone tell.
-        runs: the attempts so far.
+        bound: lower bounds; if None, or for a time-scaled plan, only tours are used.
+        runs: attempts so far.
     """
-    # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
+    # Imported here: judging and writing plans loads scipy, which `check` does not need.
     from missionc.compiler.plan_ways import plan_ways
     from missionc.compiler.remaining import stops_of, whole_checks, without_home
     from missionc.output.notebook_ground import notebook_ground
@@ -137,7 +137,7 @@ def certify_plan(
         written = partial(emit, exports=exports, plan_ways=partial(plan_ways, budget=budget), stops=stops)
         output = written(mission, kernel, verified, certificate, provenance)
     if isinstance(output, Diagnostic) and output.code is NO_WAY and has_risen(mission):
-        # Who is in the air is better off with a plan that ends there than with none: safe ends lead down from it.
+        # For agents in flight, a plan that ends in the air is better than none: safe ends lead down from it.
         checked = without_home(checked)
         assert checked.past is not None
         mission, provenance = checked.valid_mission, replace(provenance, past=past_json(checked.past))
@@ -150,7 +150,7 @@ def certify_plan(
 
 
 def _as_meant(checked: Checked) -> Checked:
-    """The mission whose agents may be as fast as it says: what is left of one in flight is planned with slower ones."""
+    """Mission with its own speeds: the rest of a mission in flight is planned with slower agents."""
     if checked.rest is None or checked.mission is None:
         return checked
     meant = {agent.name: agent for agent in checked.rest.mission.agents}
@@ -162,7 +162,7 @@ def _as_meant(checked: Checked) -> Checked:
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
-    """The same mission with a horizon as much later as the plan is to be slower, for the same backend."""
+    """The same mission with a later horizon for the time scaling, for the same backend."""
     longer = check(
         checked.sources[0],
         overrides=checked.overrides,

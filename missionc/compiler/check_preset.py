@@ -1,4 +1,4 @@
-"""Preset check: parts of a mission, and flags, that the published method of a preset lacks.
+"""Preset check: parts of a mission, and flags, that a preset's published method lacks.
 
 in   Mission, Options
 out  a finding for each
@@ -20,17 +20,17 @@ from missionc.ir.language.walk_formulas import formulas, operator_words
 from missionc.ir.vehicles import PLAIN
 
 FEATURES = frozenset({Feature.HOPS, Feature.VOLUME, Feature.UNICYCLE, Feature.LEAST_SPEED})
-"""Features of missions that the method of [strel] has."""
+"""Features that the method of [strel] supports."""
 
 OPERATORS = {
     *("not", "and", "or", "implies", "eventually", "always", "until"),
     *("reach", "escape", "somewhere", "everywhere", "surround"),
 }
-"""Its operators, derived ones included. [strel] Definition 4"""
+"""Operators that it supports, including derived ones. [strel] Definition 4"""
 
 
 def check_preset(mission: Mission, options: Options, alternatives: int = 1) -> list[Diagnostic]:
-    """What the preset `paper` of the roadmap planner cannot do as published; nothing of it is left out instead."""
+    """Findings on parts that the preset `paper` of the roadmap planner cannot express as published."""
     return [*_flags(options, alternatives), *(_cannot(options, what, span) for what, span in _parts(mission))]
 
 
@@ -52,7 +52,7 @@ def _parts(mission: Mission) -> Iterator[tuple[str, Span]]:
 
 
 def _lacking(formula: Formula) -> str:
-    """What the method lacks of one formula, without those below it; empty if it has all."""
+    """Unsupported part of one formula, without its subformulas; empty if supported."""
     match formula:
         case Apply(operator) if operator.name not in OPERATORS:
             return f"the operator `{operator.name}`"

@@ -1,10 +1,10 @@
-"""The checkpoint file: an npz of plain arrays, one of which is a JSON text. Nothing in it is ever run.
+"""Checkpoint file: an npz of plain arrays, one of which is a JSON text. Its content is never executed.
 
-    in   Snapshot, and what it is of
+    in   Snapshot, and its run
     out  bytes; and back
     says MC706 MC707
 
-The arrays lie in the file as they are, not compressed, so that none can be larger than the file.
+The arrays are stored uncompressed, so that none can be larger than the file.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from missionc.base.trace import Array
 SCHEMA = "missionc.checkpoint/1"
 
 WORDS = "words"
-"""The array that is a JSON text."""
+"""Name of the array with the JSON text."""
 
 MOST_ARRAYS = 64
 
 Identity = Mapping[str, str]
-"""What a run follows from, by name, in an order worth telling: versions, the mission, its options."""
+"""Inputs of a run by name, in the order of reports: versions, the mission, its options."""
 
 
 def to_bytes(snapshot: Snapshot, run: Identity) -> bytes:
-    """The file; the same for the same snapshot."""
+    """File content; deterministic for a snapshot."""
     about = {"schema": SCHEMA, "run": dict(run), "words": snapshot.words, "arrays": sorted(snapshot.arrays)}
     text = np.frombuffer(json.dumps(about, allow_nan=False).encode(), dtype=np.uint8)
     arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in snapshot.arrays.items()}
@@ -45,10 +45,10 @@ def to_bytes(snapshot: Snapshot, run: Identity) -> bytes:
 
 
 def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnostic:
-    """What the file holds, if it is one of this run.
+    """Snapshot of the file, if it belongs to this run.
 
     Args:
-        name: how messages call the file.
+        name: name of the file in messages.
     """
     try:
         arrays = _arrays(content)
@@ -66,7 +66,7 @@ def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnosti
 
 
 def difference(saved: Mapping[str, object], now: Identity) -> tuple[str, str] | None:
-    """The first thing in which two runs differ: its name, and a sentence; None where there is none."""
+    """First difference of two runs: its name, and a sentence; None if they are equal."""
     for what in (*now, *saved):
         if now.get(what) != saved.get(what):
             values = (saved.get(what), now.get(what))
@@ -76,14 +76,14 @@ def difference(saved: Mapping[str, object], now: Identity) -> tuple[str, str] | 
 
 
 class _DamagedError(ValueError):
-    """A checkpoint that is not whole; the text says in what."""
+    """A damaged checkpoint; the text names the damage."""
 
 
 def _arrays(content: bytes) -> dict[str, Array]:
-    """Every array of an npz, none of which is believed before its size is known.
+    """Arrays of an npz, any shape and unit; sizes are checked before use, in numbers of bytes.
 
     Raises:
-        Exception: it is no such file, or damaged.
+        Exception: it is not such a file, or it is damaged.
     """
     arrays = {}
     with zipfile.ZipFile(io.BytesIO(content)) as archive:

@@ -1,4 +1,4 @@
-"""Checkpoints of a run: what identifies it, and the budget of a run that is kept or resumed."""
+"""Checkpoints of a run: its identity, and the budget of a saved or resumed run."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ from missionc.frontend.syntax.read_file import read_bytes
 
 @dataclass(frozen=True, slots=True)
 class Checkpoints:
-    """Args:
-    keep: is given, as a run goes on, the bytes of a checkpoint.
-    resume: those of the run to take up again.
-    name: how messages call it.
+    """Checkpoint options of a run.
+
+    Args:
+        keep: receives the bytes of checkpoints during a run.
+        resume: bytes of the run to resume.
+        name: its name in messages.
     """
 
     keep: Callable[[bytes], object] | None = None
@@ -35,15 +37,15 @@ class Checkpoints:
 
 @dataclass(slots=True)
 class KeptRun:
-    """The file in which a run is kept, and that of the run it takes up again."""
+    """File that saves a run, and file of the run to resume."""
 
     checkpoint: Path | None
     resume: Path | None
     wrong: Diagnostic | None = None
-    """What went wrong with keeping it; nothing more is written then."""
+    """Error in saving; nothing more is written afterwards."""
 
     def checkpoints(self, limits: Limits) -> Checkpoints | Diagnostic:
-        """What the driver is to know; or what stands in the way, before anything is planned."""
+        """Options for the driver; or the diagnostic, before planning."""
         from missionc.output.folder.write_file import refuse_file
 
         content: bytes | Diagnostic | None = None
@@ -56,7 +58,7 @@ class KeptRun:
         return Checkpoints(None if self.checkpoint is None else self.write, content, str(self.resume))
 
     def write(self, content: bytes) -> None:
-        """As a whole, so that whoever is killed leaves the one before."""
+        """Write the whole file atomically, so that an interruption leaves the previous one."""
         from missionc.output.folder.write_file import write_file
 
         if self.checkpoint is not None and self.wrong is None:
@@ -66,7 +68,7 @@ class KeptRun:
 def with_checkpoints(
     checked: Checked, options: Options, budget: Budget, checkpoints: Checkpoints
 ) -> Budget | Diagnostic:
-    """The budget, with what is kept of the run and what it goes on from; or why it cannot go on from that."""
+    """Budget with the saving and resuming callbacks; or the reason why the run cannot be resumed."""
     if not checkpoints.asked:
         return budget
     from missionc.compiler.checkpoint_file import from_bytes, to_bytes
@@ -86,14 +88,14 @@ def with_checkpoints(
 
 
 def unusable(name: str, wrong: UnusableSnapshot) -> Diagnostic:
-    """What to say of a checkpoint that is well formed and holds no run."""
+    """Diagnostic for a well-formed checkpoint without a valid run."""
     from missionc.compiler.checkpoint_file import unreadable
 
     return unreadable(name, str(wrong))
 
 
 def _identity(checked: Checked, options: Options, budget: Budget) -> dict[str, str]:
-    """All that a plan follows from, but for the time there is."""
+    """All inputs of a plan except the time limit."""
     from missionc.output.folder.manifest import sha256, versions
 
     files = "".join(f"{name} {sha256(content)}\n" for name, content in inputs(checked))

@@ -1,12 +1,12 @@
-"""The certificate of impossibility: the claims of a refused cover, their clauses, and the files of the proof.
+"""Certificate of impossibility: claims of a refused cover, their clauses, and the proof files.
 
     in   the refusal of covers, Mission, its kernel
     out  ClaimedCover and its clauses; the files ``cover.json``, ``impossible.cnf`` and ``impossible.drat``, or a note
-         on why there are none
+    with the reason
 
-A claimed cover has its cells and what it leaves out. ``verify`` checks each clause without the code that made the
-cover. The clauses are those of ``verify.impossibility``, which follow from the meaning of each operator; the clauses
-that refused the cover serve the search alone. The files are written only if the certificate passes its own check.
+A claimed cover has its cells and exclusions. ``verify`` checks each clause without the code that made the cover. The
+clauses are those of ``verify.impossibility``, which follow from the meaning of each operator; the clauses that refused
+the cover are used in the search only. The files are written only if the certificate passes its own check.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from missionc.verification.impossibility.encode_formulas import Never, refutatio
 def claimed(
     question: Question, conflict: tuple[str, ...], mission: Mission, kernel: Kernel
 ) -> tuple[ClaimedCover, Cnf]:
-    """The cover of a question with all that it leaves out, and the clauses of the requirements in conflict on it."""
+    """Cover of a question with all its exclusions, and the clauses of the conflicting requirements on it."""
     capped, cover, asked = question.caps.mission, question.cover, sorted(question.cast)
     number_of = {agent: number for number, each in enumerate(cover.roadmaps) for agent in each.agents}
     cells_of = {agent: cover.cells[number] for agent, number in number_of.items()}
@@ -74,7 +74,7 @@ def claimed(
 
 
 def _absent(question: Question, agent: int, number: int) -> Flags:
-    """Where it never is at each step, for what stands there, for its start and finish, or for how far these are."""
+    """Impossible cells at each step, from obstacles, start and finish, and distances."""
     roadmap = question.cover.roadmaps[number]
     member = roadmap.agents.index(agent)
     absent: Flags = ~roadmap.standing | question.cover.never[agent]
@@ -103,7 +103,7 @@ def _kind(question: Question, number: int) -> CellsOfKind:
 
 
 def _boxes(mission: Mission) -> dict[str, tuple[Array, Array]]:
-    """Boxes in the shapes that are no plain ones, of what stands and of what hides."""
+    """Boxes inside combined shapes, of obstacles and of shapes that block sight: corners (boxes, dim), metres."""
     shapes: dict[str, Shape] = {name_of_obstacle(number): each.shape for number, each in enumerate(mission.obstacles)}
     for graph in mission.graphs:
         if isinstance(graph, Sight):
@@ -119,7 +119,7 @@ def _boxes(mission: Mission) -> dict[str, tuple[Array, Array]]:
 
 
 class _MadeLabels:
-    """Labels of the cover, written down as they are asked for."""
+    """Labels of the cover, recorded on demand."""
 
     def __init__(self, mission: Mission, labels: MayLabels, number_of: dict[int, int]) -> None:
         self.labels, self.number_of, self.words = labels, number_of, KernelWords(mission)
@@ -178,7 +178,7 @@ class _MadeLabels:
         return self._made((graph, numbers, reach), f"a link of {graph.name}", "pairs", (sender, receiver), never)
 
     def _near(self, graph: BeaconCover, position: tuple[float, ...], numbers: tuple[int, int], truth: bool) -> Flags:
-        """In which two cells both may be near a beacon, or one of them may not: (cells, cells)."""
+        """Flags of pairs of cells with both near a beacon, or one not near: (cells, cells)."""
         node = near_beacon(graph, position, True)
         assert isinstance(node, Atom)
         here, there = (self._own(node.predicate, number, truth) for number in numbers)
@@ -207,10 +207,10 @@ NO_CERTIFICATE = "no certificate was written:"
 
 
 def certify_refusal(refused: Refuted, mission: Mission, kernel: Kernel, budget: Budget, account: Account) -> None:
-    """Adds the files of a certificate to a run's account, or a note why there are none.
+    """Add the files of a certificate to a run's account, or a note with the reason for none.
 
     Args:
-        kernel: of the mission as it was written, with whatever looks back.
+        kernel: kernel of the original mission, with past operators.
     """
     with account.stage("proof"):
         try:

@@ -1,7 +1,7 @@
-"""Continuous-time satisfaction: repairs and further plans if a requirement fails between the steps of a plan.
+"""Continuous-time satisfaction: repairs and further plans if a requirement fails between the steps.
 
-in   the first Compiled, how to plan again, PlanRequest
-out  Compiled: the first plan that holds throughout; else the first of all, refused where it has to
+in   first Compiled, a planning function, PlanRequest
+out  Compiled: the first plan satisfied in continuous time; else the first of all, rejected if required
 says MC710
 """
 
@@ -31,7 +31,7 @@ from missionc.ir.lower.tighten import tightened_alone
 
 @dataclass(frozen=True, slots=True)
 class Short:
-    """What a plan is short of that is right otherwise, and what is said of several of them."""
+    """Shortcomings of an otherwise valid plan, and the notes on them."""
 
     no: str
     none: str
@@ -42,7 +42,7 @@ DELAYS = Short("does not tolerate the delays", "tolerates the delays, but such a
 
 
 def falls_short(compiled: Compiled, throughout: ContinuousTime) -> Short | None:
-    """What a plan is short of that keeps everything at the steps, with everybody on time."""
+    """Shortcomings of a plan that satisfies everything at the steps, with all agents on time."""
     if isinstance(compiled.outcome, Verified):
         wanted = throughout is not ContinuousTime.AT_STEPS
         return BETWEEN if wanted and compiled.outcome.certificate.at_steps_alone else None
@@ -50,7 +50,7 @@ def falls_short(compiled: Compiled, throughout: ContinuousTime) -> Short | None:
 
 
 def acceptable(verified: Verified, throughout: ContinuousTime) -> bool:
-    """Whether a verified plan may be given out as it is, should no better one be found."""
+    """Return whether a verified plan may be returned if no better one is found."""
     return throughout is not ContinuousTime.REQUIRED or not verified.certificate.at_steps_alone
 
 
@@ -61,10 +61,10 @@ def plan_in_continuous_time(
     request: PlanRequest,
     began: float,
 ) -> Compiled:
-    """The first plan of a checked mission, or a further one where it falls short and that one does not.
+    """First plan of a checked mission, or a further one without its shortcomings.
 
     Args:
-        began: when the first one was asked for, on the clock of ``time.monotonic``.
+        began: start of the first planning, on the clock of ``time.monotonic``.
     """
     options, budget, throughout = request.options, request.budget, request.continuous_time
     short = falls_short(first, throughout)
@@ -101,14 +101,14 @@ def plan_in_continuous_time(
 
 
 def _failing(compiled: Compiled) -> frozenset[str]:
-    """The requirements that a plan does not keep between its steps."""
+    """Requirements that a plan violates between its steps."""
     if not isinstance(compiled.outcome, Verified):
         return frozenset()
     return frozenset(each.requirement for each in compiled.outcome.certificate.at_steps_alone)
 
 
 def _limited(first: Compiled, budget: Budget, throughout: ContinuousTime, began: float) -> Budget:
-    """What further plans may take: all that is left where one is required, little where it is wanted."""
+    """Limits of further plans: all remaining time if required, little if only wanted."""
     quiet = replace(budget, on_snapshot=discard_snapshot, resume=None)
     if not isinstance(first.outcome, Verified) or throughout is not ContinuousTime.WANTED:
         return quiet
@@ -122,13 +122,13 @@ def _limited(first: Compiled, budget: Budget, throughout: ContinuousTime, began:
 
 
 def _until(deadline: float) -> float:
-    """Half of the time that is left, or all where that is little: one attempt leaves something to the next."""
+    """Half of the remaining time, or all of a short rest: each attempt leaves time for the next."""
     now = time.monotonic()
     return min(deadline, now + max(CONTINUOUS_TIME.least, (deadline - now) / 2))
 
 
 def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
-    """What is asked for, of which a plan keeps what the kernel says."""
+    """Stronger kernel whose plans satisfy the kernel in continuous time."""
     from missionc.ir.lower.hold_throughout import hold_throughout
 
     furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
@@ -141,7 +141,7 @@ def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: 
 
 
 def _fallen_short(first: Compiled, short: Short, throughout: ContinuousTime, note: str) -> Compiled:
-    """The first plan as it is given out, where no further one did better."""
+    """First plan with its shortcomings noted, if no further one is better."""
     outcome, mission = first.outcome, first.checked.mission
     if not isinstance(outcome, Verified) or mission is None:
         late = (

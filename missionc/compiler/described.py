@@ -1,4 +1,4 @@
-"""Described parameters: options of a function that one table describes, in its signature, its help and its checks."""
+"""Described parameters: options of a function from one table, in its signature, help and checks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Entry(NamedTuple):
 
 
 def described(entries: Iterable[Entry]) -> Callable[[Function], Function]:
-    """Put parameters in the place of a function's ``**`` parameter, in its signature and its docstring."""
+    """Replace a function's ``**`` parameter in its signature and docstring by the described ones."""
     listed = tuple(entries)
 
     def decorate(function: Function) -> Function:
@@ -40,10 +40,10 @@ def described(entries: Iterable[Entry]) -> Callable[[Function], Function]:
 
 
 def known(function: str, given: Mapping[str, object], names: Iterable[str]) -> None:
-    """See that a function has all parameters that were given.
+    """Check that a function has all given parameters.
 
     Raises:
-        TypeError: it has not.
+        TypeError: a parameter is unknown.
     """
     listed = list(names)
     for name in given:
@@ -75,11 +75,11 @@ PLANNER_OPTIONS = tuple(map(_entry, DESCRIBED.values()))
 
 
 def planner_options(function: str, given: Mapping[str, Any], others: Options | None) -> Options:
-    """Options of a plan by their names in ``backends.options``; those not given are as in ``others``.
+    """Options of a plan by their names in ``backends.options``; the others as in ``others``.
 
     Raises:
-        TypeError: there is no such option.
-        ValueError: an option does not have such a value.
+        TypeError: an option is unknown.
+        ValueError: an option has an invalid value.
     """
     known(function, given, DESCRIBED)
     chosen: dict[str, Any] = {}

@@ -1,11 +1,11 @@
-"""Diagnosis of a search's best candidate: late agents, conflicts of two agents, and changes to try.
+"""Diagnosis of a search's best candidate: late agents, conflicts of two agents, and suggested changes.
 
-    in   Mission, its kernel, the candidate as the acceptance test judged it
-    out  Diagnosis: sentences, and one change that follows from them
+    in   Mission, its kernel, the candidate with its acceptance test
+    out  Diagnosis: sentences, and one suggested change
 
-It is the same for every engine, and uses only the candidate's own positions. Lateness is found for each agent that is
-still on its way when a requirement is due, with the least time that is missing. A conflict is found for each pair of
-agents that come too close, with the width of the passage; the closest pair comes first.
+It is the same for every engine, and uses only the candidate's positions. An agent is late if it is still under way when
+a requirement is due; the least missing time is computed. A conflict is found for each pair of agents that come too
+close, with the width of the passage; the closest pair comes first.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ from missionc.verification.monitoring.monitor import robustness
 from missionc.verification.monitoring.violation import first_violation
 
 PUSHED = ("separation", "an obstacle")
-"""Who breaks one of these may be too fast because it is pushed about, and not because it has too little time."""
+"""Violations next to which excess speed may come from pushing instead of a lack of time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Late:
-    """Somebody who is short of time: how that is said, and by how much."""
+    """Agents that lack time: text and amount."""
 
     says: str
     names: tuple[str, ...]
     seconds: float
-    """At least so much more time it needs."""
+    """Lower bound of the additional time."""
     asks: str = ""
-    """The requirement that asks for it, where one does."""
+    """Requirement that they miss, if any."""
     step: int = 0
-    """By which step."""
+    """Step of the deadline."""
 
 
 def late_agents(mission: Mission, kernel: Kernel, best: Attempt) -> list[Late]:
-    """Those who are late for a requirement or their finish, and those who are so by going too fast, unless pushed."""
+    """Agents late for a requirement or finish, and those with excess speed, unless pushed."""
     extra = _too_fast(mission, best)
     formulas = {goal.name: goal.formula for goal in kernel.requirements}
     late: list[Late] = []
@@ -75,7 +75,7 @@ def late_agents(mission: Mission, kernel: Kernel, best: Attempt) -> list[Late]:
 
 
 def _too_fast(mission: Mission, best: Attempt) -> Array:
-    """How much longer each agent takes for the steps in which it is too fast: (agents,), seconds."""
+    """Additional time of each agent for steps with excess speed: (agents,), seconds."""
     extra = np.zeros(len(mission.agents))
     rows = {agent.name: agent for agent in mission.agents}
     for fault in best.faults:
@@ -86,7 +86,7 @@ def _too_fast(mission: Mission, best: Attempt) -> Array:
 
 
 def _awaiting(formula: Node) -> list[Node]:
-    """The conjuncts of a formula in which something is awaited, each as it is asked at step 0."""
+    """Conjuncts of a formula that await an event, evaluated at step 0."""
     parts = (
         each.windows[0] if each.windows else each.formula if each.agent is None else At(each.agent, each.formula)
         for each in conjuncts((formula,))
@@ -95,7 +95,7 @@ def _awaiting(formula: Node) -> list[Node]:
 
 
 def _late(mission: Mission, trace: Trace, name: str, part: Node, extra: Array) -> list[Late]:
-    """Whether a part of a requirement fails because some are still on their way when it asks for them."""
+    """Late agents for a part of a requirement, with additional times ``extra``, (agents,), seconds."""
     short = -float(robustness(part, mission, trace)[0, 0])
     if not (0 < short < math.inf) or robustness_unit(part) != "m":
         return []
@@ -112,7 +112,7 @@ def _late(mission: Mission, trace: Trace, name: str, part: Node, extra: Array) -
 
 
 def _under_way(trace: Trace, agent: Agent, step: int, short: float) -> bool:
-    """Whether an agent that has so many metres left keeps its pace up to a step; else it waits or is held up."""
+    """Return whether an agent with ``short`` metres left keeps its speed up to a step, without waiting."""
     lengths = np.linalg.norm(np.diff(trace.position[agent.index, : step + 1], axis=0), axis=-1)
     if not lengths.size or not lengths.any() or agent.dynamics.top_speed <= 0:
         return False
@@ -121,7 +121,7 @@ def _under_way(trace: Trace, agent: Agent, step: int, short: float) -> bool:
 
 
 def more_time(mission: Mission, late: Late, violated: Sequence[Judgement]) -> str:
-    """Advice for whom or what the time is to be longer, and by how much at least, unless they violate more besides."""
+    """Advice for a longer time of a requirement or agent, with the least amount, unless other violations remain."""
     rivals = [each.name for each in violated if each.name != late.asks and not set(late.names).isdisjoint(each.agents)]
     if rivals:
         what = f"`{late.asks}`" if late.asks else _listed(late.names)
@@ -141,11 +141,11 @@ def _listed(names: Sequence[str]) -> str:
 
 
 SAMPLES = 1000
-"""Places at which it is looked how wide a passage is, to each side."""
+"""Number of samples for the width of a passage, on each side."""
 
 
 def meetings(mission: Mission, best: Attempt) -> list[Meeting]:
-    """Where each pair that comes too near each other does so most; who is nearest first."""
+    """Closest approach of each pair in conflict; the nearest first."""
     agents = {agent.name: agent for agent in mission.agents}
     worst: dict[tuple[str, ...], Violation] = {}
     for fault in best.faults:
@@ -156,7 +156,7 @@ def meetings(mission: Mission, best: Attempt) -> list[Meeting]:
 
 
 class Meeting:
-    """Two who come too near each other: where, in how wide a passage, and whether one of them could have waited."""
+    """Two agents in conflict: the place, the passage's width, and whether one could wait."""
 
     def __init__(self, mission: Mission, trace: Trace, fault: Violation, agents: dict[str, Agent]) -> None:
         self.mission, self.fault, self.step = mission, fault, fault.step
@@ -192,7 +192,7 @@ class Meeting:
         return f"widen the passage to {self.two:.3g} m"
 
     def _narrow(self) -> float | None:
-        """Where they meet head-on and change sides, and it is too narrow for that; in a plane only."""
+        """Width of the passage if they meet head-on and swap sides in too little room; plane missions only."""
         moves = self.ways[:, self.step + 1] - self.ways[:, self.step]
         along = moves[0] - moves[1]
         if len(along) != 2 or float(moves[0] @ moves[1]) >= 0 or not self._change_sides(along):
@@ -202,7 +202,10 @@ class Meeting:
         return width if width < self.two else None
 
     def _change_sides(self, along: Array) -> bool:
-        """Whether they are on other sides of each other after they have met than before."""
+        """Return whether they are on opposite sides of each other after the meeting, along (dim,), dimensionless.
+
+        The reference is their distance in metres.
+        """
         between = self.ways[0] - self.ways[1]
         clear = np.flatnonzero(np.linalg.norm(between, axis=-1) >= self.apart)
         before, after = clear[clear <= self.step], clear[clear > self.step]
@@ -210,11 +213,11 @@ class Meeting:
         return bool((between[first] @ along) * (between[last] @ along) < 0)
 
     def _has_room(self) -> bool:
-        """Whether one of them was before at a place where the other could have passed it."""
+        """Return whether one of them passed a place before at which the other could have passed it."""
         return any(self._width(here) >= self.two for way in self.ways for here in way[: self.step + 1])
 
     def _width(self, point: Array) -> float:
-        """How much room there is across the passage at a place, metres; no more is looked at than two need."""
+        """Width across the passage at a place, (dim,), metres; limited to the need of two agents."""
         reach = np.linspace(0.0, self.two, SAMPLES + 1)
         width = 0.0
         for side in (self.across, -self.across):
@@ -224,12 +227,12 @@ class Meeting:
 
 
 def _stays(agent: Agent, way: Array) -> bool:
-    """Whether it ends no further from its start than its body is wide: (steps + 1, dim)."""
+    """Return whether its path, (steps + 1, dim), metres, ends within a body's width of its start."""
     return float(np.linalg.norm(way[-1] - way[0])) <= 2 * agent.radius
 
 
 def _free(mission: Mission, points: Array) -> Flags:
-    """Which of these, (points, dim), are in the world and in no obstacle that stands: (points,)."""
+    """Flags of points, (points, dim), metres, in the world and outside static obstacles: (points,)."""
     free: Flags = np.asarray(((points >= mission.world.low) & (points <= mission.world.high)).all(axis=-1))
     for obstacle in mission.obstacles:
         if isinstance(obstacle.motion, Still):
@@ -238,7 +241,7 @@ def _free(mission: Mission, points: Array) -> Flags:
 
 
 def place(mission: Mission, point: Array) -> str:
-    """The smallest words for where it is: its coordinates, and the nearest thing with a name."""
+    """Text for a place, (dim,), metres: its coordinates, and the nearest named object."""
     where = f"at ({', '.join(f'{value + 0.0:.3g}' for value in point)})"
     things = [(each.name, each.shape) for each in mission.regions]
     things += [(each.name, each.shape) for each in mission.obstacles if isinstance(each.motion, Still)]
@@ -254,14 +257,14 @@ def _either(names: Sequence[str]) -> str:
 
 
 SHOWN = 3
-"""So many of a kind are told."""
+"""Maximum number of sentences of a kind."""
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What the candidate fails, a sentence each, and what to try, which is empty where nothing follows from that.
+    """Violations of the candidate, one sentence each, and a suggestion, empty if none follows.
 
-    ``late``: the mission's own time is what is short, so that a longer search is not what to try first.
+    ``late``: the mission's own time is too short, so that a longer search is not the first suggestion.
     """
 
     notes: tuple[str, ...]
@@ -282,7 +285,7 @@ def diagnose(mission: Mission, kernel: Kernel, best: Attempt) -> Diagnosis:
 
 
 def _touching(mission: Mission, best: Attempt) -> list[str]:
-    """Each agent that touches an obstacle, where it first does."""
+    """Agents that touch an obstacle, with the first contact."""
     first: dict[str, Violation] = {}
     for fault in best.faults:
         if fault.what == "an obstacle":
@@ -314,6 +317,6 @@ def _advice(mission: Mission, violated: Sequence[Judgement], late: list[Late], m
 
 
 def _some(sentences: list[str], one: str, more: str) -> list[str]:
-    """The first of them, and how many there are besides: ``1 more pair meets``."""
+    """First sentences, and the number of others: ``1 more pair meets``."""
     left = len(sentences) - SHOWN
     return sentences if left <= 0 else [*sentences[:SHOWN], f"{left} more {one if left == 1 else more}"]

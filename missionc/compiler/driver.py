@@ -1,13 +1,13 @@
-"""The driver of the pipeline, top to bottom. Read this file first.
+"""Driver of the pipeline, top to bottom. Read this file first.
 
-    check     text → findings, and the mission as meant (``front_end``)
+    check     text → findings, and the resolved mission (``front_end``)
     plan      … → a backend → a plan, verified → the files of it
     compile   both
     monitor   a mission and a trace → a judgement of every requirement
 
-Values in, values out: nothing is printed, and only ``read_file`` opens files. A stage that finds errors is the last to
-run. The checks of the mission as meant run together, so that one run reports all findings. Modules that load a solver
-or a large library are imported at their use, so that ``check`` stays quick.
+Functions take and return values: nothing is printed, and only ``read_file`` opens files. A stage that finds errors is
+the last to run. The checks of the resolved mission run together, so that one run reports all findings. Modules that
+load a solver or a large library are imported at their use, so that ``check`` stays quick.
 
 A backend plans within the limits of a compilation: it returns its answer, or the best plan that it has at a limit.
 """
@@ -72,16 +72,16 @@ def ask_backend(
     incumbent: Incumbent,
     covers: bool,
 ) -> api.Outcome:
-    """A backend's answer; the last plan that it had, if a limit or a defect ended the search for a better one.
+    """Outcome of a backend; the last plan if a limit or defect ended an improvement.
 
     Args:
-        budget: what is left of that of the request.
-        moment: when the backend is interrupted, on the clock of ``time.monotonic``.
+        budget: remaining budget of the request.
+        moment: time of interruption, on the clock of ``time.monotonic``.
         incumbent: receives each plan that the search goes on to improve.
-        covers: whether covers are asked as well.
+        covers: True to use covers too.
 
     Raises:
-        UnusableSnapshot: the run to be resumed cannot be.
+        UnusableSnapshot: the run cannot be resumed.
     """
     now = api.Progress("lower")
 
@@ -117,12 +117,12 @@ def _cut_short(plan: api.Planned, why: api.CutShort) -> api.Planned:
 
 
 def limit_reached(ended: Ended, now: api.Progress) -> api.NotFound:
-    """A limit came before there was a plan, or a candidate for one; with the stage that was under way."""
+    """Outcome for a limit before any plan or candidate; with the current stage."""
     return api.NotFound(ended.reason, f"{ended.during(now.activity)}, before any candidate plan", api.Report())
 
 
 def _to_search(deadline: float, explain_limit: Seconds) -> float:
-    """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
+    """End of a search that only a plan or the deadline ends; some time is left for the explanation."""
     return deadline - min(explain_limit, SEARCH.explanation * max(0.0, deadline - time.monotonic()))
 
 
@@ -166,33 +166,33 @@ def compile(
     Args:
         mission: as for ``check``, like ``overrides``, ``vehicle``, ``poses`` and ``limits``.
         backend: also a backend itself, as one of a ``BackendExtension``.
-        settings: of the backends by name, ``{"smt.nodes": 400}``, or the settings of one backend.
-        seed: of everything drawn at random.
-        time_limit: seconds, of the whole compilation. A search ends with the best plan so far.
-        memory_limit: bytes, of this process and its solvers.
+        settings: settings of the backends by name, ``{"smt.nodes": 400}``, or the settings of one backend.
+        seed: seed of all random draws.
+        time_limit: limit of the whole compilation, seconds. A search ends with the best plan so far.
+        memory_limit: limit of this process and its solvers, bytes.
         explain_limit: seconds of the time limit for explaining why there is no plan.
-        continuous_time: whether requirements must be satisfied between the steps too.
+        continuous_time: whether requirements must be satisfied in continuous time too.
         alternatives: number of plans that differ.
         exports: names of further file formats, those of ``missionc export --list``.
         listen: receives the progress.
         keep: receives the bytes of a checkpoint, from time to time.
         resume: bytes of a checkpoint of the same mission, seed and options.
-        options: values of the options below that are not given themselves.
+        options: default values of the options below.
 
     Returns:
         The outcome, and every finding.
 
     Raises:
-        TypeError: there is no such option.
-        ValueError: an option does not have such a value.
-        Unfit: the object is no backend.
-        ExtensionError: its name is taken, or what it returns is no outcome.
+        TypeError: an option is unknown.
+        ValueError: an option has an invalid value.
+        Unfit: the object is not a backend.
+        ExtensionError: its name is taken, or its result is not an outcome.
     """
-    from missionc.frontend.builder.origins import source_of  # loads the builder of missions, for Python alone
+    from missionc.frontend.builder.origins import source_of  # loads the builder of missions, for Python only
 
     budget = api.Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     if settings:
-        from missionc.backends.settings import given as named_settings  # few missions are tuned
+        from missionc.backends.settings import given as named_settings  # few missions set settings
 
         overrides = {**(overrides or {}), **named_settings(settings)}
     request = PlanRequest(
@@ -219,7 +219,7 @@ def check_within(
     vehicle: str,
     poses: Path | Source | None = None,
 ) -> Checked | Compiled:
-    """``check`` within the time and memory of a compilation; the end of that compilation, where they do not suffice."""
+    """Run ``check`` within the limits of a compilation; return the compilation's end if they are exceeded."""
 
     def work() -> Checked:
         return check(file, overrides=overrides, backend=backend, limits=budget.limits, vehicle=vehicle, poses=poses)
@@ -235,10 +235,10 @@ def check_within(
 
 
 def plan(checked: Checked, request: PlanRequest) -> Compiled:
-    """A verified plan of a checked mission, or the reason why there is none; by the stages of ``strategy``.
+    """Verified plan of a checked mission, or the reason for none; by the stages of ``strategy``.
 
-    A backend is never believed: what it returns is a plan only after ``verification`` has passed it, and ``flight`` the
-    polynomials made of it.
+    Backends are not trusted: a result is a plan only after ``verification`` has passed it, and ``flight`` its
+    polynomials.
     """
     began = time.monotonic()
     engines = checked.choice.engines if checked.choice else ()
@@ -262,26 +262,26 @@ def plan(checked: Checked, request: PlanRequest) -> Compiled:
         first = improved("planning for the time between the samples", first, further)
         if not isinstance(first.outcome, Verified):
             return first
-        from missionc.compiler.redraw import with_attempts  # draws plans, for those who have one
+        from missionc.compiler.redraw import with_attempts  # draws plans, only if there is one
 
         first = replace(first, outcome=with_attempts(first.checked, first.outcome, request.log))
         if request.alternatives == 1:
             return first
         keep(first)
-        from missionc.compiler.alternatives.search_alternatives import with_alternatives  # for those who ask for them
+        from missionc.compiler.alternatives.search_alternatives import with_alternatives  # only if requested
 
         more = partial(with_alternatives, first, request)
         return improved("planning alternatives", first, more)
 
 
 def plan_once(checked: Checked, request: PlanRequest) -> Compiled:
-    """The stages ``search`` and ``verify`` alone, by the engines of the mission or the backend of the request."""
+    """Stages ``search`` and ``verify`` only, by the mission's engines or the request's backend."""
     with limited(request.budget.memory_bytes):
         return _plan(checked, request)
 
 
 def _plan(checked: Checked, request: PlanRequest) -> Compiled:
-    """Search and verify. A plan that does not pass verification ends the engine that found it; the others go on."""
+    """Search and verify. A plan that fails verification ends its engine; the others continue."""
     first = _plan_by_all(checked, request)
     choice, refused = checked.choice, first.outcome
     if choice is None or not isinstance(refused, Unverified):
@@ -304,9 +304,9 @@ def _plan(checked: Checked, request: PlanRequest) -> Compiled:
 
 
 def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
-    """Search and verify once, by all engines that were chosen together.
+    """Search and verify once, by all chosen engines together.
 
-    For a stronger kernel or slower agents, covers are not asked: that no motion keeps to those is of no interest.
+    For a stronger kernel or slower agents, covers are not used: their infeasibility is irrelevant.
     """
     options, budget, checkpoints = request.options, request.budget, request.checkpoints
     watch = Stopwatch(list(checked.seconds))
@@ -325,7 +325,7 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
         return ended(InvalidMission(), run_budget)
     moment = last_call(run_budget.deadline)
     left = run_budget.deadline - time.monotonic()
-    from missionc.verification.flight.way_missions import has_risen  # for those who plan
+    from missionc.verification.flight.way_missions import has_risen  # only for planning
 
     reserved = reserved_time(len(mission.agents), mission.steps, left, has_risen(mission))
     whole = replace(run_budget, deadline=run_budget.deadline - reserved)
@@ -365,7 +365,7 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
         home = improved("certifying a later plan", incumbent.best, partial(brought_home, outcome))
         home = incumbent.keep(home, final=not compares)
         if compares and not isinstance(home.outcome, api.NotFound):
-            from missionc.compiler.alternatives.compare_options import with_best_option  # for those who have any
+            from missionc.compiler.alternatives.compare_options import with_best_option  # only if there are any
 
             to_compare = replace(whole, deadline=run_budget.deadline - incumbent.reserve(reserved))
             planner = outcome.report.engine or choice.backend
@@ -397,7 +397,7 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
 
 
 def verdict_text(compiled: Compiled) -> str:
-    """What the stage ``verify`` says of a plan."""
+    """Text of the stage ``verify`` for a plan."""
     match compiled.outcome:
         case Verified():
             return "passed"
@@ -411,19 +411,19 @@ def verdict_text(compiled: Compiled) -> str:
 
 
 def _for_trials(backend: api.Backend, outcome: api.Impossible | api.NotFound, options: Options) -> api.Backend:
-    """Who is asked about variants, many and soon: of a portfolio the engine that refused, or came nearest."""
+    """Backend for fast variants: of a portfolio, the engine that refused or came nearest."""
     engine = load_backend((outcome.report.engine,), options) if outcome.report.engine else backend
     return backend if isinstance(engine, Diagnostic) else engine
 
 
 UNVERIFIED = "a plan that fails verification"
-"""What an engine says whose plan was refused."""
+"""Outcome text of an engine whose plan was rejected."""
 
 
 def weighs_options(mission: Mission, planned: api.Planned, choice: Choice) -> bool:
-    """Whether the backend chose among options by an estimate, and the estimate is not what the mission asks for.
+    """Return whether the backend chose options by an estimate that differs from the mission's objective.
 
-    A schedule estimates lengths, and its ways see nothing of obstacles that move.
+    A schedule estimates lengths, and its paths ignore moving obstacles.
     """
     spec = BACKENDS.get(planned.report.engine or choice.backend)
     moving = any(not obstacle.constant for obstacle in mission.obstacles)

@@ -1,8 +1,8 @@
-"""The whole flight of a verified mission from where its agents stand: its ways planned anew, the mission as it is.
+"""Whole flight of a verified mission from measured poses: only its transfers are replanned.
 
 in   Mission, the texts of its verified polynomials, the file of the poses
-out  FlownFrom: the mission with those pads, its ways, and the files that say what was planned and proved
-says MC546 MC547 MC544 MC545 MC740, and what tables deserve
+out  FlownFrom: the mission with those pads, its transfers, and the files of the plan and proof
+says MC546 MC547 MC544 MC545 MC740, and the findings of tables
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from missionc.output.folder.manifest import sha256
 from missionc.output.output_files import WholeFlight
 
 LONGEST = 60.0
-"""Seconds of planning: somebody stands in a hall and waits."""
+"""Seconds of planning, limited because the operators wait."""
 PROOF = "whole_flight_certificate.json"
-"""What was proved of the ways and the columns."""
+"""Proof of the transfers and the columns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlownFrom:
-    """``whole`` is absent where it cannot be flown from there; ``findings`` say why, or warn."""
+    """``whole`` is None if the flight is impossible from there; ``findings`` have the reason, or warnings."""
 
     mission: Mission
     whole: WholeFlight | None
@@ -44,11 +44,11 @@ class FlownFrom:
 
 
 def fly_from(mission: Mission, flown: Mapping[str, str], plan: bytes, poses: Path, limits: Limits) -> FlownFrom:
-    """The ways from where the agents were measured to stand, and back there.
+    """Transfers from the measured poses of the agents, and back.
 
     Args:
-        flown: each agent's polynomials, by its name; they were verified.
-        plan: the file of the plan that they fly.
+        flown: verified polynomials of each agent, by name.
+        plan: file of their plan.
     """
     text = read_data(poses, str(poses), limits)
     if isinstance(text, Diagnostic):

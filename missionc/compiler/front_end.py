@@ -1,9 +1,9 @@
-"""The front end: text to findings, and the mission as meant, with every tree that was made.
+"""Front end: from text to findings, and the resolved mission with every intermediate tree.
 
     in   a mission's file, or its text
     out  Checked
 
-Nothing here solves a mission, or knows a backend.
+It solves no mission and knows no backend.
 """
 
 from __future__ import annotations
@@ -52,50 +52,49 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checked:
-    """What the front end made of a mission: every finding, and each tree it came to.
+    """Result of the front end: every finding, and each intermediate tree.
 
-    ``findings`` are in file order. The trees are None from the first stage with
-    errors on; where ``ok``, all are there.
+    ``findings`` are in file order. The trees are None from the first stage with errors on; if ``ok``, all are present.
     """
 
     file: str
     findings: tuple[Diagnostic, ...]
     sources: tuple[Source, ...] = ()
     unread: tuple[str, ...] = ()
-    """Files that are included and could not be read, by the names under which they would be sources."""
+    """Included files that could not be read, by their names as sources."""
     overrides: Mapping[str, str] = field(default_factory=dict)
     vehicle: str = ""
-    """The profile that flies the teams which name none; empty for none."""
+    """Profile of teams without a vehicle; empty for none."""
     stretch: float = 1.0
-    """How many times as long as written it lasts."""
+    """Factor of the mission's duration."""
     poses: Source | None = None
-    """Where its agents were measured to stand."""
+    """Measured poses of its agents."""
     program: ast.Program | None = None
     mission: ir.Mission | None = None
     choice: Choice | None = None
     kernel: Kernel | None = None
     seconds: tuple[tuple[str, Seconds], ...] = ()
     past: Past | None = None
-    """What was flown of it already, where that is so: ``mission`` and ``kernel`` are then the rest of it."""
+    """Completed past, if any: ``mission`` and ``kernel`` are then the rest."""
     rest: Remaining | None = None
-    """That rest, with what of the mission can no longer be kept."""
+    """The rest, with the violated requirements."""
     stops: tuple[tuple[str, str], ...] = ()
-    """The text of the polynomials that each agent flies until the rest begins, by the agent's name."""
+    """Text of each agent's polynomials until the rest begins, by agent name."""
 
     @property
     def ok(self) -> bool:
-        """Whether there is no error; warnings may be."""
+        """True without errors; warnings are possible."""
         return not has_errors(list(self.findings))
 
     @property
     def valid_mission(self) -> ir.Mission:
-        """The mission, if there is no error."""
+        """The mission, if there are no errors."""
         assert self.mission is not None
         return self.mission
 
     @property
     def valid_kernel(self) -> Kernel:
-        """The kernel, if there is no error."""
+        """The kernel, if there are no errors."""
         assert self.kernel is not None
         return self.kernel
 
@@ -107,22 +106,22 @@ class Checked:
 
 
 def below(findings: tuple[Diagnostic, ...], *lines: str) -> str:
-    """Findings with their words in the text, and then these lines."""
+    """Findings with their source text, followed by these lines."""
     text = render_text(list(findings), False)
     return "\n".join(([text] if text else []) + list(lines))
 
 
 ANY_BACKEND = "any"
-"""For ``check``: whether some backend can plan the mission is not asked."""
+"""Backend value for ``check`` without a test of the backends."""
 
 
 def ignore(stage: str) -> None:
-    """Nobody needs to know which stage runs."""
+    """Listener that ignores stages."""
 
 
 @dataclass(slots=True)
 class Stopwatch:
-    """Seconds by stage, in the order the stages ran; ``before`` is called with the name of each before it runs."""
+    """Seconds by stage, in order; ``before`` is called with each stage's name before it runs."""
 
     seconds: list[tuple[str, Seconds]] = field(default_factory=list)
     before: Callable[[str], None] = ignore
@@ -151,24 +150,23 @@ def check(
     begun: bool = False,
     judging: bool = False,
 ) -> Checked:
-    """Every finding that needs no solving, and the mission as meant where there is no error.
+    """Check a mission without solving; return every finding, and the resolved mission without errors.
 
     Args:
-        file: a path, or a text already in hand; what it includes lies relative to its name.
+        file: a path, or a text; includes are relative to its name.
         overrides: texts for parameters, and for settings of backends: ``{"T": "30 s", "smt.nodes": "400"}``.
-        backend: ``auto``, or the one to hold the mission against.
-        limits: of the sizes a mission may have.
-        stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
-        vehicle: the name of the profile that flies teams which name none; empty for none.
-        poses: where the agents were measured to stand, a file or its text in hand: they come from the floor there.
-        before: called with the name of each stage before it runs; what it raises ends the check.
-        load: finds what the mission includes; read from beside it if left out.
-        begun: the mission is being flown; whether its starts and its whole time fit the world as it reads now is not
-            asked.
-        judging: a flight is judged by the mission, and nothing planned: findings about planning are warnings.
+        backend: ``auto``, or the backend to check against.
+        limits: limits on the mission's sizes.
+        stretch: factor of the mission's duration, in whole steps; its windows stay the same.
+        vehicle: profile of teams without a vehicle; empty for none.
+        poses: measured poses of the agents, a file or its text: they start on the floor there.
+        before: called with the name of each stage before it runs; an exception from it ends the check.
+        load: loader of included files; by default relative to the mission.
+        begun: True for a mission in flight: its starts and its whole time are not checked against the present world.
+        judging: True for judging a flight without planning: findings about planning are warnings.
 
     Raises:
-        ValueError: there is no such profile.
+        ValueError: the profile is unknown.
     """
     if vehicle and vehicle not in profiles():
         raise ValueError(f"unknown vehicle `{vehicle}`")
@@ -239,7 +237,7 @@ def check(
             choice, more = choose_backend(mission, None if backend == "auto" else backend)
             findings += more
         if settings:
-            from missionc.backends.settings import with_settings  # few missions are tuned
+            from missionc.backends.settings import with_settings  # few missions set settings
 
             mission, more = with_settings(mission, settings, choice.engines if choice else None)
             findings += more
@@ -253,7 +251,7 @@ def check(
 def _from(
     mission: Mission, poses: Path | Source, limits: Limits, measured: list[Source]
 ) -> tuple[Mission | None, list[Diagnostic]]:
-    """The mission from where its agents were measured to stand; what holds that is added to ``measured``."""
+    """Mission with measured starts; their source is added to ``measured``."""
     text = poses if isinstance(poses, Source) else read_data(poses, str(poses), limits)
     if isinstance(text, Diagnostic):
         return None, [text]
@@ -264,7 +262,7 @@ def _from(
 
 
 def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Diagnostic, ...]:
-    """Findings about no text first, then by file in the order of reading, then by place."""
+    """Findings without a place first, then by file in the order of reading, then by place."""
     order = {source.name: number for number, source in enumerate(sources)}
 
     def place(finding: Diagnostic) -> tuple[int, int]:
@@ -275,7 +273,7 @@ def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Di
 
 
 def no_more_than_are_read(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
-    """The first findings, errors rather than warnings; the last one says how many more there are."""
+    """First findings, errors before warnings; the last one gives the number of others."""
     left = len(findings) - MOST_FINDINGS
     if left <= 0:
         return findings

@@ -1,4 +1,4 @@
-"""Graphs of a mission for networkx: the roadmaps it is planned on, and the links of its agents at a step.
+"""Graphs of a mission for networkx: roadmaps for planning, and the agents' links at a step.
 
 in   Checked or Compiled
 out  graphs of networkx
@@ -23,19 +23,19 @@ if TYPE_CHECKING:
     import networkx
 
 MEMORY = 8 << 30
-"""Bytes that building a roadmap may take."""
+"""Bytes that building a roadmap may use."""
 
 
 def roadmap_graphs(mission: Checked | Compiled, *, seed: int = 0) -> tuple[networkx.DiGraph, ...]:
-    """The roadmaps of a mission, one for each kind of agent, in the order in which it names the kinds.
+    """Roadmaps of a mission, one for each kind of agent, in the mission's order of kinds.
 
-    Of a ``Compiled`` those that its plan was found on; else the first ones that the smt backend would plan on, built
-    without solving. A node has ``x``, ``y`` (and ``z``) in metres, ``labels``, the regions that it is in, ``starts``,
-    the agents that may start there, and of agents that brake ``vx``, ``vy`` in m/s; an edge has ``steps``,
-    ``duration`` in seconds and ``length`` in metres; the graph has ``agents``. Several words are one text with spaces.
+    For a ``Compiled``, these are the roadmaps of its plan; else the first ones of the smt backend, built without
+    solving. A node has ``x``, ``y`` (and ``z``) in metres; ``labels``, its regions; ``starts``, the agents that may
+    start there; and for agents with momentum ``vx``, ``vy`` in m/s. An edge has ``steps``, ``duration`` in seconds and
+    ``length`` in metres. The graph has ``agents``. Several words are joined by spaces.
 
     Args:
-        seed: of the roadmaps that are built.
+        seed: seed of built roadmaps.
 
     Raises:
         ValueError: the mission has errors, or no roadmap can be built; the message begins with the code.
@@ -52,19 +52,19 @@ def roadmap_graphs(mission: Checked | Compiled, *, seed: int = 0) -> tuple[netwo
 
 
 def link_graph(mission: Checked, trace: Trace, graph: str, step: int) -> networkx.Graph:
-    """Who is linked to whom at a step of a motion: the agents of one of the mission's graphs, and their links.
+    """Links of the agents of one of the mission's graphs at a step of a motion.
 
-    A node is an agent with ``x``, ``y`` (and ``z``) in metres and its ``team``; an edge has ``length`` and ``margin``,
-    by how much the link holds, in metres; the graph has ``graph``, ``step`` and ``time``, in seconds. It is a
-    ``DiGraph`` where some two agents have another range one way than the other way.
+    A node is an agent with ``x``, ``y`` (and ``z``) in metres and its ``team``. An edge has ``length`` and ``margin``
+    of the link, in metres. The graph has ``graph``, ``step`` and ``time``, in seconds. It is a ``DiGraph`` if some pair
+    of agents has different ranges in the two directions.
 
     Args:
-        trace: of the mission's agents, such as ``Verified.plan.trace``.
-        graph: the name of a graph that the mission declares.
-        step: from 0 to the last of the trace.
+        trace: trace of the mission's agents, such as ``Verified.plan.trace``.
+        graph: name of a graph in the mission.
+        step: from 0 to the last step of the trace.
 
     Raises:
-        ValueError: the mission has errors or no such graph, or the trace no such step.
+        ValueError: the mission has errors or no such graph, or the trace has no such step.
         ModuleNotFoundError: networkx is not installed; it comes with the extra ``graph``.
     """
     from missionc.output.graphs import links_to_networkx
@@ -81,21 +81,21 @@ def link_graph(mission: Checked, trace: Trace, graph: str, step: int) -> network
 
 
 def planned_on(compiled: Compiled) -> tuple[RoadmapGraph, ...]:
-    """The roadmaps that a plan was found on; none where there is no plan, or it was found on none."""
+    """Roadmaps of a plan; empty without a plan or roadmaps."""
     return compiled.outcome.report.roadmaps if isinstance(compiled.outcome, Verified) else ()
 
 
 def first_roadmaps(checked: Checked, seed: int, preset: str = "") -> tuple[RoadmapGraph, ...] | Diagnostic:
-    """The first roadmaps that can be built, without solving; or why there are none.
+    """First roadmaps that can be built, without solving; or the reason for none.
 
     Args:
-        preset: how the mission is planned; where the smt backend plans it as published, it builds its own.
+        preset: planning preset; for the published method of the smt backend, its own roadmaps.
 
     Raises:
         ValueError: the mission has errors.
     """
     from missionc.backends.smt.paper.build_prm import published_graphs
-    from missionc.backends.smt.roadmap.roadmap import NoRoadmap  # it loads scipy and shapely
+    from missionc.backends.smt.roadmap.roadmap import NoRoadmap  # loads scipy and shapely
     from missionc.backends.smt.roadmap.roadmap_graph import first_graphs
 
     if checked.mission is None or checked.kernel is None:
@@ -114,8 +114,8 @@ def first_roadmaps(checked: Checked, seed: int, preset: str = "") -> tuple[Roadm
 
 
 def picture_of(compiled: Compiled, request: FigureRequest, suffix: str, seed: int) -> bytes | Diagnostic:
-    """The picture of a plan; its roadmap is the one that the plan was found on, or the first that can be built."""
-    from missionc.output.plot.figures import figure  # it loads matplotlib
+    """Picture of a plan, with the plan's roadmap, or the first that can be built."""
+    from missionc.output.plot.figures import figure  # loads matplotlib
 
     plan, checked = compiled.plan, compiled.checked
     roadmaps = (planned_on(compiled) or first_roadmaps(checked, seed)) if request.kind == ROADMAP else ()

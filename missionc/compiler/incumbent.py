@@ -1,12 +1,12 @@
-"""Incumbent: the best verified plan of a compilation so far. Nothing that comes after it can lose it.
+"""Incumbent: best verified plan of a compilation so far, which no later failure can lose.
 
-in   the plans that a search goes on to improve, and what certifies one
+in   plans that a search continues to improve, and a certifying function
 out  Compiled with a verified plan, once there is one
 says MC613
 
-A search that improves a plan for longer than ``PATIENCE`` is interrupted once in a while to certify what it has. What
-a search that ends by itself comes to does not depend on that. A plan that is given out instead of what was to follow
-it has ``cut_short`` in its report and its manifest.
+A search that improves a plan for longer than ``PATIENCE`` is interrupted occasionally to certify its plan. The result
+of a search that ends by itself does not depend on this. A plan returned before the end of an improvement has
+``cut_short`` in its report and its manifest.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from missionc.compiler.results import Compiled, Unverified, Verified
 from missionc.output.folder.file_names import MANIFEST
 
 PATIENCE = Seconds(1.0)
-"""Seconds for which a search improves a plan before the plan is certified."""
+"""Seconds of improvement before the plan is certified."""
 
 INTERVAL = 10.0
-"""A later plan is certified after this many times the seconds that the last certification took."""
+"""Factor of the last certification's duration until the next one."""
 
 CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}
-"""What ended a search, by the reason that it gives."""
+"""Reason for the end of a search, by its own reason."""
 
 RESERVE = 1.5
-"""Seconds reserved for one certification, as a multiple of what the last one took."""
+"""Reserve for one certification, as a multiple of the last one's duration."""
 
 
 def discard(compiled: Compiled) -> None:
-    """Ignore a verified plan that will be replaced by the result of the compilation."""
+    """Ignore a verified plan that the compilation's result will replace."""
 
 
 @dataclass(slots=True, eq=False)
 class Incumbent:
-    """The latest plan of a search and the latest verified one.
+    """Latest plan of a search and latest verified one.
 
     Args:
         certify: verifies a plan and makes its files.
@@ -57,19 +57,19 @@ class Incumbent:
     findings: list[Diagnostic] = field(default_factory=list)
     """Defects that ended an improvement, or the explanation of a result."""
     seconds: float = 0.0
-    """How long the last certification took; 0 before the first."""
+    """Duration of the last certification; 0 before the first."""
     _next: float = 0.0
     _certified: Planned | None = None
 
     def found(self, planned: Planned) -> None:
-        """Take a plan that the search goes on to improve."""
+        """Record a plan that the search continues to improve."""
         if self.latest is None:
             self._next = time.monotonic() + PATIENCE
         self.latest = planned
         self.look()
 
     def look(self) -> None:
-        """Certify the latest plan if the search has gone on for long enough."""
+        """Certify the latest plan if the search has run long enough."""
         if self.latest is None or self.latest is self._certified or time.monotonic() < self._next:
             return
         self._certified = self.latest
@@ -77,17 +77,17 @@ class Incumbent:
         self._next = time.monotonic() + max(PATIENCE, INTERVAL * self.seconds)
 
     def timed(self, planned: Planned, certify: Callable[[Planned], Compiled]) -> Compiled:
-        """Certify a plan and measure how long that takes."""
+        """Certify a plan and measure the duration."""
         began = time.monotonic()
         compiled = certify(planned)
         self.seconds = time.monotonic() - began
         return compiled
 
     def keep(self, compiled: Compiled, *, final: bool) -> Compiled:
-        """A compilation as it is if its plan is verified; else the verified plan before it, if there is one.
+        """The compilation if its plan is verified; else the previous verified plan, if any.
 
         Args:
-            final: whether nothing follows that may improve it.
+            final: True if no improvement follows.
         """
         if isinstance(compiled.outcome, Verified):
             defer_stop()
@@ -107,7 +107,7 @@ class Incumbent:
                 return noted(cut_short(self.best, CutShort.UNFINISHED), "a later plan exceeds vehicle limits")
 
     def reserve(self, otherwise: Seconds) -> Seconds:
-        """Seconds to reserve for a certification: measured if there was one before."""
+        """Seconds to reserve for a certification, measured if there was one before."""
         return Seconds(RESERVE * self.seconds) if self.seconds else otherwise
 
     def failed(self, step: str, error: Exception) -> None:
@@ -117,7 +117,7 @@ class Incumbent:
 
 
 def improved(step: str, before: Compiled | None, work: Callable[[], Compiled]) -> Compiled:
-    """Return the result of an improvement; if it fails, the verified plan before it, with a warning.
+    """Result of an improvement; after a failure the previous verified plan, with a warning.
 
     Args:
         step: the improvement, as the subject of a sentence.
@@ -134,8 +134,8 @@ def improved(step: str, before: Compiled | None, work: Callable[[], Compiled]) -
 
 
 def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
-    """A verified plan whose search did not come to its end, as its report and its manifest state."""
-    from missionc.output.folder.manifest import relisted  # with the versions of packages, for those who have a plan
+    """Verified plan of an unfinished search, as stated in its report and its manifest."""
+    from missionc.output.folder.manifest import relisted  # has the versions of packages; only for plans
 
     assert isinstance(compiled.outcome, Verified)
     files, report = dict(compiled.outcome.files), compiled.outcome.report
@@ -145,6 +145,6 @@ def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
 
 
 def noted(compiled: Compiled, note: str) -> Compiled:
-    """A compilation with one more note on its verified plan."""
+    """Compilation with one more note on its verified plan."""
     assert isinstance(compiled.outcome, Verified)
     return replace(compiled, outcome=replace(compiled.outcome, report=compiled.outcome.report.noting(note)))

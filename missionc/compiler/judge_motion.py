@@ -1,7 +1,7 @@
-"""Judgement of a flight by a mission: of a trace, or of states as they come.
+"""Judgement of a flight by a mission: of a trace, or of live states.
 
-in   a mission's file or text; a trace, or the plan that is followed
-out  Monitored, or the Session that judges
+in   a mission's file or text; a trace, or the plan of the flight
+out  Monitored, or the judging Session
 says MC009 MC704 MC705
 """
 
@@ -39,13 +39,13 @@ def live_session(
     plan: str | Path | None = None,
     tolerance: float = 0.0,
 ) -> tuple[Checked, Session | None]:
-    """The session that judges a mission while it is flown; None where the mission, or the plan, has errors.
+    """Session that judges a mission in flight; None if the mission, or the plan, has errors.
 
     Args:
-        plan: a folder, or a trace, that is followed: what open goals come to by it is forecast.
-        wait: seconds that a step waits for samples, one step where it is left out.
-        skew: by how many seconds the clock of an agent is ahead.
-        leap: seconds that a sample may be ahead of all others before another one has to confirm it.
+        plan: folder or trace of the flight's plan, for forecasts of open goals.
+        wait: seconds that a step waits for samples; default one step.
+        skew: seconds by which the clock of an agent is ahead.
+        leap: seconds by which a sample may be ahead of all others without confirmation.
         tolerance: as for ``monitor``.
 
     Raises:
@@ -82,9 +82,9 @@ def monitor(
     """Judge a recorded or hand-made trace, ``plan.json`` or CSV, against a mission.
 
     Args:
-        continuous: whether requirements and constraints must be satisfied between the steps too, along the motion from
-            sample to sample.
-        tolerance: how far a recorded position may be from the true one, metres; of constraints.
+        continuous: True to judge requirements and constraints in continuous time too, along the motion between
+                samples.
+        tolerance: error of recorded positions, metres, for constraints.
     """
     limits = limits or Limits()
     checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND, judging=True)
@@ -114,7 +114,7 @@ def monitor(
 def _read_motion(
     path: str | Path, mission: Mission, limits: Limits
 ) -> tuple[Trace | None, list[State], list[Diagnostic]]:
-    """The motion in a file or in a folder's ``plan.json``, and its samples; or what keeps it from being one."""
+    """Motion in a file or in a folder's ``plan.json``, and its samples; or the errors in it."""
     from missionc.verification.monitoring.read_trace import assemble, read_states  # with numpy
 
     file = Path(path) / "plan.json" if Path(path).is_dir() else Path(path)

@@ -1,4 +1,4 @@
-"""Diagnostics for a mission without a plan: one message for each way to end without.
+"""Diagnostics for a mission without a plan: one message for each reason.
 
 says MC564 MC570 MC601 to MC609 MC710
 """
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def impossible(mission: Mission, outcome: Impossible, explained: Explained | None) -> Diagnostic:
-    """The requirements in conflict, each at its place: on roadmaps, or whatever the motion."""
+    """Diagnostic of the requirements in conflict, each at its place: on roadmaps, or for any motion."""
     spans = [(each.name, each.span) for each in mission.requirements if each.name in outcome.conflict]
     doubt = (outcome.doubt,) if outcome.doubt else ()
     notes = (outcome.statement, *doubt, *(_blamed(explained) if explained else ()), *outcome.report.notes)
@@ -52,7 +52,7 @@ def impossible(mission: Mission, outcome: Impossible, explained: Explained | Non
 
 
 def _roadmap(mission: Mission) -> str:
-    """What a roadmap might have that would help."""
+    """Roadmap changes that might help."""
     lanes = mission.solve.roadmap
     finer = "use a finer roadmap: `solve with smt { nodes = 400 }`"
     return finer if lanes is None else f"add nodes and lanes to `{lanes.path}`"
@@ -66,7 +66,7 @@ def _smallest(explained: Explained) -> str:
 
 
 def _blamed(explained: Explained) -> tuple[str, ...]:
-    """Who is to blame, and by which trials that is known."""
+    """Causes of the conflict, with the trials that show them."""
     who = {
         "REQUIREMENTS": "",
         "HORIZON": "the mission is too short",
@@ -89,18 +89,18 @@ def _blamed(explained: Explained) -> tuple[str, ...]:
 
 
 def _variants(trials: Sequence[Trial]) -> str:
-    """``dropping `relay` or `rescue```, or what was tried otherwise; more than one joined by *or*."""
+    """Text for the tried variants, ``dropping `relay` or `rescue```; several are joined by *or*."""
     dropped = [trial.says.removeprefix(WITHOUT) for trial in trials if trial.says.startswith(WITHOUT)]
     others = [trial.says for trial in trials if not trial.says.startswith(WITHOUT)]
     return " or ".join([*([f"dropping {' or '.join(dropped)}"] if dropped else []), *others])
 
 
 WITHOUT = "without "
-"""How a trial begins that leaves requirements out."""
+"""Beginning of a trial's text that leaves requirements out."""
 
 
 def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) -> Diagnostic:
-    """Why the search ended, what its best candidate fails, and one thing to try that follows from it."""
+    """Diagnostic with the reason for the end, the best candidate's violations, and one suggestion."""
     code, help_ = {
         "TIME": (codes.OUT_OF_TIME, "raise the limit with `--time-limit`"),
         "MEMORY": (codes.OUT_OF_MEMORY, "raise the limit with `--memory-limit`"),
@@ -130,7 +130,7 @@ def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) 
 
 
 def _others(checked: Checked) -> list[str]:
-    """That another engine plans such a mission too, where one alone was asked."""
+    """Suggestion of other engines that can plan the mission, if only one was used."""
     if checked.mission is None or checked.choice is None:
         return []
     able, _ = choose_backend(checked.mission, AUTO)
@@ -141,7 +141,10 @@ def _others(checked: Checked) -> list[str]:
 
 
 def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str, Seconds]]) -> NotFound:
-    """A plan was found, and a limit came before it was verified and written; ``seconds`` are those of each stage."""
+    """Outcome if a limit came before a found plan was verified and written.
+
+    ``seconds`` are those of each stage.
+    """
     searched = sum(spent for _, spent in planned.report.seconds)
     stage = Progress(seconds[-1][0] if seconds else "verify")
     statement = f"a plan was found in {searched:.1f} s, but not verified: {ended.during(stage.activity)}"
@@ -149,7 +152,7 @@ def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str
 
 
 def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic, ...]:
-    """Each requirement that fails between the steps, or of which that is not known."""
+    """Diagnostics of requirements that fail between the steps, or are undecided there."""
     spans = {each.name: each.span for each in mission.requirements}
     return tuple(
         Diagnostic(
@@ -163,7 +166,7 @@ def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic,
 
 
 def not_tolerated(mission: Mission, certificate: Certificate) -> Diagnostic:
-    """Whose delay a plan that is right otherwise does not tolerate, and what it breaks."""
+    """Diagnostic of a required delay tolerance that the plan lacks, with the violation."""
     checks = {check.subject: check for check in certificate.failures}
     asked = [
         tolerance
@@ -181,11 +184,13 @@ def not_tolerated(mission: Mission, certificate: Certificate) -> Diagnostic:
 
 
 MOST_LATE = 4
-"""Agents that a message names, of those whose delays a plan does not tolerate."""
+"""Maximum number of such agents in a message."""
 
 
 def not_verified(certificate: Certificate, backend: str) -> Diagnostic:
-    """Report a plan that verification rejects: a defect of the compiler, or of an extension whose backend found it."""
+    """Diagnostic of a plan that verification rejects: a defect of the compiler, or of the extension
+    with the backend.
+    """
     ours = backend in BACKENDS.built_in
     return Diagnostic(
         codes.NOT_VERIFIED if ours else codes.REJECTED_PLAN,

@@ -1,4 +1,4 @@
-"""Plan requests: one value from the command line and from Python down to the backend."""
+"""Plan requests: one value from the command line and Python to the backend."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class PlanRequest:
     """Request for a plan of a checked mission.
 
     Args:
-        budget: seconds, bytes, work and seed, and the listeners of the run.
-        checkpoints: of the run, and of the one that it takes up again.
-        exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
-        continuous_time: whether requirements are wanted, or have, to hold between the steps too.
-        explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
-        alternatives: number of plans that differ from each other; there may be fewer.
-        secure: receives each verified plan as soon as it exists, each one better than the one before. The last of them
-            is the answer, whatever becomes of the steps that follow it.
-        kernel: in place of the mission's own, a stronger one.
-        backend: in place of the chosen engines.
-        speed_fraction: of the vehicles' top speeds; below 1, no faster plan is searched for.
+        budget: time, memory, work and seed, and the listeners of the run.
+        checkpoints: checkpoint of the run, and of the resumed one.
+        exports: names of additional flight formats; unsuitable ones are reported.
+        continuous_time: whether continuous-time satisfaction is wanted or required.
+        explain_limit: seconds for ``Compiled.explained``; 0 for none.
+        alternatives: number of different plans; there may be fewer.
+        secure: receives each verified plan as soon as it exists, each better than the previous one. The last one is
+                the answer, for any result of later stages.
+        kernel: stronger kernel to use instead of the mission's own.
+        backend: backend to use instead of the chosen engines.
+        speed_fraction: share of the vehicles' top speeds; below 1, an upper limit of plans.
         log: receives each attempt when it ends.
 
     Raises:
@@ -59,5 +59,5 @@ class PlanRequest:
 
     @property
     def further(self) -> PlanRequest:
-        """The request for one more plan: without checkpoints, explanation and receiver."""
+        """Request for one more plan: without checkpoints, explanation and receiver."""
         return replace(self, checkpoints=Checkpoints(), explain_limit=NO_EXPLANATION, secure=discard)

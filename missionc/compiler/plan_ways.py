@@ -1,12 +1,12 @@
-"""Planning of the ways before and after a mission: from above the pads to the starts, and from the finishes home.
+"""Planning of the transfers: from above the pads to the starts, and from the finishes home.
 
-in   Mission, the texts of the polynomials that fly it, Budget
-out  the texts of both ways; or why there is none
+in   Mission, the texts of its polynomials, Budget
+out  the texts of both transfers; or the reason for none
 says MC740
 
-All at once on straight lines first; where these meet each other or something that stands in the way, on a roadmap, by
-the planner of missions; and where no polynomials fly that, straight one after the other. Each is fitted and proved as a
-mission's flight is, and flown slower where vehicles need it.
+All agents first move at once on straight lines. If these conflict with each other or with obstacles, the roadmap
+planner follows; if no polynomials fly its plan, agents move straight one after the other. Each transfer is fitted and
+proved like a mission's flight, and time-scaled for the vehicles.
 """
 
 from __future__ import annotations
@@ -50,34 +50,34 @@ from missionc.verification.flight.way_missions import (
 from missionc.verification.verify_plan import verify
 
 AT_ONCE = 2
-"""Steps of a way on straight lines."""
+"""Steps of a transfer on straight lines."""
 QUICK = 0.6
-"""The share of its speed at which a vehicle goes on a roadmap: it has to come to that from rest."""
+"""Share of a vehicle's speed on a roadmap, since it has to accelerate from rest."""
 BEFORE = (1.5, 2.5, 4.0)
-"""How many times the steps of the longest line a way on a roadmap may take."""
+"""Factors of the longest line's steps for a transfer on a roadmap."""
 ROOM = ((TUBE, TUBE), (TUBE, 0.0), (0.0, 0.0))
-"""Metres more that a plan keeps of obstacles, and of others: so that polynomials may leave it by that."""
+"""Additional clearance and separation of a plan, metres, so that polynomials may deviate by it."""
 SLOWER, TIMES = 1.25, 8
-"""How many times slower a way is flown that is too fast, and how often at most."""
+"""Time-scaling factor of a transfer that is too fast, and maximum number of scalings."""
 FEWEST = 3
-"""Pieces of a way, where it can be flown in so few."""
+"""Least number of pieces of a transfer, if it can be flown in so few."""
 SEARCH, LONGEST = 8.0, 90.0
-"""Seconds for one search on roadmaps, and for a whole way."""
+"""Seconds for one search on roadmaps, and for a whole transfer."""
 IN_FLIGHT = 0.6
-"""The share of the time that is left which a way home may take in flight."""
+"""Share of the remaining time for a return transfer in flight."""
 LEAST_STEP = 0.5
-"""Seconds of a step on roadmaps, at least."""
+"""Least duration of a step on roadmaps, seconds."""
 UNLIMITED = 2.0
-"""m/s, of vehicles that say nothing of their own."""
+"""m/s, for vehicles without a limit."""
 NO_WAYS: Ways = {}
 COLUMNS = ("column world", "column separation", "rise obstacle", "sink obstacle")
-"""What no way to the pads mends: whatever stands there stands in the way."""
+"""Checks that no transfer to the pads can satisfy: an obstacle blocks the column."""
 
 
 def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> WholeFlight | Diagnostic | None:
-    """The ways of a mission that comes from the floor, its safe ends, and what was verified of them.
+    """Transfers of a mission that starts on the floor, its safe ends, and their verification.
 
-    A mission that begins in the air has no ways; one that names no vehicle either has nothing of all that.
+    A mission that begins in the air has no transfers; without a vehicle it has no safe ends either.
     """
     if not is_whole(mission):
         return _safe_end(mission, files, budget) if has_safe_end(mission) else None
@@ -107,25 +107,26 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
 
 
 def _safe_end(mission: Mission, files: Mapping[str, str], budget: Budget, ways: Ways = NO_WAYS) -> WholeFlight:
-    """The safe ends of a flight with its ways, which were verified."""
+    """Safe ends of a flight with its verified transfers."""
     budget.on_progress(Progress("emit", detail="safe stops"))
     whole, before, risen = as_one(mission, files, ways)
     stops = safe_ends(mission, whole, before, risen)
     judged = verify_safe_end(mission, whole, before, risen, stops)
     if not judged.passed and not is_whole(mission):
-        # What is found and not proved is none: of a mission that begins in the air that is an answer, too.
+        # An unproved result counts as none; for a mission that begins in the air this is also an answer.
         stops = ()
         judged = verify_safe_end(mission, whole, before, risen, stops)
     return WholeFlight(ways, stops, judged)
 
 
 def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -> Mapping[str, str] | Diagnostic:
-    """
+    """Plan one transfer.
+
     Args:
-        left: pieces for which memories have room beside the mission's.
+        left: pieces that fit into the memories beside the mission's.
     """
     now = time.monotonic()
-    # In flight there has to be time left for a plan without a way home.
+    # In flight, time must be left for a plan without a return transfer.
     share = IN_FLIGHT if has_risen(mission) else 1.0
     until = min(now + share * (budget.deadline - now), now + LONGEST)
     nearest: Diagnostic | None = None
@@ -140,7 +141,7 @@ def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -
 
 
 def _candidates(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Iterator[tuple[Array, float]]:
-    """Plans of a way that keep clear, (agents, steps + 1, dim) in metres, and the seconds that each lasts."""
+    """Clear plans of a transfer, (agents, steps + 1, dim), metres, with their durations in seconds."""
     lasts = _seconds(mission, way)
     straight = _straight(mission, way)
     if _clear(way_mission(mission, stage, way, lasts, AT_ONCE, math.inf), straight):
@@ -152,7 +153,7 @@ def _candidates(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Ite
 
 
 def _on_roadmaps(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Iterator[tuple[Array, float]]:
-    """On roadmaps, with more room between all at first, then less; each time with more time."""
+    """Plans on roadmaps, (agents, steps + 1, dim), metres, with decreasing clearance and increasing time, seconds."""
     backend = load("smt", Options())
     assert not isinstance(backend, Diagnostic), "the roadmap planner needs nothing that may be missing"
     speed, step = QUICK * _speed(mission), max(float(mission.step), LEAST_STEP)
@@ -178,7 +179,7 @@ def _on_roadmaps(mission: Mission, stage: Stage, way: Way, budget: Budget) -> It
 
 
 def one_by_one(mission: Mission, stage: Stage, way: Way, lasts: float) -> Array | None:
-    """One after the other, each straight while all others stand; None where at some time nobody can go so."""
+    """Agents move straight one by one, (agents, steps + 1, dim), metres; None if at some time none can."""
     begin, end = (points[:, : mission.dimension] for points in (way.begin, way.end))
     here, waiting = begin.copy(), list(range(len(begin)))
     rows = [here.copy()]
@@ -199,25 +200,27 @@ def one_by_one(mission: Mission, stage: Stage, way: Way, lasts: float) -> Array 
 
 
 def _level(way: Way, points: Array) -> Array:
-    """(agents, 3): points of the mission's world at the heights of a way, where they have none."""
+    """Points of the mission's world, at the transfer's heights if plane: (agents, 3), metres."""
     return points if points.shape[1] == 3 else np.column_stack([points, way.begin[:, 2]])
 
 
 def _clear(asked: Mission, position: Array) -> bool:
-    """Whether bodies on a plan of it keep clear of each other, of obstacles and of the world's border."""
+    """Return whether a plan, (agents, steps + 1, dim), metres, is clear of other bodies, obstacles and the world's
+    border.
+    """
     judged = verify(asked, NOTHING_REQUIRED, _trace(asked, position))
     return not {check.name for check in judged.failures} & {"world", "obstacle", "separation"}
 
 
 def _straight(mission: Mission, way: Way) -> Array:
-    """(agents, steps + 1, dim), metres: everybody straight ahead, in the same rhythm."""
+    """Straight motion of all agents in the same rhythm: (agents, steps + 1, dim), metres."""
     share = np.linspace(0.0, 1.0, AT_ONCE + 1)[None, :, None]
     begin, end = (points[:, None, : mission.dimension] for points in (way.begin, way.end))
     return np.asarray(begin + share * (end - begin))
 
 
 def _seconds(mission: Mission, way: Way) -> float:
-    """The straight way takes so long, from rest to rest; up and down a vehicle may be slower."""
+    """Seconds of the straight transfer from rest to rest; vertical motion may be slower."""
     longest = []
     for agent, begin, end in zip(mission.agents, way.begin, way.end, strict=True):
         aside, up = float(np.linalg.norm(end[:2] - begin[:2])), float(abs(end[2] - begin[2]))
@@ -235,7 +238,7 @@ def _speed(mission: Mission) -> float:
 def _flown(
     mission: Mission, stage: Stage, way: Way, position: Array, seconds: float, left: int
 ) -> Flyable | Diagnostic:
-    """Polynomials along a plan of a way, in few pieces where that can be, and else in as many as it takes."""
+    """Polynomials along a transfer's plan, (agents, steps + 1, dim), metres, in few pieces if possible."""
     memory = min(agent.vehicle.memory for agent in mission.agents)
     few = max(FEWEST, left // 2) * PIECE_BYTES
     fitted = _fitted(mission, stage, way, position, seconds, min(few, memory))
@@ -245,7 +248,9 @@ def _flown(
 def _fitted(
     mission: Mission, stage: Stage, way: Way, position: Array, seconds: float, memory: int
 ) -> Flyable | Diagnostic:
-    """Likewise within a memory, as slow as vehicles need it."""
+    """Polynomials within a memory limit, time-scaled for the vehicles; positions in metres, (agents,
+    steps + 1, dim).
+    """
     steps = position.shape[1] - 1
     for _ in range(TIMES):
         asked = _with_memory(way_mission(mission, stage, way, seconds, steps, math.inf), memory)
@@ -283,7 +288,7 @@ def _no_way(mission: Mission, stage: Stage, nearest: Diagnostic | None) -> Diagn
 
 
 def _refused(mission: Mission, judged: Certificate) -> Diagnostic:
-    """What of the whole flight cannot be proved."""
+    """Diagnostic of the parts of the whole flight that cannot be proved."""
     worst = judged.failures[0]
     short = f" by {-worst.margin:.3g} {worst.unit}".rstrip() if worst.margin < 0 else ""
     who = f" of {listed([f'`{name}`' for name in worst.agents])}" if worst.agents else ""

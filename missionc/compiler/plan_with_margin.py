@@ -1,4 +1,4 @@
-"""Planning with a robustness margin first, for flights that miss their plan a little; then without.
+"""Planning with a robustness margin first, for flights with tracking error; then without.
 
 in   a backend, Mission, Kernel, Options, Budget
 out  its Outcome
@@ -40,11 +40,11 @@ def plan_with_margin(
     speed_fraction: float = 1.0,
     log: StageLog | None = None,
 ) -> api.Outcome:
-    """A plan of ``_plan_with_margin``; where delays are to be tolerated, one that tolerates them if any is found.
+    """Plan of ``_plan_with_margin``; for a required delay tolerance, one with it if found.
 
     Args:
-        covers: whether covers are asked if any motion is a plan, where none is found at once.
-        speed_fraction: below 1, no plan is looked for that is faster than this share of what vehicles do at most.
+        covers: True to use covers if no plan is found at once.
+        speed_fraction: below 1, an upper limit as a share of the vehicles' top speeds.
         log: receives each try.
     """
     log = log or StageLog()
@@ -62,13 +62,13 @@ def _tolerant(
     speed_fraction: float,
     log: StageLog,
 ) -> api.Planned | None:
-    """A plan that is ahead of time, with room for those who are late; None where none of them tolerates the delays.
+    """Plan ahead of time, with room for delayed agents; None if no plan tolerates the delays.
 
-    At the speeds that vehicles fly whoever is late has less of a way to make up for than at those of the dynamics.
+    At flyable speeds, a delayed agent has a shorter path to make up than at the dynamics' speeds.
     """
     if not mission.tolerances:
         return None
-    from missionc.verification.verify_plan import verify  # what judges plans loads scipy
+    from missionc.verification.verify_plan import verify  # judging plans loads scipy
 
     early = ahead_of_time(mission, kernel)
     flown = with_flyable_speeds(mission, min(speed_fraction, SEARCH.speeds[-1]))
@@ -100,12 +100,10 @@ def _plan_with_margin(
     covers: bool = False,
     speed_fraction: float = 1.0,
 ) -> api.Outcome:
-    """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
+    """Flyable plan that satisfies every requirement by the margin, or by a part of it; else any plan.
 
-    Only a refusal of the mission itself is one: that of the tightened mission
-    says nothing. What is kept of the run, to be taken up again, is of the last
-    try. A plan after a try that time ended is cut short: with more, that try may
-    have found another.
+    Only a refusal of the mission itself counts; one of the tightened mission proves nothing. Checkpoints belong to the
+    last try. A plan after a try that ran out of time is marked as cut short, since more time might have given another.
     """
     ahead = looking_ahead(mission, kernel, budget.limits.formula_nodes)
     if isinstance(ahead, TooLarge):
@@ -132,7 +130,7 @@ def _plan_with_margin(
         first = _planned(backend, wanted, kernel, options, replace(budget, on_incumbent=api.discard_plan))
         log.searched(backend.name, first, LAST_TRY)
         if not isinstance(first, api.Planned):
-            return first  # with a margin there is no plan then either
+            return first  # there is no plan with a margin then either
         soonest, planned = first, urgent_tries(wanted, paces, margin, backend.name)
         budget.on_incumbent(_noted(first, margin, 0.0) if margin > 0 else first)
     failed = 1.0  # least share of the margin without a plan
@@ -196,7 +194,7 @@ def _bisected(
 
 
 def _short(budget: api.Budget, work: float) -> api.Budget:
-    """A share of the time that is left, and so many units of work at most, for a try that is not kept."""
+    """Budget of an unsaved try: a share of the remaining time, with at most this work."""
     left = budget.deadline - time.monotonic()
     scarce = SEARCH.scarce_time if left < SEARCH.scarce else SEARCH.time
     share = SEARCH.urgent_time if budget.urgent else scarce
@@ -220,12 +218,12 @@ def _planned(
     cover: CoverSide | None = None,
     under_way: Mission | None = None,
 ) -> api.Outcome:
-    """What a backend says. A plan of a portfolio that comes from a roadmap is straightened, but for the user's own.
+    """Outcome of a backend. A portfolio's plan from a generated roadmap is straightened.
 
-    Nor is one that asks for headings: who stands and faces has a heading on the roadmap, and none in motion.
+    Missions with headings are excluded: a waiting agent has a heading on the roadmap, but none in motion.
 
     Args:
-        under_way: as fast as agents may be once it is straightened: who sets out gently makes up for it later.
+        under_way: mission with the speeds for straightening: a gentle start is compensated later.
     """
     if cover is None:
         outcome = backend.plan(mission, kernel, options, budget)
@@ -240,7 +238,7 @@ def _planned(
 
 
 def _after(planned: api.Planned, late: bool) -> api.Planned:
-    """The plan as it is given out, where a try before it may have been ``late``."""
+    """Final form of the plan, if a try before it may have been ``late``."""
     if not late or planned.report.cut_short:
         return planned
     return replace(planned, report=replace(planned.report, cut_short=api.CutShort.TIME))

@@ -1,4 +1,4 @@
-"""Provenance of what is written: the mission's files, and the options that change the plan."""
+"""Provenance of outputs: the mission's files, and the options that change the plan."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 POSES = "from"
-"""The option that names where agents were measured to stand, one of the inputs."""
+"""Option with the file of measured poses, one of the inputs."""
 
 
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
@@ -32,7 +32,7 @@ def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
 
 
 def poses_name(checked: Checked) -> str:
-    """How the file of measured poses is called among the mission's, wherever it lies: no other of them is called so."""
+    """Unique name of the file of measured poses among the mission's files."""
     assert checked.poses is not None
     folder = Path(checked.file).parent
     taken = {input_name(source.name, folder) for source in checked.sources if source is not checked.poses}
@@ -43,23 +43,23 @@ def poses_name(checked: Checked) -> str:
 
 
 def input_name_of(checked: Checked, source: Source) -> str:
-    """What a file of the mission is called, relative to the mission's folder."""
+    """Name of a file of the mission, relative to the mission's folder."""
     return input_name(source.name, Path(checked.file).parent)
 
 
 def data(checked: Checked) -> frozenset[str]:
-    """The names of those that are no missions."""
+    """Names of the files that are not missions."""
     return frozenset(name for name, _ in inputs(checked)) - {name for name, _ in texts(checked)}
 
 
 def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
-    """The missions among them, as text."""
+    """Texts of the mission files."""
     folder = Path(checked.file).parent
     return tuple((input_name(each.name, folder), each.text) for each in checked.sources if each.data is None)
 
 
 def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
-    """What of the command line changes the plan; of a mission in flight that it lasts longer than it is written."""
+    """Command-line options that change the plan; for a mission in flight, also its stretched duration."""
     options = replace(options, stretch=max(options.stretch, checked.stretch))
     engines = checked.choice.engines if checked.choice is not None else ()
     hears = frozenset({"preset"} if is_published(engines, options) else ()).union(
@@ -88,19 +88,19 @@ def _is_recorded(option: Described, options: Options, hears: frozenset[str]) -> 
 
 
 def asked_for(exports: tuple[str, ...]) -> tuple[tuple[str, Option], ...]:
-    """What of the command line changes nothing but which files there are."""
+    """Command-line options that only select files."""
     return (("export", ",".join(dict.fromkeys(exports))),) if exports else ()
 
 
 def with_manifest(compiled: Compiled, options: Options) -> Compiled:
-    """A compilation that ended without a plan, with a manifest of the files that it leaves, if it leaves any.
+    """Compilation without a plan, with a manifest of its files, if there are any.
 
-    Where there is a proof among them, the mission lies beside it, so that it can be judged from the folder alone.
+    With a proof, the mission is included, so that the folder alone suffices for its check.
     """
     files, mission = dict(compiled.files), compiled.checked.mission
     if not files or mission is None:
         return compiled
-    from missionc.output.folder.manifest import Provenance, without_plan  # loads what writes plans
+    from missionc.output.folder.manifest import Provenance, without_plan  # loads the writers of plans
 
     if files == dict(compiled.near_miss_files):
         return replace(compiled, listing=((MANIFEST, without_plan(mission.name, NEAR_MISS, files).encode()),))

@@ -1,4 +1,4 @@
-"""Documents of a verified plan drawn again from its files: the report, and all that list later attempts.
+"""Documents of a verified plan redrawn from its files: the report, and all lists of later attempts.
 
 in   a checked mission, Verified, StageLog
 out  Plotted; Verified with the attempts that came after its certification
@@ -24,7 +24,7 @@ PLAN, CERTIFICATE = "plan.json", "certificate.json"
 
 
 def plotted_of(checked: Checked, verified: Verified) -> Plotted:
-    """Values that the report shows of a plan."""
+    """Values of a plan for the report."""
     mission, files = checked.valid_mission, verified.files
     names = file_names(mission.agents)
     return Plotted(
@@ -41,7 +41,7 @@ def plotted_of(checked: Checked, verified: Verified) -> Plotted:
 
 
 def with_attempts(checked: Checked, verified: Verified, log: StageLog) -> Verified:
-    """The plan with all attempts of a log in its documents; as it is if they are the ones that it lists."""
+    """Plan with all attempts of a log in its documents; unchanged if they are already listed."""
     plan, runs = verified.plan, tuple(log.runs)
     if plan.runs == runs:
         return verified

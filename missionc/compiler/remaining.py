@@ -1,4 +1,4 @@
-"""The rest of a mission of which something was flown: checked, progressed, and ready to be planned or verified.
+"""Rest of a mission in flight: checked, progressed, and ready for planning or verification.
 
 in   Checked, the Past
 out  Checked of the rest: its mission begins where the past ends
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 
 def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnostic:
-    """The checked mission with the past taken off.
+    """Checked mission without its past.
 
-    What is said of it is in ``rest``; ``mission`` and ``kernel`` are what is left to be planned.
+    ``rest`` has the details; ``mission`` and ``kernel`` are the remaining ones.
 
     Args:
-        checked: the mission as it is written now, whole.
+        checked: whole mission of the present text.
     """
     written: list[Mission] = []
     rest: Remaining | None = None
@@ -69,7 +69,7 @@ def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnos
 
 
 def without_home(checked: Checked) -> Checked:
-    """The rest of a mission from which nobody goes back to its pad: it ends in the air."""
+    """Rest of a mission without return to the pads: it ends in the air."""
     mission, past = checked.valid_mission, checked.past
     assert past is not None
     last = past.flown[-1]
@@ -79,17 +79,17 @@ def without_home(checked: Checked) -> Checked:
 
 
 def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
-    """The requirements over what was flown and the plan together; nothing where there is no mission of both."""
+    """Requirements over past and plan together; None without a common mission."""
     if rest is None or rest.whole is None:
         return None
-    from missionc.verification.plan.whole_requirements import check_whole  # what judges plans loads scipy
+    from missionc.verification.plan.whole_requirements import check_whole  # judging plans loads scipy
 
     mission, kernel = rest.whole
     return Certificate(mission.name, tuple(check_whole(mission, kernel, rest.seen, plan)))
 
 
 def stops_of(checked: Checked, files: Mapping[str, str]) -> Stops | None:
-    """The stops before the rest of a mission, given the text of each agent's polynomials; none of a whole mission."""
+    """Stops before the rest of a mission, from each agent's polynomials; None for a whole mission."""
     if checked.past is None or checked.rest is None or checked.rest.stopping is None:
         return None
     from missionc.verification.flight.verify_stops import Stops
@@ -101,7 +101,7 @@ def stops_of(checked: Checked, files: Mapping[str, str]) -> Stops | None:
 
 
 def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits) -> Checked:
-    """The mission as it was read when some of its files had other texts."""
+    """Mission with former texts of some of its files."""
     own = dict(inputs(checked))
     main = next(iter(own))
     own.update({name: text.encode() for name, text in texts.items() if name in own})
@@ -122,7 +122,7 @@ def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits) -> Check
 
 
 def _differ(before: Mission, now: Mission) -> str:
-    """In what a mission cannot go on as the other one; empty where it can."""
+    """Reason why a mission cannot continue as the other one; empty if it can."""
     names = {agent.name for agent in now.agents}
     if any(agent.name not in names for agent in before.agents):
         return "the mission no longer has all of its agents"
@@ -132,7 +132,7 @@ def _differ(before: Mission, now: Mission) -> str:
 
 
 def unfit(why: str) -> Diagnostic:
-    """What to say of a past that is none of this mission."""
+    """Diagnostic of a past that does not belong to the mission."""
     return Diagnostic(
         PAST_DOES_NOT_FIT,
         f"the recorded trajectory does not belong to this mission: {why}",
@@ -142,7 +142,7 @@ def unfit(why: str) -> Diagnostic:
 
 
 def not_said(error: NotProgressableError) -> Diagnostic:
-    """What to say where no formula tells what is left of a requirement."""
+    """Diagnostic if no formula expresses the rest of a requirement."""
     span = getattr(error.node, "span", None)
     return Diagnostic(
         NOT_SAID,

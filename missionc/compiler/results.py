@@ -1,6 +1,7 @@
-"""Results of the pipeline as values; no failure among them is a bare None.
+"""Results of the pipeline as values; no failure is a bare None.
 
-``Compiled`` comes of ``compile``, ``Monitored`` of ``monitor``; ``Checked``, of ``check``, is in ``checked``.
+``compile`` returns ``Compiled``, ``monitor`` returns ``Monitored``, and ``check`` returns ``Checked``, which is in
+``checked``.
 """
 
 from __future__ import annotations
@@ -33,9 +34,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class InvalidMission:
-    """The mission, or what it needs of the installation, has errors: they are among the findings.
+    """The mission, or the installation that it needs, has errors: they are among the findings.
 
-    ``plan`` is the verified motion that cannot be flown, where there is one.
+    ``plan`` is the verified but unflyable motion, if any.
     """
 
     plan: Trace | None = field(default=None, compare=False, repr=False)
@@ -67,7 +68,7 @@ class Verified:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alternative:
-    """One of several plans that differ, by its rank.
+    """One of several different plans, with its rank.
 
     Args:
         row: its rank, where its files are, what is different from the best one, and its figures.
@@ -100,25 +101,25 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Relaxation:
-    """A change with which the mission, compiled from its text on, has a plan that passed ``verify``.
+    """A change with which the mission, compiled from its text, has a verified plan.
 
-    ``smallest``: the next smaller change of its kind was refused on the roadmap; where it is False, less may do.
+    ``smallest``: the next smaller change of its kind was refused on the roadmap; if False, less may suffice.
     """
 
     says: str
     changes: tuple[Change, ...]
     size: float
-    """The size of the change, relative to what it changes; infinite where something is left out."""
+    """Size of the change relative to the changed value; infinite for a dropped requirement."""
     smallest: bool
     proven: str = ""
-    """A smaller change of its kind that is proven not to do, the largest that a cover refused; empty where none is."""
+    """Largest smaller change of its kind that a cover proves insufficient; empty if none."""
     guards: bool = False
-    """With it the motion breaks, of the mission as written, what keeps others safe: what always is to be or not to be,
-    or the room between bodies."""
+    """True if its motion violates a safety requirement of the original mission: a permanent one, or the separation of
+    bodies."""
 
 
 class Blame(Enum):
-    """What an infeasible mission owes its refusal to, as far as trials tell."""
+    """Cause of infeasibility, as far as trials show."""
 
     REQUIREMENTS = "requirements"
     HORIZON = "horizon"
@@ -128,7 +129,7 @@ class Blame(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A variant, solved to know who is to blame; ``outcome`` is ``planned``, ``impossible`` or ``undecided``."""
+    """A solved variant for finding the cause; ``outcome`` is ``planned``, ``impossible`` or ``undecided``."""
 
     says: str
     outcome: str
@@ -136,30 +137,30 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearMiss:
-    """A motion that comes nearest to being a plan. It is none.
+    """Closest infeasible candidate: a motion that is nearly a plan.
 
-    Of an infeasible mission it breaks one requirement and keeps everything else. Of a mission for which no plan was
-    found it may be the best candidate, which may break more.
+    For an infeasible mission, it violates one requirement and satisfies everything else. If only no plan was found, it
+    may be the best candidate, which may violate more.
     """
 
     attempt: Attempt
     planned_for: str
-    """The change of the mission with which the motion is a plan; empty of a best candidate."""
+    """Change of the mission with which the motion is a plan; empty for a best candidate."""
     files: tuple[tuple[str, bytes], ...]
-    """What shows it: relative path and content."""
+    """Files that show it: relative path and content."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Explained:
-    """Why a mission has no plan, and what would help. ``relaxations`` have the smallest change first."""
+    """Reasons for a missing plan, and suggested fixes. ``relaxations`` have the smallest change first."""
 
     blame: Blame
-    """Who is to blame; unknown of a mission that is not known to be infeasible."""
+    """Cause; unknown if the mission is not proved infeasible."""
     trials: tuple[Trial, ...] = ()
     relaxations: tuple[Relaxation, ...] = ()
     near_miss: NearMiss | None = None
     cut_short: bool = False
-    """Time was up before everything had been tried."""
+    """True if time was up before all trials."""
 
 
 CompileOutcome: TypeAlias = InvalidMission | Verified | Unverified | Impossible | NotFound
@@ -167,24 +168,24 @@ CompileOutcome: TypeAlias = InvalidMission | Verified | Unverified | Impossible 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compiled:
-    """How far a mission came. ``findings`` are those of ``checked``, and what planning adds."""
+    """Result of a compilation. ``findings`` are those of ``checked``, and those of planning."""
 
     checked: Checked
     outcome: CompileOutcome
     findings: tuple[Diagnostic, ...]
     seconds: tuple[tuple[str, Seconds], ...]
     explained: Explained | None = None
-    """The explanation of a mission that is impossible, or has a best candidate at least, where that was asked for."""
+    """Explanation of an infeasible mission, or of one with a best candidate, if requested."""
     listing: tuple[tuple[str, bytes], ...] = ()
-    """The manifest of the files that there are without a plan; nothing where there are none."""
+    """Manifest of the files without a plan; None without files."""
     alternatives: tuple[Alternative, ...] = ()
-    """The plans that were asked for, the best first, which is the outcome; nothing where one was to do."""
+    """Requested plans, the best first, which is the outcome; empty for a single plan."""
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """Files of the output folder by relative path: those of a plan, of a proof or of the near miss, and a manifest.
+        """Files of the output folder by relative path: a plan, a proof or the closest candidate, and a manifest.
 
-        A folder with a proof has no near miss: ``verify`` checks every file, and could not check that one.
+        A folder with a proof has no closest candidate: ``verify`` checks every file, and could not check that one.
         """
         match self.outcome:
             case Verified(files=files):
@@ -200,12 +201,12 @@ class Compiled:
         """Write the files as a folder.
 
         Args:
-            force: whether a folder that is there may be replaced, if this compiler wrote it.
+            force: True to replace an existing folder, if this compiler wrote it.
 
         Raises:
-            ValueError: there is no file, or the folder cannot be written; the message begins with the code.
+            ValueError: there are no files, or the folder cannot be written; the message begins with the code.
         """
-        from missionc.output.folder.write_folder import write_folder  # loaded by those who write
+        from missionc.output.folder.write_folder import write_folder  # loaded only for writing
 
         if not self.files:
             raise ValueError(f"there is nothing to write: {self.checked.file} is {self.word or 'checked'}")
@@ -218,7 +219,7 @@ class Compiled:
         """The verified plan.
 
         Raises:
-            ValueError: there is none; the message has the outcome.
+            ValueError: there is no plan; the message has the outcome.
         """
         if not isinstance(self.outcome, Verified):
             raise ValueError(f"{self.checked.file} has no plan: {self.word or 'checked'}")
@@ -263,13 +264,13 @@ class Compiled:
 
     @property
     def near_miss_files(self) -> tuple[tuple[str, bytes], ...]:
-        """Files that show the near miss, written or not; empty if there is none."""
+        """Files of the closest candidate, written or not; empty if there is none."""
         missed = self.explained.near_miss if self.explained else None
         return missed.files if missed else ()
 
     @property
     def word(self) -> str | None:
-        """The outcome in one word, as documents have it; None where a sound mission was not to be planned."""
+        """Outcome in one word, as in documents; None for a valid mission without planning."""
         match self.outcome:
             case Verified():
                 return "planned"
@@ -301,7 +302,7 @@ class Compiled:
     _repr_pretty_ = printed
 
     def _repr_html_(self) -> str:
-        """The report, or what stands in the way of one, with the nearest miss where there is one."""
+        """Report, or the errors, with the closest candidate if any."""
         if isinstance(self.outcome, Verified):
             return framed(self.outcome.page, str(self))
         missed = [content.decode("utf-8") for name, content in self.near_miss_files if name == "near_miss.html"]
@@ -310,10 +311,10 @@ class Compiled:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Monitored:
-    """The judgement of a trace. If there are errors among the findings, nothing was judged.
+    """Judgement of a trace. With errors among the findings, nothing was judged.
 
-    ``between`` says for each satisfied requirement whether it holds between the steps, if that was asked.
-    ``constraints`` has the verdicts on what the mission implies beside its requirements: separation, clearance, speed.
+    ``between`` states for each satisfied requirement whether it holds between the steps, if requested. ``constraints``
+    has the verdicts on implied constraints: separation, clearance, speed.
     """
 
     checked: Checked
@@ -326,14 +327,14 @@ class Monitored:
 
     @property
     def ok(self) -> bool:
-        """Whether mission and trace could be read, and fit each other; findings about planning are warnings."""
+        """True if mission and trace are valid and fit each other; findings about planning are warnings."""
         return not has_errors(list(self.findings))
 
     @property
     def satisfied(self) -> bool | None:
-        """Whether every requirement and constraint is satisfied; between the steps too, if that was asked.
+        """Return whether every requirement and constraint is satisfied, if requested also between the steps.
 
-        None if nothing was judged, and if nothing is violated but something is not decided.
+        None if nothing was judged, or if nothing is violated but something is undecided.
         """
         if not self.ok:
             return None
@@ -345,7 +346,7 @@ class Monitored:
 
     @property
     def verdict(self) -> str:
-        """The answer in words: ``satisfied``, ``violated`` or ``not decided``."""
+        """Verdict: ``satisfied``, ``violated`` or ``not decided``."""
         return {True: "satisfied", False: "violated", None: "not decided"}[self.satisfied]
 
     def __str__(self) -> str:
@@ -364,10 +365,10 @@ Result = TypeVar("Result", Compiled, Monitored)
 
 
 def with_origins(result: Result, mission: MissionLike) -> Result:
-    """The result with findings that point at the lines of Python that built the mission, if any did."""
+    """Result with findings at the lines of Python that built the mission, if any."""
     if isinstance(mission, str | Path | Source):
         return result
-    from missionc.frontend.builder.origins import at_origins  # loaded by those who build missions in Python
+    from missionc.frontend.builder.origins import at_origins  # loaded only for missions built in Python
 
     checked = replace(result.checked, findings=at_origins(result.checked.findings, mission))
     return replace(result, checked=checked, findings=at_origins(result.findings, mission))

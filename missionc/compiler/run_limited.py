@@ -1,6 +1,6 @@
-"""Work within the limits of a compilation: it ends with its result, or with the limit that came first.
+"""Work within the limits of a compilation: it ends with its result, or with the first limit.
 
-in   when to interrupt it, the work
+in   the time of interruption, the work
 out  its result, or Ended
 """
 
@@ -19,7 +19,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """Which limit ended a piece of work; ``detail`` says more of it, where there is more."""
+    """Limit that ended a piece of work; ``detail`` has additional information, if any."""
 
     reason: Reason
     detail: str = ""
@@ -32,10 +32,10 @@ class Ended:
 
 
 def within(moment: float, work: Callable[[], Result]) -> Result | Ended:
-    """What the work gives, or which limit ended it.
+    """Result of the work, or the limit that ended it.
 
     Args:
-        moment: when it is interrupted, on the clock of ``time.monotonic``.
+        moment: time of interruption, on the clock of ``time.monotonic``.
     """
     try:
         with interrupted_at(moment):

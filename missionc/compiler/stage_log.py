@@ -13,9 +13,9 @@ class StageLog:
     """Attempts in order.
 
     Args:
-        runs: the attempts so far, one list for all stages of a compilation.
-        stage: the stage for which searches are recorded.
-        attempt: the attempt of that stage.
+        runs: attempts so far, one list for all stages of a compilation.
+        stage: stage of the recorded searches.
+        attempt: attempt of that stage.
     """
 
     runs: list[StageRun] = field(default_factory=list)
@@ -23,7 +23,7 @@ class StageLog:
     attempt: str = ""
 
     def within(self, stage: str, attempt: str) -> StageLog:
-        """The same log for the searches of one attempt of another stage."""
+        """Log for the searches of one attempt of another stage."""
         return replace(self, stage=stage, attempt=attempt)
 
     def add(self, stage: str, engine: str, work: float, outcome: str, attempt: str = "") -> None:
@@ -31,11 +31,11 @@ class StageLog:
         self.runs.append(StageRun(stage, attempt, engine, round(work, 3), outcome))
 
     def searched(self, engine: str, outcome: Outcome, attempt: str = "") -> None:
-        """Record a search, one row for each engine of a portfolio that had a turn."""
+        """Record a search, with a row for each engine of a portfolio that had a turn."""
         self.runs.extend(self._rows(engine, outcome, attempt))
 
     def so_far(self, engine: str, planned: Planned) -> tuple[StageRun, ...]:
-        """The attempts of a plan that its search goes on to improve."""
+        """Attempts so far for a plan that its search continues to improve."""
         return (*self.runs, *self._rows(engine, planned, ""))
 
     def _rows(self, engine: str, outcome: Outcome, attempt: str) -> list[StageRun]:

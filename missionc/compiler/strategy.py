@@ -1,19 +1,19 @@
-"""Strategy of a compilation: what is tried, in which order, for how much work, and what follows each outcome.
+"""Strategy of a compilation: attempts, their order, their work, and the actions after each outcome.
 
 in   a checked mission, PlanRequest
-out  the attempts of each stage, which the stages carry out; and the whole as text, for ``--emit strategy``
+out  attempts of each stage, carried out by the stages; and the whole as text, for ``--emit strategy``
 
     search           tries of increasing speed and decreasing margins, by the engines in turns; after a try without a
                      plan, covers: over-approximations of all motions, which may prove that there is none
     verify           a plan that fails ends its engine, and the others search again
-    options          plans for the other options, where the engine chose by an estimate
+    options          plans for the other options, if the engine chose by an estimate
     time scaling     a plan that no vehicle can fly: the search again, at fractions of the speed
     continuous time  a plan that fails between its steps: repairs of it, then other plans
     alternatives     further plans that differ
     explain          no plan: changes of the mission that have one
 
-Work is counted in units (``backends.work``), so that the same mission, seed and options take the same path whatever the
-machine. Shares of the time left only end what would otherwise run into the deadline.
+Work is counted in units (``backends.work``), so that the same mission, seed and options take the same path on any
+machine. Shares of the remaining time only end stages that would otherwise reach the deadline.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from missionc.ir.lower.tighten import tracking_margin, with_flyable_speeds, with
 
 @dataclass(frozen=True, slots=True)
 class SearchStage:
-    """Search with a robustness margin, so that a flight may miss its plan a little; at last without.
+    """Search with a robustness margin, so that a flight may have tracking error; finally without.
 
     Args:
         margins: shares of the margin that are tried in turn: half of it is better than none.
@@ -74,8 +74,8 @@ class CoverStage:
     Args:
         first: units of work after a try without a plan.
         failed: units of work after a search without a plan.
-        during: for the last try, units that the search has done, and units that covers have then.
-        time: share of the time left.
+        during: for the last try, work units of the search, and of the covers then.
+        time: share of the remaining time.
     """
 
     first: float = 1.1
@@ -86,7 +86,7 @@ class CoverStage:
 
 @dataclass(frozen=True, slots=True)
 class BoundStage:
-    """Covers for a lower bound on the duration: units of work, and share of the time left."""
+    """Covers for a lower bound on the duration: work units, and share of the remaining time."""
 
     work: float = 3.0
     time: float = 0.25
@@ -97,7 +97,7 @@ class TimeScalingStage:
     """Slower plans, if the first one cannot be flown.
 
     Args:
-        fractions: of the vehicles' top speeds, tried in turn.
+        fractions: shares of the vehicles' top speeds, tried in turn.
         least: seconds for all of them together, or ``times`` the seconds of the first plan if that is more.
     """
 
@@ -107,7 +107,7 @@ class TimeScalingStage:
 
 
 class StrengthenedSet(Enum):
-    """Which requirements are strengthened."""
+    """Set of the strengthened requirements."""
 
     NONE = "none"
     FAILING = "those that failed between the steps of a plan"
@@ -116,14 +116,14 @@ class StrengthenedSet(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """One search for a plan that holds between its steps too.
+    """One search for a plan satisfied in continuous time.
 
     Args:
-        lasting: requirements whose parts have to last from step to step (``hold_throughout``).
-        margin: of those that failed, as a share of the distance that the fastest agent goes in a step.
-        seed: added to that of the run.
-        others: whether other engines are asked than the one that found the first plan.
-        repaired: whether the search begins at the first plan.
+        lasting: requirements whose parts must last from step to step (``hold_throughout``).
+        margin: margin of the failed ones, as a share of the fastest agent's distance per step.
+        seed: added to the run's seed.
+        others: True to use engines other than that of the first plan.
+        repaired: True if the search begins at the first plan.
     """
 
     lasting: StrengthenedSet
@@ -149,10 +149,10 @@ class ContinuousTimeStage:
     """Further plans, if requirements of the first one fail between its steps.
 
     Args:
-        repairs: a polish of the first plan each.
+        repairs: polishes of the first plan.
         on_roadmaps: after a plan on a roadmap, with few nodes: an agent leaves one as another arrives.
-        in_space: after a plan in continuous space, which fails by little.
-        delays: if the first plan does not tolerate the delays.
+        in_space: after a plan in continuous space, with small violations.
+        delays: after a plan without the delay tolerance.
         least: seconds for all of them together if they are wanted but not required, or ``times`` those of the first.
         least_work: units for each of them, or ``times`` those of the first.
     """
@@ -191,7 +191,7 @@ class ContinuousTimeStage:
 
 @dataclass(frozen=True, slots=True)
 class RestrictedStage:
-    """Plans of missions in which a choice of the plans before is forbidden.
+    """Plans of missions with a choice of the previous plans forbidden.
 
     Args:
         least_work: units of work, or ``times`` those of the first plan if that is more.
@@ -201,7 +201,7 @@ class RestrictedStage:
     times: float
 
     def work_after(self, first: float) -> float:
-        """Units of work after a first plan that took ``first``."""
+        """Work units after a first plan that took ``first``."""
         return max(self.least_work, self.times * first)
 
 
@@ -210,8 +210,8 @@ class ComparisonStage(RestrictedStage):
     """Comparison of options; the work is that of all plans together.
 
     Args:
-        most: plans at most.
-        bounded: options and orders of a plan for which a lower bound is computed.
+        most: maximum number of plans.
+        bounded: number of a plan's options and orders with a lower bound.
     """
 
     least_work: float = 8.0
@@ -225,9 +225,9 @@ class AlternativesStage(RestrictedStage):
     """Alternative plans; the work is that of each attempt.
 
     Args:
-        least_tries: attempts for each further plan in any case, so that the best of several are kept.
-        tries: attempts for each further plan at most.
-        seeds: other seeds that are tried if nothing is left to forbid.
+        least_tries: minimum number of attempts for each further plan, so that the best of several are kept.
+        tries: maximum number of attempts for each further plan.
+        seeds: number of other seeds if no restriction is left.
     """
 
     least_work: float = 4.0
@@ -247,11 +247,10 @@ class Try:
     """One try of the search.
 
     Args:
-        mission: at the speeds of the try.
-        speed: the fraction of the vehicles' speed; 0 for the speeds that can be flown from rest to rest, None for those
-            of the dynamics.
+        mission: mission at the try's speeds.
+        speed: fraction of the vehicles' speed; 0 for rest-to-rest speeds, None for those of the dynamics.
         margin: share of the robustness margin.
-        work: units at most.
+        work: work limit.
     """
 
     mission: Mission
@@ -266,15 +265,14 @@ LAST_TRY = "speed limits of the mission, no robustness margin"
 def speed_limited(
     mission: Mission, kernel: Kernel, speed_fraction: float, stretched: bool
 ) -> list[tuple[float, Mission]]:
-    """The mission at speeds that its vehicles can fly, from the slowest at which agents can be in time; empty if its
-    own are such.
+    """The mission at flyable speeds, from the slowest sufficient one; empty if its own are flyable.
 
     Args:
-        speed_fraction: of the vehicles' top speeds; below 1, it is the only one.
-        stretched: whether the user has chosen the pace, so that only the speeds from rest to rest are tried.
+        speed_fraction: share of the vehicles' top speeds; below 1, the only one.
+        stretched: True if the user has chosen the time scaling, so that only rest-to-rest speeds are tried.
 
     Returns:
-        ``(fraction, mission)``; fraction 0 for the speeds from rest to rest.
+        ``(fraction, mission)``; fraction 0 for rest-to-rest speeds.
     """
     shares: tuple[float, ...] = (
         (speed_fraction,) if speed_fraction < 1 else (0.0, *(() if stretched else SEARCH.speeds))
@@ -292,10 +290,10 @@ def _speeds(mission: Mission) -> float:
 
 
 def tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metres, speed_fraction: float) -> list[Try]:
-    """The tries of the search before the last, which has no margin and the mission's own speeds.
+    """Tries of the search before the last, which has no margin and the mission's own speeds.
 
-    The slowest comes first, then one halfway to the fastest, and the fastest. One pace alone, and the fastest, are
-    tried with less of the margin too.
+    The slowest comes first, then one halfway to the fastest, and the fastest. A single speed, and the fastest, are also
+    tried with smaller margins.
     """
     own: list[tuple[float | None, Mission]] = [*paces] or [(None, mission)]
     slow, *faster = [own[at] for at in sorted({0, len(own) // 2, len(own) - 1})]
@@ -314,9 +312,9 @@ def tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metr
 
 
 def urgent_tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metres, engine: str) -> list[Try]:
-    """The tries if an agent in flight waits, after a search without a margin: at the slowest pace and the fastest.
+    """Tries for agents in flight, after a search without a margin: at the slowest and the fastest speed.
 
-    On roadmaps agents are at full speed at once: slow plans are flown as they are. ``clot`` plans flyable speeds.
+    On roadmaps agents start at full speed, so slow plans are flown unchanged. ``clot`` plans flyable speeds.
     """
     own: list[tuple[float | None, Mission]] = [*paces] or [(None, mission)]
     ends = [own[0], *own[1:][-1:]]
@@ -325,17 +323,17 @@ def urgent_tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margi
 
 
 def _before_last(planned: Sequence[Try], mission: Mission, margin: Metres) -> list[Try]:
-    """Tries up to the first that is the last one: the mission's own speeds, and no margin."""
+    """Tries up to the first one with the mission's own speeds and no margin."""
     last = (at for at, each in enumerate(planned) if each.mission is mission and (margin <= 0 or each.margin == 0.0))
     return list(planned[: next(last, len(planned))])
 
 
 def attempts(engine: str, delays: bool, repairable: bool) -> tuple[Attempt, ...]:
-    """Attempts at a plan that holds between its steps, or that tolerates the delays.
+    """Attempts at a plan satisfied in continuous time, or with the delay tolerance.
 
     Args:
-        engine: that found the first plan.
-        repairable: whether the first plan can be repaired.
+        engine: engine of the first plan.
+        repairable: True if the first plan can be repaired.
     """
     if delays:
         return CONTINUOUS_TIME.delays
@@ -345,7 +343,7 @@ def attempts(engine: str, delays: bool, repairable: bool) -> tuple[Attempt, ...]
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One stage as it is printed: its name, when it runs, its tries in order, and what follows which outcome."""
+    """One stage as printed: its name, its condition, its tries in order, and the actions after outcomes."""
 
     name: str
     runs: str
@@ -354,11 +352,11 @@ class Stage:
 
 
 NEXT = "the next stage"
-"""Stands for the stage that follows; after the last, the plan is the answer."""
+"""Marker for the next stage; after the last, the plan is the answer."""
 
 
 def stages(checked: Checked, request: PlanRequest) -> list[Stage]:
-    """The strategy for a checked mission with a choice of engines, in the order in which stages run."""
+    """Strategy for a checked mission with a choice of engines, in the order of stages."""
     found = list(_stages(checked, request))
     names = [each.name for each in found if each.name != "explain"]
     following = dict(zip(names, [*names[1:], "the answer"], strict=True))
@@ -448,7 +446,7 @@ def _speed(each: Try) -> str:
 
 
 def try_text(each: Try, margin: Metres) -> str:
-    """Speeds and margin of a try, in words."""
+    """Text of a try's speeds and margin."""
     kept = each.margin * margin
     return f"{_speed(each)}, {f'robustness margin {kept:.3g} m' if kept > 0 else 'no robustness margin'}"
 
@@ -458,7 +456,7 @@ def _limit(each: Try) -> str:
 
 
 def show_strategy(checked: Checked, request: PlanRequest) -> str:
-    """The strategy as text: a numbered stage, its tries below it, and what follows each outcome."""
+    """Strategy as text: a numbered stage, its tries below it, and the actions after each outcome."""
     lines: list[str] = []
     for number, stage in enumerate(stages(checked, request), 1):
         lines.append(f"{number} {stage.name}: {stage.runs}")

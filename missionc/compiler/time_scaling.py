@@ -1,7 +1,7 @@
-"""Time scaling: a plan that exceeds what its vehicles can fly is replaced by a slower one.
+"""Time scaling: a plan beyond its vehicles' limits is replaced by a slower one.
 
-in   the first Compiled, how to plan again, PlanRequest
-out  Compiled: the first of them that can be flown; else the first of all. And the request with its speed fraction
+in   first Compiled, a planning function, PlanRequest
+out  Compiled: the first flyable one; else the first of all; and the request with its speed fraction
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.compiler.strategy import SEARCH, TIME_SCALING
 from missionc.ir.lower.tighten import with_flyable_speeds
 
 HURRY = 1e-6
-"""The share of a speed by which a plan may exceed it: rounding, and nothing else."""
+"""Share by which a plan may exceed a speed, for rounding only."""
 
 
 def plan_with_time_scaling(
@@ -31,13 +31,13 @@ def plan_with_time_scaling(
     request: PlanRequest,
     began: float,
 ) -> tuple[Compiled, PlanRequest]:
-    """The first plan, or a slower one where that cannot be flown and this one can; and the request of the plan.
+    """First plan, or a slower one if only that is flyable; and its request.
 
-    A plan whose pace its user has chosen (``Options.stretch``) stays what it is. So does one that is faster than the
-    vehicles fly: at the most that they do no plan was found before it, and every slower one would be one of those.
+    A plan with the user's time scaling (``Options.stretch``) stays unchanged. So does one that is faster than the
+    vehicles' limits: no plan was found at their top speed before, so no slower one exists.
 
     Args:
-        began: when the first one was asked for, on the clock of ``time.monotonic``.
+        began: start of the first planning, on the clock of ``time.monotonic``.
     """
     budget = request.budget
     if not _unflyable(first) or request.options.stretch != 1 or _hurried(first):
@@ -56,12 +56,12 @@ def plan_with_time_scaling(
             note = f"the first plan exceeds vehicle limits; this plan uses {speed_fraction:.0%} of the top speeds"
             return noted(retry, note), slower
         if not isinstance(retry.outcome, InvalidMission):
-            break  # who is slower still is nowhere in time either
+            break  # slower agents are not in time either
     return first, request
 
 
 def _hurried(compiled: Compiled) -> bool:
-    """Whether a plan has somebody faster than vehicles fly plans at most."""
+    """Return whether some agent of a plan is faster than flyable plans."""
     mission, outcome = compiled.checked.mission, compiled.outcome
     if mission is None or not isinstance(outcome, InvalidMission) or outcome.plan is None:
         return False
@@ -76,6 +76,6 @@ def _hurried(compiled: Compiled) -> bool:
 
 
 def _unflyable(compiled: Compiled) -> bool:
-    """Whether there is a plan, and no flight of it."""
+    """Return whether there is a plan without a flight."""
     codes = {finding.code for finding in compiled.findings}
     return isinstance(compiled.outcome, InvalidMission) and bool(codes & {NEEDS_MORE_TIME, NOT_FLYABLE})

@@ -1,1 +1,1 @@
-"""From a verified plan to what a vehicle flies: trajectories, and their simulation."""
+"""From a verified plan to flights: trajectories, and their simulation."""

@@ -15,11 +15,11 @@ def box_around(shape: Shape, dimension: int) -> tuple[Vector, Vector]:
 
 
 def gap(shape: Shape, low: Vector, high: Vector) -> float:
-    """Metres between a shape and a box, at most: positive only if they have no point in common.
+    """Distance between a shape and a box, metres, or less; positive only if they are disjoint.
 
     Args:
-        low: the least coordinates of the box.
-        high: the largest ones.
+        low: least coordinates of the box.
+        high: largest coordinates of the box.
     """
     match shape:
         case Union(left, right):
@@ -33,7 +33,10 @@ def gap(shape: Shape, low: Vector, high: Vector) -> float:
 
 
 def between(first: tuple[Vector, Vector], second: tuple[Vector, Vector]) -> float:
-    """Metres between two boxes, each given by its least and its largest coordinates, along the axes that both have."""
+    """Distance between two boxes, metres, over the axes that both have.
+
+    Each box is given by its least and its largest coordinates.
+    """
     (low, high), (other_low, other_high) = first, second
     sides = zip(low, high, other_low, other_high, strict=False)
     return math.hypot(

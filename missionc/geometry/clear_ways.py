@@ -1,6 +1,6 @@
-"""Clear ways: paths in the plane that surely keep clear of what stands, found on a grid in plain numbers.
+"""Clear paths in the plane that surely keep a distance from obstacles, found on a grid in plain numbers.
 
-A way that is found is one; that none is found says nothing, and is for ``geodesic_bounds``, which needs arrays.
+A path that is found is valid. If no path is found, ``geodesic_bounds``, which needs arrays, decides.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from missionc.ir import Shape, Vector, World
 from missionc.ir.distances.signed_distance import signed_distance
 
 CELLS = 2500
-"""Cells of the grid, about."""
+"""Approximate number of cells of the grid."""
 
 MOST = 2500
-"""Places that a search goes on from."""
+"""Maximum number of places that a search expands."""
 
 STRAIGHT = 4
-"""Straight ways that are tried, the shortest first."""
+"""Number of straight paths that are tried, the shortest first."""
 
 HOPS = 200
-"""Points of a straight way that are looked at."""
+"""Maximum number of points tested on a straight path."""
 
 GREED = 2.0
-"""How many times the way left counts, so that the search is for some way and not for the shortest."""
+"""Weight of the remaining distance, so that the search finds a path quickly instead of the shortest one."""
 
 FAR = 2.0
-"""Sides of a cell: room to spare beyond that is not told apart."""
+"""Sides of a cell: larger clearances are not distinguished."""
 
 PLANE = ((-math.inf, math.inf),)
-"""The heights of a plane."""
+"""Height range of a plane."""
 
 MOVES = tuple(move for move in product((-1, 0, 1), repeat=2) if any(move))
 
@@ -47,14 +47,14 @@ Cell = tuple[int, int]
 
 @dataclass(slots=True, eq=False)
 class ClearWays:
-    """Ways of points that keep more than so much room, metres, to shapes that stand in a world of two dimensions."""
+    """Search for paths with a clearance of more than ``room`` metres from static shapes in a two-dimensional world."""
 
     world: World
     shapes: tuple[Shape, ...]
     room: float
     pitch: float = 0.0
     near: dict[Cell, list[Shape]] = field(default_factory=dict)
-    """By cell, the shapes that any of its places may be near to; none where there is no entry."""
+    """By cell, the shapes that may be near to any of its places; a cell without such shapes has no entry."""
     known: dict[Cell, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -69,9 +69,9 @@ class ClearWays:
                 self.near.setdefault((cell[0], cell[1]), []).append(shape)
 
     def found(self, starts: Sequence[Vector], goals: Sequence[Vector], longest: float, *, winding: bool = True) -> bool:
-        """Whether a way from one of the starts to one of the goals, no longer than so much, was found.
+        """Return whether a path from a start to a goal, no longer than ``longest`` metres, was found.
 
-        ``winding``: one that is not straight is looked for too.
+        With ``winding``, paths with bends are searched too.
         """
         pairs = sorted((math.dist(here, there), here, there) for here in starts for there in goals)
         near = [(here, there) for length, here, there in pairs if length <= longest]
@@ -83,7 +83,7 @@ class ClearWays:
         return bool(near and free) and self._searched(near[0][0], free, longest)
 
     def spare(self, place: Vector) -> float:
-        """How much more room there is at a place than is kept, metres: at least, and no more than is told apart."""
+        """Lower bound of the additional clearance at a place, metres, capped at ``FAR`` cells."""
         there, most = Place(place), FAR * self.pitch
         for shape in self.near.get(self._cell(place), ()):
             most = min(most, signed_distance(plain_floats, shape, there) - self.room)
@@ -106,7 +106,10 @@ class ClearWays:
         return False
 
     def _searched(self, start: Vector, goals: Sequence[tuple[Vector, float]], longest: float) -> bool:
-        """Weighted A*, from the start over middles of cells to a goal; ``goals`` with the room to spare at each."""
+        """Weighted A* from the start over cell centres to a goal.
+
+        ``goals`` with the additional clearance at each.
+        """
         best: dict[Cell, float] = {}
         queue: list[tuple[float, float, Cell]] = []
         moves = [(across, up, self.pitch * math.hypot(across, up)) for across, up in MOVES]
@@ -142,7 +145,7 @@ class ClearWays:
         return False
 
     def _not_far(self, place: Vector) -> Vector:
-        """The place, or one nearer to the world: beyond its own size around it nothing is looked at."""
+        """The place, or one nearer to the world: the grid ends one world size around the world."""
         sides = zip(place, self.world.low, self.world.high, strict=True)
         return tuple(min(max(value, 2 * low - high), 2 * high - low) for value, low, high in sides)
 
@@ -158,7 +161,7 @@ class ClearWays:
         return low[0] <= middle[0] <= high[0] and low[1] <= middle[1] <= high[1]
 
     def _around(self, place: Vector) -> Iterator[Cell]:
-        """The cell that a place is in, and those beside it."""
+        """Yield the cell of a place and its neighbours."""
         at = self._cell(place)
         cells = ((at[0] + across, at[1] + up) for across, up in ((0, 0), *MOVES))
         return (cell for cell in cells if self._within(cell))
@@ -170,5 +173,5 @@ class ClearWays:
 
 
 def _open(here: float, there: float, length: float) -> bool:
-    """Whether a straight way of that length is clear, by how much room its ends have to spare."""
+    """Return whether a straight path of that length is clear, given the additional clearance at its ends."""
     return here > SURE and there > SURE and here + there - length > SURE

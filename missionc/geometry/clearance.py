@@ -1,11 +1,9 @@
-"""Clearance of bodies to obstacles, standing and moving.
+"""Clearance of bodies from static and moving obstacles.
 
-A body is the disc (in a volume the ball) of its radius around the agent's
-centre; it is clear where its distance to every obstacle is at least the
-mission's clearance. In the plane this is exact for every shape as written; a
-disc that an intersection or a difference cuts counts as the polygon around it.
-In a volume a prism keeps bodies out of its base, grown in the plane, over its
-height, grown up and down: a little more than the true distance at its rims.
+A body is the disc (in a volume the ball) of its radius around the agent's centre. It is clear if its distance to every
+obstacle is at least the mission's clearance. In the plane this is exact for every plain shape; a disc in an
+intersection or a difference counts as the polygon around it. In a volume, a prism is grown in the plane and in height,
+which is slightly more than the true distance at its rims.
 """
 
 from __future__ import annotations
@@ -27,26 +25,26 @@ from missionc.geometry.dynamics import Motions
 from missionc.ir.distances.signed_distance import signed_distance
 
 ROUNDING = 5e-10
-"""Metres by which a body may be nearer than asked and only touch, which is allowed."""
+"""Metres by which a body may be nearer than required and still only touch, which is allowed."""
 
 NOTHING = 1e-12
-"""Metres: the least distance kept, so that a body of no size is not within an obstacle."""
+"""Least clearance, metres, so that a body of size zero is not within an obstacle."""
 
 BULGE = 0.01
-"""Metres: a bent motion is tested as chords from which it strays no more, grown by as much; an obstacle that grows, in
-parts of a step in which it grows by no more, as large as it is at their end."""
+"""Metres: a curved motion is tested as chords that deviate no more, with as much additional margin. A growing obstacle
+is tested in parts of a step with at most this growth, at its size at the end of each."""
 
 PARTS = 64
-"""A step has at most so many parts for the sake of what grows."""
+"""Maximum number of parts of a step because of growth."""
 
 BLOCK = 1 << 17
-"""Segments that are measured at once."""
+"""Number of segments measured at once."""
 
 FEW = 16
-"""So many solids are each compared with all segments; of more those nearby are looked up in a tree."""
+"""Up to this many solids are compared with all segments; for more, a tree finds the near ones."""
 
 CORNERS = 64
-"""Corners of the polygon that stands for a disc cut by another shape."""
+"""Number of corners of the polygon for a disc cut by another shape."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +57,7 @@ class Column:
     high: float
 
     def bounds(self, dimension: int) -> tuple[Array, Array]:
-        """Its lowest and its highest corner, (dim,) each, metres."""
+        """Lowest and highest corner, (dim,) each, metres."""
         west, south, east, north = shapely.bounds(self.base)
         low = (west - self.radius, south - self.radius, self.low)
         high = (east + self.radius, north + self.radius, self.high)
@@ -67,11 +65,11 @@ class Column:
 
 
 Solid = Column | ir.Ball
-"""What obstacles are made of."""
+"""Parts of obstacles."""
 
 
 def solids(shape: ir.Shape) -> tuple[Solid, ...]:
-    """What a shape is made of: its points, or (where a disc or ball is cut) a few more."""
+    """Parts of a shape: its points, or slightly more if a disc or ball is cut."""
     everywhere = ir.Prism(-math.inf, math.inf)
     match shape:
         case ir.Box(low, high):
@@ -99,14 +97,14 @@ def solids(shape: ir.Shape) -> tuple[Solid, ...]:
 
 
 def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Array) -> Flags:
-    """Whether straight segments keep their distance from standing solids.
+    """Flags of straight segments that keep their distance from static solids.
 
     Args:
         start: (segments, dim), metres; ``end`` likewise. Equal ends are a point.
-        margin: (segments,), metres, the distance to keep.
+        margin: (segments,), metres, the required distance.
 
     Returns:
-        (segments,)
+        (segments,), boolean.
     """
     clear = np.ones(len(start), dtype=bool)
     if not len(start) or not obstacles:
@@ -121,7 +119,10 @@ def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Arr
 
 
 def _within_reach(obstacles: tuple[Solid, ...], low: Array, high: Array) -> Iterator[tuple[int, Indices]]:
-    """For each obstacle, by number, the boxes, (some,), from low to high, (boxes, dim), metres, that may touch it."""
+    """For each obstacle, yield its index and the boxes, (some,), that may touch it.
+
+    The boxes range from ``low`` to ``high``, (boxes, dim), metres.
+    """
     bounds = [_bounds(solid, low.shape[1]) for solid in obstacles]
     if len(obstacles) <= FEW:
         for number, (lowest, highest) in enumerate(bounds):
@@ -136,13 +137,13 @@ def _within_reach(obstacles: tuple[Solid, ...], low: Array, high: Array) -> Iter
 
 
 def _rectangles(low: Array, high: Array) -> NDArray[np.object_]:
-    """The extent of each in the plane: (boxes, dim) twice, metres -> (boxes,)."""
+    """Rectangles of boxes in the plane: (boxes, dim) twice, metres -> (boxes,)."""
     rectangles: NDArray[np.object_] = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     return rectangles
 
 
 def standing_solids(mission: ir.Mission) -> tuple[Solid, ...]:
-    """The parts of all obstacles that stand still, those that grow as they are at first."""
+    """Parts of all static obstacles; growing ones at their initial size."""
     return tuple(
         solid
         for obstacle in mission.obstacles
@@ -152,7 +153,7 @@ def standing_solids(mission: ir.Mission) -> tuple[Solid, ...]:
 
 
 def clear_motions(obstacles: tuple[Solid, ...], motions: Motions, step: float, margin: float) -> Flags:
-    """Which motions, (motions,), keep ``margin`` metres from standing solids for the whole step."""
+    """Flags of motions, (motions,), that keep ``margin`` metres from static solids for the whole step."""
     clear = np.ones(len(motions.position), dtype=bool)
     for begin, until in pairwise(_chords(motions, 0.0, step)):
         clear &= clear_of(obstacles, motions.at(begin), motions.at(until), motions.bulge(until - begin) + margin)
@@ -160,10 +161,10 @@ def clear_motions(obstacles: tuple[Solid, ...], motions: Motions, step: float, m
 
 
 def clear_of_movers(mission: ir.Mission, motions: Motions, margin: float) -> Flags:
-    """Which motions keep ``margin`` metres from the obstacles that move or grow, by the step at which they start.
+    """Flags of motions that keep ``margin`` metres from moving or growing obstacles, by their first step.
 
     Returns:
-        (steps, motions)
+        (steps, motions), boolean
     """
     clear = np.ones((mission.steps, len(motions.position)), dtype=bool)
     for obstacle in mission.obstacles:
@@ -181,19 +182,19 @@ def clear_of_movers(mission: ir.Mission, motions: Motions, margin: float) -> Fla
 
 
 def distance_to_obstacle(obstacle: ir.Obstacle, points: Array, time: float) -> Array:
-    """Signed distances to an obstacle, where and as large as it is at a time: (..., dim) -> (...), metres."""
+    """Signed distances to an obstacle at its place and size at a time: (..., dim) -> (...), metres."""
     there = points - displaced(obstacle, time, points.shape[-1])
     return np.asarray(signed_distance(np, obstacle.shape, there)) - obstacle.grown(time)
 
 
 def clear_places(mission: ir.Mission, position: Array, margin: float, steps: Sequence[int]) -> Flags:
-    """Which places keep ``margin`` metres from the obstacles that move or grow at these steps.
+    """Flags of places that keep ``margin`` metres from moving or growing obstacles at these steps.
 
     Args:
         position: (places, dim), metres.
 
     Returns:
-        (steps, places)
+        (steps, places), boolean
     """
     clear = np.ones((len(steps), len(position)), dtype=bool)
     for obstacle in mission.obstacles:
@@ -208,7 +209,7 @@ def clear_places(mission: ir.Mission, position: Array, margin: float, steps: Seq
 
 
 def _straight(obstacle: ir.Obstacle, motions: Motions, begin: float, until: float) -> Iterator[tuple[float, float]]:
-    """The times between which the obstacle's path and, nearly, the motions are straight, and it hardly grows."""
+    """Yield intervals in which the obstacle and, nearly, the motions move straight, with little growth."""
     path = obstacle.motion.times if isinstance(obstacle.motion, ir.Path) else ()
     corners = [begin, *(time for time in path if begin < time < until), until]
     for first, last in pairwise(corners):
@@ -216,8 +217,10 @@ def _straight(obstacle: ir.Obstacle, motions: Motions, begin: float, until: floa
 
 
 def _chords(motions: Motions, begin: float, until: float, growth: float = 0.0) -> list[float]:
-    """Times between which no motion strays from its chord by more than ``BULGE``, nor anything grows by
-    more, in ``PARTS`` parts at most for that."""
+    """Times between which no motion deviates from its chord by more than ``BULGE``.
+
+    Growth is limited likewise, but with at most ``PARTS`` parts.
+    """
     bulge = float(motions.bulge(until - begin).max(initial=0.0))
     pieces = max(1, math.ceil(math.sqrt(bulge / BULGE)), min(math.ceil(growth * (until - begin) / BULGE), PARTS))
     return [*(begin + (until - begin) * piece / pieces for piece in range(pieces)), until]
@@ -230,7 +233,7 @@ def _bounds(solid: Solid, dimension: int) -> tuple[Array, Array]:
 
 
 def _touches(solid: Solid, start: Array, end: Array, margin: Array) -> Flags:
-    """Which segments come closer than ``margin``."""
+    """Flags of segments, (segments, dim), metres, that come closer than ``margin``: (segments,), boolean."""
     if isinstance(solid, ir.Ball):
         along = end - start
         square = np.sum(along * along, axis=1)
@@ -248,7 +251,10 @@ def _touches(solid: Solid, start: Array, end: Array, margin: Array) -> Flags:
 
 
 def _within_heights(start: Array, end: Array, low: Array, high: Array) -> tuple[Flags, Array, Array]:
-    """The part of each segment strictly between two heights, and whether there is one."""
+    """Part of each segment strictly between two heights, and a flag for whether there is one.
+
+    The segments are (segments, dim), the heights (segments,), metres.
+    """
     climb = end[:, 2] - start[:, 2]
     slope = np.where(climb == 0, 1.0, climb)
     first, second = (low - start[:, 2]) / slope, (high - start[:, 2]) / slope
@@ -260,12 +266,12 @@ def _within_heights(start: Array, end: Array, low: Array, high: Array) -> tuple[
 
 
 def _around(column: Column) -> shapely.Geometry:
-    """A polygon that holds the column's base."""
+    """A polygon that contains the column's base."""
     return column.base if column.radius == 0 else _regular(column, column.radius / math.cos(math.pi / CORNERS))
 
 
 def _within(column: Column) -> shapely.Geometry:
-    """A polygon within the column's base."""
+    """A polygon inside the column's base."""
     return column.base if column.radius == 0 else _regular(column, column.radius)
 
 

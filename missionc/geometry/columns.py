@@ -1,4 +1,4 @@
-"""Columns: the vertical line from the floor to a point in the air, and how far obstacles are from it."""
+"""Columns: the vertical line from the floor to a point, and its distance to obstacles."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from missionc.ir import Obstacle, Path, Shape, Vector
 from missionc.ir.distances.signed_distance import signed_distance
 
 FLOOR = 0.0
-"""Metres: where vehicles stand before they take off."""
+"""Height of the floor where vehicles take off, metres."""
 FINE = 0.002
-"""Metres between the heights of a column that are looked at: what lies in between is nearer by half of it at most."""
+"""Spacing of tested heights of a column, metres; between them an obstacle may be nearer by half of it."""
 MOST_HEIGHTS = 1 << 18
-"""Heights of a column that are looked at, of 524 m of it: of a higher one they are further apart, which counts."""
+"""Maximum number of tested heights, enough for 524 m; higher columns have a larger spacing."""
 STRIDE = 0.01
-"""Metres that a moving obstacle goes between two moments that are looked at; likewise."""
+"""Distance that a moving obstacle travels between two tested times, metres; accounted for likewise."""
 MOST_MOMENTS = 2000
-"""Between a begin and an end; of an obstacle that goes further its whole stride counts."""
+"""Maximum number of tested times; a longer travel gives a larger stride."""
 BLOCKS = (64, 16, 4, 1)
-"""Heights, and moments, of which one is looked at: fewer where they may be nearer than what was seen."""
+"""Block sizes of heights and times with one test each: smaller blocks follow if they may contain a smaller distance."""
 
 
 def column_clearance(obstacle: Obstacle, point: Vector, begin: float, end: float) -> float:
-    """Metres between an obstacle and the column below a point at any moment from a begin to an end, at least.
+    """Lower bound of the distance between an obstacle and the column below a point over a time interval, metres.
 
     Args:
-        point: of the world: in a plane, where nothing has a height, the column is its point.
-        begin, end: seconds since the mission's beginning; before it obstacles stand as they do then.
+        point: point of the world; in a plane the column is this point.
+        begin, end: seconds of mission time; before 0 obstacles are at their initial places.
     """
     moments, stride = _moments(obstacle, begin, end)
     column, fine = _column(point)
@@ -40,7 +40,7 @@ def column_clearance(obstacle: Obstacle, point: Vector, begin: float, end: float
 
 
 def _column(point: Vector) -> tuple[Array, float]:
-    """(heights, dim), metres: its points, and how far they are from each other at most."""
+    """Points of a column, (heights, dim), metres, and their greatest spacing."""
     if len(point) < 3:
         return np.array([point], dtype=np.float64), 0.0
     tall = abs(point[2] - FLOOR)
@@ -50,7 +50,10 @@ def _column(point: Vector) -> tuple[Array, float]:
 
 
 def _offsets(obstacle: Obstacle, moments: Array, dimension: int) -> Array:
-    """(moments, dim), metres: where it is then, from where it was written."""
+    """Offsets of the obstacle from its initial place.
+
+    Shape: (moments, dim), metres, for times (moments,), seconds.
+    """
     there = np.zeros((moments.size, dimension))
     if isinstance(obstacle.motion, Path):
         for axis, offsets in enumerate(np.array(obstacle.motion.offsets).T):
@@ -59,10 +62,10 @@ def _offsets(obstacle: Obstacle, moments: Array, dimension: int) -> Array:
 
 
 def _nearest(shape: Shape, column: Array, there: Array, apart: float) -> float:
-    """The least signed distance of a shape at those offsets to the points of a column.
+    """Least signed distance of a shape at offsets (moments, dim) to column points (heights, dim), metres.
 
     Args:
-        apart: metres between points that follow each other, with those between offsets that do.
+        apart: spacing of consecutive points plus that of consecutive offsets, metres.
     """
     sizes = (len(there), len(column))
     begins = np.stack([each.ravel() for each in np.meshgrid(*(np.arange(0, size, BLOCKS[0]) for size in sizes))])
@@ -80,7 +83,7 @@ def _nearest(shape: Shape, column: Array, there: Array, apart: float) -> float:
 
 
 def _moments(obstacle: Obstacle, begin: float, end: float) -> tuple[Array, float]:
-    """Seconds, and how far it goes from one of them to the next at most."""
+    """Test times, (moments,), seconds, and the obstacle's greatest travel between two of them, metres."""
     if not isinstance(obstacle.motion, Path) or end <= begin:
         return np.array([begin]), 0.0
     times, offsets = obstacle.motion.times, obstacle.motion.offsets

@@ -1,12 +1,12 @@
-"""Configuration space: sets of places an agent's centre may or may not be in, with an inner and an outer bound.
+"""Configuration space: sets of allowed or forbidden centre positions, with inner and outer bounds.
 
-An *outer* set holds at least the points meant, an *inner* one at most. So "impossible" is right if outer sets are
-disjoint, or if an outer set lies within an inner one.
+An *outer* set contains at least the intended points, an *inner* set at most these. "Impossible" is therefore proved if
+outer sets are disjoint, or if an outer set lies within an inner one.
 
-Most questions about areas have a short answer with a witness: two areas meet, because a place is surely in both.
-Plain numbers at single places find a witness. Only if they find none does the geometry (``layered_geometry``) decide:
-its library is loaded and its shapes are made at the first such question. An answer of plain numbers follows from the
-promise of an outer or an inner set, so the geometry would give the same.
+Most questions about areas have a short answer with a witness: two areas meet because a place is surely in both. Plain
+numbers at single places find a witness. Only if they find none, the geometry (``layered_geometry``) decides; its
+library is loaded and its shapes are made at the first such question. An answer of plain numbers follows from the
+definition of outer and inner sets, so the geometry would give the same.
 """
 
 from __future__ import annotations
@@ -30,31 +30,31 @@ if TYPE_CHECKING:
 
 
 SURE = 1e-6
-"""Metres beyond which no rounding changes what is said of a place."""
+"""Metres beyond which rounding cannot change a result."""
 
 MANY = 64
-"""Places, or parts of an area, that plain numbers look at; of more, arrays are quicker."""
+"""Maximum number of places, or parts of an area, for plain numbers; for more, arrays are faster."""
 
 FRACTIONS = (1 / 2, 1 / 6, 5 / 6, 1 / 50, 49 / 50)
-"""Shares of a box's sides: where places are looked for that may be witnesses."""
+"""Shares of a box's sides at which possible witnesses are tested."""
 
 UNKNOWN = -math.inf
 
 Measure: TypeAlias = Callable[[Vector], float]
-"""Metres, of a place."""
+"""A function of a place, metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Area:
-    """A set of places.
+    """A set of places with inner or outer bounds.
 
     Args:
-        layers: what asks of geometries, made at the first call.
-        depth: how deep a place is in the set, at least; below 0, how far outside it is, at most.
-        away: how far outside the set a place is, at least.
-        seeds: places that may be in the set.
+        layers: operations on geometries, made at the first call.
+        depth: lower bound of a place's depth in the set; if negative, upper bound of its distance.
+        away: lower bound of a place's distance from the set.
+        seeds: places that may be in the set; tested as witnesses.
         geometry: in each layer of height, made at the first call.
-        extent: the least and the largest coordinates, where they are known without the geometry.
+        extent: least and largest coordinates, if known without the geometry.
     """
 
     layers: Callable[[], Layers]
@@ -65,11 +65,11 @@ class Area:
     extent: tuple[Vector, Vector] | None = None
 
     def witness(self, surely: Measure) -> bool:
-        """Whether some seed is surely in the set, and ``surely`` more than nothing."""
+        """Return whether some seed is surely in the set with a positive value of ``surely``."""
         return any(self.depth(seed) > SURE and surely(seed) > SURE for seed in self.seeds())
 
     def holds_ball(self, radius: float) -> bool:
-        """Whether some ball of that radius, metres, is surely in the set."""
+        """Return whether some ball of that radius, metres, is surely in the set."""
         return any(self.depth(seed) > radius + SURE for seed in self.seeds())
 
 
@@ -78,7 +78,7 @@ def unknown(place: Vector) -> float:
 
 
 def depth_in(shape: Shape) -> Measure:
-    """The depth of places in a set that has those of a shape, and any more."""
+    """Depth of places in a set that contains at least the points of a shape."""
     outside = measured_outside(shape)
 
     def depth(place: Vector) -> float:
@@ -89,7 +89,7 @@ def depth_in(shape: Shape) -> Measure:
 
 
 def away_from(shape: Shape) -> Measure:
-    """The distance of places from a set that has those of a shape, or any fewer."""
+    """Distance of places from a set that contains at most the points of a shape."""
 
     def away(place: Vector) -> float:
         return _if_positive(signed_distance(plain_floats, shape, Place(place)))
@@ -98,7 +98,7 @@ def away_from(shape: Shape) -> Measure:
 
 
 def within_all(measures: tuple[Measure, ...]) -> Measure:
-    """How deep in several sets at once; nothing is known of places outside one of them."""
+    """Depth in several sets at once; unknown for places outside one of them."""
     return lambda place: _if_positive(min(measure(place) for measure in measures))
 
 
@@ -119,7 +119,7 @@ def changed(measure: Measure, by: float) -> Measure:
 
 
 def seeds_of(shape: Shape, world: World) -> Callable[[], Iterator[Vector]]:
-    """Places of a shape, and of the box around it, in the world."""
+    """Sample places of a shape, and of the box around it, in the world."""
     match shape:
         case Union(left, right) | Intersection(left, right):
             return joined((seeds_of(left, world), seeds_of(right, world)))
@@ -150,7 +150,7 @@ def seeds_in(low: Vector, high: Vector) -> Iterator[Vector]:
 
 
 def _cut(low: Vector, high: Vector, world: World) -> Callable[[], Iterator[Vector]]:
-    """The seeds of what is in the world of a box; one without heights has the world's."""
+    """Seeds of the part of a box in the world; a box without heights has the world's."""
     low, high = low + world.low[len(low) :], high + world.high[len(high) :]
     inner = tuple(map(max, low, world.low)), tuple(map(min, high, world.high))
     return lambda: seeds_in(*inner)
@@ -170,7 +170,7 @@ def _if_positive(metres: float) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Atlas:
-    """The layers of a world, and the areas of shapes in them.
+    """The layers of a world, and areas of shapes in them.
 
     ``layers`` makes their geometries at its first call.
     """
@@ -184,22 +184,22 @@ class Atlas:
         heights = heights_of(world, shapes)
 
         def layers() -> Layers:
-            from missionc.geometry.layered_geometry import Layers  # numpy and shapely: for questions without a witness
+            from missionc.geometry.layered_geometry import Layers  # for questions without a witness
 
             return Layers.of_world(world, heights)
 
         return Atlas(world, heights, cache(layers))
 
     def outer(self, shape: Shape) -> Area:
-        """At least the points of the shape."""
+        """Area with at least the points of the shape."""
         return self._of(shape, outer=True)
 
     def inner(self, shape: Shape) -> Area:
-        """At most the points of the shape."""
+        """Area with at most the points of the shape."""
         return self._of(shape, outer=False)
 
     def whole(self) -> Area:
-        """The world."""
+        """Area of the world."""
         low, high = self.world.low, self.world.high
         box = Box(low, high)
         return Area(
@@ -211,7 +211,7 @@ class Atlas:
         )
 
     def half_space(self, weights: Vector, constant: float) -> Area:
-        """The places of the world, and some beside it, with ``constant + weights · place >= 0``, at least."""
+        """Area with at least the world's places with ``constant + weights · place >= 0``."""
         steep = math.hypot(*weights)
 
         def value(place: Vector) -> float:
@@ -223,7 +223,7 @@ class Atlas:
         return Area(self.layers, within_all((whole.depth, value)), unknown, whole.seeds, made)
 
     def initial(self, place: InitialSet) -> Area:
-        """At least the points of a start or a finish."""
+        """Area with at least the points of a start or a finish."""
         return self.outer(place.shape) if place.point is None else self.point(place.point)
 
     def point(self, place: Vector) -> Area:
@@ -234,7 +234,7 @@ class Atlas:
         return Area(self.layers, lambda other: -beyond(other), beyond, lambda: iter((place,)), made)
 
     def grown(self, area: Area, distance: float, *, outer: bool) -> Area:
-        """The places within a distance of an area, at least (``outer``) or at most."""
+        """Area with the places within a distance of an area: at least (``outer``) or at most."""
         depth: Measure = changed(area.depth, distance) if outer and distance >= 0 else unknown
         away: Measure = unknown if outer else changed(area.away, -max(distance, 0.0))
         return Area(
@@ -246,46 +246,49 @@ class Atlas:
         )
 
     def near(self, shape: Shape, distance: float, *, outer: bool) -> Area:
-        """The places within a distance of a shape, at least (``outer``) or at most; those of a ball are a ball."""
+        """Area with the places within a distance of a shape: at least (``outer``) or at most.
+
+        Exact for a ball.
+        """
         area = self.outer if outer else self.inner
         if isinstance(shape, Ball):
             return area(Ball(shape.centre, shape.radius + distance))
         return self.grown(area(shape), distance, outer=outer)
 
     def shrunk(self, area: Area, distance: float) -> Area:
-        """The places of an area that are at least so far from its border, at least (heights are left as they are)."""
+        """Area with at least the places whose distance to the border is at least ``distance``; heights stay."""
         depth = within_all((changed(area.depth, -distance),))
         made = cache(lambda: self.layers().shrunk(area.geometry(), distance))
         return Area(self.layers, depth, unknown, area.seeds, made)
 
     def union(self, areas: Sequence[Area]) -> Area:
-        """The points of all areas."""
+        """Area with the points of all areas."""
         depths, aways = tuple(area.depth for area in areas), tuple(area.away for area in areas)
         made = cache(lambda: self.layers().union([area.geometry() for area in areas]))
         return Area(self.layers, largest(depths), least(aways), joined([area.seeds for area in areas]), made)
 
     def size(self, area: Area, margin: float) -> float:
-        """Square (cubic) metres of the area grown by a margin, at most."""
+        """Upper bound of the size of the area grown by a margin, square (cubic) metres."""
         return self.layers().size(area.geometry(), margin)
 
     def capacity(self, area: Area, spacing: float) -> int:
-        """How many points there are in an area, so far apart from each other, at most."""
+        """Upper bound of the number of points in an area with this pairwise distance, metres."""
         return self.layers().capacity(area.geometry(), spacing)
 
     def diameter(self, area: Area) -> float:
-        """Between the furthest points of an area, at most, metres; 0 where it is empty."""
+        """Upper bound of the distance between two points of an area, metres; 0 if it is empty."""
         return self.layers().diameter(area.geometry())
 
     def distance(self, first: Area, second: Area) -> float:
-        """Between the nearest points of two areas, at most; infinite where one is empty."""
+        """Upper bound of the least distance between two areas, metres; infinite if one is empty."""
         return self.layers().distance(first.geometry(), second.geometry())
 
     def distances(self, places: Sequence[Vector], area: Area) -> list[float]:
-        """From each of the places to an area, at most, metres; infinite where it is empty."""
+        """Upper bounds of the distances from places to an area, metres; infinite if it is empty."""
         return self.layers().distances(places, area.geometry())
 
     def holds(self, area: Area, places: Sequence[Vector]) -> list[bool]:
-        """Which places are in an area, its border included."""
+        """For each place, whether it is in an area, including its border."""
         if len(places) <= MANY:
             inside = [area.depth(place) > SURE for place in places]
             if all(held or area.away(place) > SURE for held, place in zip(inside, places, strict=True)):
@@ -293,7 +296,7 @@ class Atlas:
         return self.layers().holds(area.geometry(), places)
 
     def bounds(self, area: Area) -> tuple[Vector, Vector]:
-        """The least and the largest coordinates of an area that is not empty."""
+        """Least and largest coordinates of a non-empty area."""
         return area.extent or self.layers().bounds(area.geometry())
 
     def _of(self, shape: Shape, *, outer: bool) -> Area:
@@ -308,19 +311,19 @@ class Atlas:
 
 
 def empty(area: Area) -> bool:
-    """Whether there is no place in it."""
+    """Return whether the area has no place."""
     return not area.witness(area.depth) and area.layers().empty(area.geometry())
 
 
 def disjoint(first: Area, second: Area) -> bool:
-    """Whether two areas have no point in common, borders included."""
+    """Return whether two areas, including their borders, have no common point."""
     if first.witness(second.depth) or second.witness(first.depth):
         return False
     return first.layers().disjoint(first.geometry(), second.geometry())
 
 
 def covers(whole: Area, part: Area) -> bool:
-    """Whether every point of the part is in the whole."""
+    """Return whether every point of the part is in the whole."""
     return not part.witness(whole.away) and whole.layers().covers(whole.geometry(), part.geometry())
 
 
@@ -331,6 +334,6 @@ def common(first: Area, second: Area) -> Area:
 
 
 def without(area: Area, taken: Area) -> Area:
-    """The area less the points of another, but for lines and single points."""
+    """Area without the points of another, except lines and single points."""
     made = cache(lambda: area.layers().without(area.geometry(), taken.geometry()))
     return Area(area.layers, within_all((area.depth, taken.away)), area.away, area.seeds, made)

@@ -1,4 +1,4 @@
-"""Displacement of moving obstacles at a time, and shapes elsewhere than they were written; in plain numbers."""
+"""Displacement of moving obstacles at a time, and shifted shapes; in plain numbers."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Obstacle, Pat
 
 
 def displaced(obstacle: Obstacle, time: float, dimension: int) -> Vector:
-    """How far an obstacle has moved at a time, in seconds: (dim,), metres."""
+    """Displacement of an obstacle at a time in seconds: (dim,), metres."""
     if isinstance(obstacle.motion, Path):
         return offset(obstacle.motion, time, dimension)
     return (0.0,) * dimension
 
 
 def offset(path: Path, time: float, dimension: int) -> Vector:
-    """Where a moving shape is at a time, from where it was written: (dim,), metres."""
+    """Offset of a moving shape at a time from its initial place: (dim,), metres."""
     after = bisect_right(path.times, time)
     if after in (0, len(path.times)):
         there = path.offsets[max(after - 1, 0)]

@@ -1,10 +1,10 @@
-"""Ranges of distances over boxes: the least and the greatest that some point of a box has.
+"""Interval arithmetic of distances: least and greatest values over the points of boxes.
 
     in   the corners of boxes
-    out  Range, of what is measured in them
+    out  Range of the measured values
 
-A range holds every value that there is, and may hold more: bounds are rounded outward. Ranges are added and scaled
-as numbers are, so that whatever is linear in distances is written once for both.
+A range contains every possible value, and may contain more: bounds are rounded outward. Ranges support addition and
+scaling like numbers, so that linear expressions in distances are written once for both.
 
 Source:
     Moore, Kearfott and Cloud, "Introduction to Interval Analysis", 2009, chapters 2 and 5.
@@ -23,18 +23,18 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Pris
 from missionc.ir.distances.signed_distance import signed_distance
 
 ROUNDING = 1e-12
-"""By what share of the larger bound each operation rounds outward, and so many units: far more than doubles err."""
+"""Outward rounding of each operation, relative to the larger bound and absolute; far above errors of doubles."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Range:
-    """The numbers from ``low`` to ``high``, (...) each."""
+    """Numbers from ``low`` to ``high``, (...) each."""
 
     low: Array
     high: Array
 
     __array_ufunc__ = None
-    """An array on the left leaves the operation to the range."""
+    """None, so that an array on the left leaves the operation to the range."""
 
     def __add__(self, other: Range | Array | float) -> Range:
         other = _range(other)
@@ -61,7 +61,7 @@ class Range:
         return self * (1.0 / divisor)
 
     def magnitude(self) -> Range:
-        """The numbers without their sign."""
+        """Range of the absolute values."""
         least = np.maximum(np.maximum(self.low, -self.high), 0.0)
         return Range(least, np.maximum(np.abs(self.low), np.abs(self.high)))
 
@@ -71,22 +71,22 @@ def _range(value: Range | Array | float) -> Range:
 
 
 def outward(low: Array, high: Array) -> Range:
-    """From ``low`` to ``high``, rounded outward."""
+    """Range from ``low`` to ``high``, (...) each, any unit, rounded outward."""
     return Range(low - ROUNDING * (1.0 + np.abs(low)), high + ROUNDING * (1.0 + np.abs(high)))
 
 
 def larger(*ranges: Range) -> Range:
-    """The larger of numbers in these ranges."""
+    """Range of the maximum of numbers in these ranges."""
     return Range(reduce(np.maximum, [each.low for each in ranges]), reduce(np.maximum, [each.high for each in ranges]))
 
 
 def smaller(*ranges: Range) -> Range:
-    """The smaller of numbers in these ranges."""
+    """Range of the minimum of numbers in these ranges."""
     return -larger(*(-each for each in ranges))
 
 
 def length_range(coordinates: list[Range]) -> Range:
-    """The Euclidean length of a vector whose coordinates are in these ranges."""
+    """Range of the Euclidean length of a vector from the ranges of its coordinates."""
     sizes = [each.magnitude() for each in coordinates]
     return outward(
         np.sqrt(sum(np.square(each.low) for each in sizes)), np.sqrt(sum(np.square(each.high) for each in sizes))
@@ -94,10 +94,10 @@ def length_range(coordinates: list[Range]) -> Range:
 
 
 def signed_distance_range(shape: Shape, low: Array, high: Array) -> Range:
-    """The signed distances to a shape's border of the points of boxes, metres.
+    """Range of the signed distances to a shape's border over boxes, metres.
 
     Args:
-        low: the lowest corners, (..., dim), metres; ``high`` the highest.
+        low: lowest corners, (..., dim), metres; ``high``: highest corners.
     """
     axes = [Range(low[..., axis], high[..., axis]) for axis in range(low.shape[-1])]
     match shape:
@@ -121,14 +121,14 @@ def signed_distance_range(shape: Shape, low: Array, high: Array) -> Range:
 
 
 def _interval(axis: Range, begin: float, end: float) -> Range:
-    """The signed distances to an interval: they fall towards its middle, and rise from there."""
+    """Range of the signed distance to an interval, which has its minimum at the middle."""
     ends = [np.maximum(begin - at, at - end) for at in (axis.low, axis.high)]
     middle = np.clip((begin + end) / 2, axis.low, axis.high)
     return outward(np.maximum(begin - middle, middle - end), np.maximum(*ends))
 
 
 def _product(distances: list[Range]) -> Range:
-    """The signed distance to a product of sets, from those to each, which are along orthogonal axes."""
+    """Range of the signed distance to a product of sets along orthogonal axes, from those to each."""
     outside = length_range([larger(each, _range(0.0)) for each in distances])
     return outside + smaller(larger(*distances), _range(0.0))
 
@@ -138,7 +138,7 @@ def _extruded(plane: Range, band: Prism | None, axes: list[Range]) -> Range:
 
 
 def _around_the_middle(shape: Shape, low: Array, high: Array) -> Range:
-    """By the distance of the middle, which changes by no more than a point is away from it."""
+    """Range from the distance of the middle of boxes, (..., dim), metres, which is 1-Lipschitz."""
     away = np.linalg.norm(high - low, axis=-1) / 2
     middle = signed_distance(np, shape, (low + high) / 2)
     return outward(middle - away, middle + away)

@@ -17,16 +17,16 @@ from missionc.geometry.vectors import norm
 from missionc.ir import Dynamics
 
 SLACK = 1e-9
-"""By how much of it a motion may pass a bound on speed or acceleration: floating rounding, nothing else."""
+"""Share by which a motion may exceed a bound on speed or acceleration, for rounding only."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class States:
-    """Where agents are and how fast.
+    """Positions and velocities of agents.
 
     Args:
         position: (states, dim), metres.
-        velocity: (states, dim), m/s; zero where the dynamics are of first order.
+        velocity: (states, dim), m/s; zero for first-order dynamics.
     """
 
     position: Array
@@ -54,7 +54,7 @@ class Motions:
     acceleration: Array
 
     def take(self, *which: Indices | Flags | slice | int) -> Motions:
-        """The motions at these places of the leading axes."""
+        """Select motions by an index of the leading axes."""
         return Motions(self.position[which], self.velocity[which], self.acceleration[which])
 
     def put(self, row: int, motions: Motions) -> None:
@@ -69,33 +69,33 @@ class Motions:
         return Motions(*(np.stack(part) for part in parts))
 
     def at(self, time: float | Array) -> Array:
-        """(..., dim), metres, ``time`` seconds after the start."""
+        """Positions ``time`` seconds after the start: (..., dim), metres."""
         return self.position + self.velocity * time + self.acceleration * (0.5 * time * time)
 
     def bulge(self, duration: float) -> Array:
-        """(...), metres: how far a motion strays from its chord over ``duration``."""
+        """Greatest deviation from the chord over ``duration`` seconds: (...), metres."""
         bulge: Array = np.linalg.norm(self.acceleration, axis=-1) * (duration * duration / 8)
         return bulge
 
     def lengths(self, step: float) -> Array:
         """Lengths of motions of ``step`` seconds, (..., dim) -> (...), metres."""
-        chords = 16  # a curved motion counts as so many straight pieces between its points
+        chords = 16  # number of straight pieces between points of a curved motion
         moments = np.linspace(0.0, step, chords + 1).reshape(-1, *(1,) * self.position.ndim)
         return np.asarray(norm(np.diff(self.at(moments), axis=0)).sum(axis=0))
 
 
 def can_wait(dynamics: Dynamics) -> bool:
-    """An agent at rest may stay where it is."""
+    """Return whether an agent at rest may stay at its place."""
     return dynamics.lowest_speed == 0
 
 
 def speeds(dynamics: Dynamics) -> tuple[float, float]:
-    """The least and the largest speed of a motion, m/s."""
+    """Least and largest speed of a motion, m/s."""
     return dynamics.lowest_speed, dynamics.top_speed
 
 
 def turn_in_step(dynamics: Dynamics, step: float) -> float:
-    """How far the heading may change from one step to the next, rad; infinite where nothing bounds it."""
+    """Greatest change of heading between two steps, rad; infinite without a bound."""
     turn = dynamics.top_turn * step
     return math.inf if turn >= math.pi else turn
 
@@ -103,23 +103,21 @@ def turn_in_step(dynamics: Dynamics, step: float) -> float:
 def steer(
     dynamics: Dynamics, start: States, end: States, step: float, most: int, side: int = 0
 ) -> tuple[Indices, Array]:
-    """STEER, first half: in how few whole steps each state is brought to its partner, and how.
+    """STEER, first half: the least number of whole steps from each state to its partner, and the bend.
 
-    First order: in equal steps, straight or along an arc: one that turns by all
-    the turning rate allows in a step; or where nothing bounds it, to a place too
-    near for that, in two legs at the least speed.
-    Second order: by the accelerations of least effort. Obstacles, the world and
-    the headings at both ends are not looked at.
+    First-order motions use equal steps, straight or along an arc that turns as much as the turning rate allows. Without
+    a bound on turning, an arc leads to a place too near for that, in at least two legs at the least speed. Second-order
+    motions use the accelerations of least effort. Obstacles, the world and the headings at both ends are ignored.
 
     Args:
-        start: (pairs), where the motions start; ``end`` likewise.
+        start: (pairs), states at the start; ``end`` likewise.
         step: seconds.
-        most: longer motions are not of interest.
+        most: maximum number of steps.
         side: 0 for straight, 1 or -1 for an arc that turns left or right; first order only.
 
     Returns:
-        count, (pairs,), steps, 0 where there is no such motion within ``most``
-        steps; and bend, (pairs,), rad: the turn to the left from one step to the next.
+        count, (pairs,), steps, 0 if there is no such motion within ``most``
+        steps; and bend, (pairs,), rad: the left turn from one step to the next.
     """
     if dynamics.has_momentum:
         count = _steps_with_momentum(dynamics, start, end, step, most)
@@ -148,10 +146,10 @@ def steer(
 def path_between(
     dynamics: Dynamics, start: States, end: States, step: float, count: int, bend: Array
 ) -> tuple[Array, Array]:
-    """STEER, second half: the states at the steps of motions that take ``count`` steps each.
+    """STEER, second half: states at the steps of motions that take ``count`` steps each.
 
     Args:
-        bend: (pairs,), rad, as ``steer`` gives it.
+        bend: (pairs,), rad, from ``steer``.
 
     Returns:
         positions, (pairs, count + 1, dim), metres, and velocities, (pairs, count + 1, dim),
@@ -171,7 +169,7 @@ def path_between(
 
 
 def headings_along(start: States, end: States, count: int, bend: Array) -> Array:
-    """The heading of each step of first-order motions of ``count`` steps: (pairs, count), rad."""
+    """Heading of each step of first-order motions of ``count`` steps: (pairs, count), rad."""
     way = end.position - start.position
     middle = np.arctan2(way[:, 1], way[:, 0])
     headings: Array = middle[:, None] + bend[:, None] * (np.arange(count) - (count - 1) / 2)
@@ -179,7 +177,7 @@ def headings_along(start: States, end: States, count: int, bend: Array) -> Array
 
 
 def motions_between(dynamics: Dynamics, start: States, end: States, step: float) -> Motions:
-    """Motions of one step from states to states, (pairs)."""
+    """Motions of one step between states, (pairs)."""
     if dynamics.has_momentum:
         return Motions(start.position, start.velocity, (end.velocity - start.velocity) / step)
     velocity = (end.position - start.position) / step
@@ -187,16 +185,16 @@ def motions_between(dynamics: Dynamics, start: States, end: States, step: float)
 
 
 SPEED, ACCELERATION, DRIFT = "its speed", "its acceleration", "its velocity"
-"""What of the dynamics one step may break; the last: position and velocity disagree."""
+"""Parts of the dynamics that a step may violate; the last: position and velocity disagree."""
 
 UNIT_OF = {SPEED: "m/s", ACCELERATION: "m/s^2", DRIFT: "m"}
-"""The unit of each one's margin."""
+"""Unit of each margin."""
 
 
 def check_step(
     dynamics: Dynamics, position: Array, next_position: Array, velocity: Array, next_velocity: Array, step: float
 ) -> dict[str, Array]:
-    """By how much one step obeys each part of the dynamics, the turning rate aside; negative where it does not.
+    """Margins of one step for each part of the dynamics except the turning rate; negative if violated.
 
     Args:
         position: (..., dim), metres, at the start of the step, ``next_position`` at its end.
@@ -204,7 +202,7 @@ def check_step(
 
     Returns:
         (...) each: the margin of speed, m/s; for second order that of acceleration, m/s², and
-        minus the metres by which the motion and the velocities disagree too.
+        also minus the disagreement of motion and velocities, metres.
     """
     if not dynamics.has_momentum:
         slowest, fastest = speeds(dynamics)
@@ -218,14 +216,19 @@ def check_step(
 
 
 def _chord(count: int, bend: Array) -> Array:
-    """How far ``count`` steps of length 1 lead that turn by ``bend`` from one to the next: (pairs,)."""
+    """Length of the chord of ``count`` unit steps that each turn by ``bend``, rad.
+
+    Shape: (pairs,), dimensionless.
+    """
     half = np.where(bend == 0, 1.0, np.abs(bend)) / 2
     chord: Array = np.where(bend == 0, count, np.sin(count * half) / np.sin(half))
     return chord
 
 
 def _arc(start: Array, end: Array, count: int, bend: Array) -> Array:
-    """Equal steps from ``start`` to ``end`` that each turn by ``bend`` from the last: (pairs, count + 1, dim)."""
+    """Equal steps from ``start`` to ``end`` with a turn of ``bend`` rad between steps: (pairs, count +
+    1, dim), metres.
+    """
     part = np.linspace(0.0, 1.0, count + 1)[None, :, None]
     position: Array = start[:, None] * (1 - part) + end[:, None] * part
     if count == 1 or not np.any(bend):
@@ -241,9 +244,9 @@ def _arc(start: Array, end: Array, count: int, bend: Array) -> Array:
 
 
 def _least_effort(start: States, end: States, step: float, count: int) -> tuple[Array, Array]:
-    """The accelerations of least norm: ``mean + ramp * ((count - 1) / 2 - i)`` in step i.
+    """Accelerations of least norm, m/s²: ``mean + ramp * ((count - 1) / 2 - i)`` in step i.
 
-    They solve x_k = x_0 + k h v_0 + h² Σ (k - i - ½) a_i and v_k = v_0 + h Σ a_i.
+    Both results are (pairs, dim). They solve x_k = x_0 + k h v_0 + h² Σ (k - i - ½) a_i and v_k = v_0 + h Σ a_i.
     """
     mean = (end.velocity - start.velocity) / (count * step)
     missing = (end.position - start.position) / step**2 - start.velocity * (count / step) - mean * (count**2 / 2)
@@ -253,9 +256,9 @@ def _least_effort(start: States, end: States, step: float, count: int) -> tuple[
 def _steps_with_momentum(dynamics: Dynamics, start: States, end: States, step: float, most: int) -> Indices:
     length = norm(end.position - start.position)
     soonest = length / dynamics.top_speed
-    latest = 2 * soonest + 4 * dynamics.top_speed / dynamics.top_acceleration  # twice a stop, the whole way and a stop
+    latest = 2 * soonest + 4 * dynamics.top_speed / dynamics.top_acceleration  # twice a stop, the whole path and a stop
     fewest = np.zeros(len(start), dtype=np.int64)
-    for count in range(2, most + 1):  # one step has one acceleration, which meets no two conditions
+    for count in range(2, most + 1):  # one step has a single acceleration, which cannot meet two conditions
         time = count * step
         if not np.any(missing := (fewest == 0) & (latest >= time - step)):
             break

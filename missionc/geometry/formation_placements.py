@@ -1,4 +1,4 @@
-"""Formation placements: outer bounds of where the first agent can be, with the others in formation around it."""
+"""Formation placements: outer bounds of the first agent's positions with the others in formation."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from missionc.base.late_dataclass import dataclass
 from missionc.geometry.height_layers import WIDEN
 
 TURNS = 72
-"""Headings by which a formation that may turn is tried, each for those up to half way to the next."""
+"""Number of headings tried for a formation that may turn; each covers half the way to the next."""
 
 MOST_PLACES = 2_000
-"""Places of agents that are tried in all; of larger formations fewer headings are."""
+"""Maximum number of agent places tried in all; larger formations use fewer headings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """The place of an agent, seen from the first: within ``slack`` metres of one of these points, unturned."""
+    """Place of an agent relative to the first: within ``slack`` metres of one of these points, without rotation."""
 
     points: tuple[tuple[float, float], ...]
     slack: float
@@ -30,11 +30,11 @@ class Spot:
 def placements(
     free: Sequence[shapely.Geometry], spots: Sequence[Spot], *, turns: bool, first: bool
 ) -> shapely.Geometry:
-    """The places of the first agent, at least, for which each agent is in its free space in some heading.
+    """Outer bound of the first agent's places with each agent in its free space, over the headings.
 
     Args:
-        turns: whether the formation may have any heading.
-        first: whether one heading with such places is enough.
+        turns: True if the formation may have any heading.
+        first: True if one heading with such places suffices.
     """
     headings = max(min(TURNS, MOST_PLACES // len(spots)), 8) if turns else 1
     half = math.pi / headings if turns else 0.0
@@ -66,7 +66,7 @@ def _at_heading(wide: Sequence[shapely.Geometry], spots: Sequence[Spot], heading
 
 
 def joined_placements(places: shapely.Geometry, stride: float, ends: Sequence[shapely.Geometry]) -> bool:
-    """Whether one may go between two ends over places, by steps of so many metres at most."""
+    """Return whether steps of at most ``stride`` metres over the places can join two ends."""
     for part in shapely.get_parts(shapely.buffer(places, WIDEN * stride / 2)):
         if all(bool(shapely.intersects(shapely.intersection(places, end), part)) for end in ends):
             return True
@@ -74,7 +74,7 @@ def joined_placements(places: shapely.Geometry, stride: float, ends: Sequence[sh
 
 
 def least_width(points: Sequence[tuple[float, float]]) -> float:
-    """The width of points across the direction in which it is least, metres."""
+    """Width of points in the direction of least width, metres."""
     hull = shapely.convex_hull(shapely.MultiPoint(points))
     corners = list(map(tuple, shapely.get_coordinates(hull)))
     return min((_across(corners, *pair) for pair in _sides(corners)), default=0.0)

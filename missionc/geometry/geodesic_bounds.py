@@ -1,4 +1,4 @@
-"""Geodesic bounds in the plane: the least length of ways between two sets round bodies, and their widest passage."""
+"""Geodesic bounds in the plane: least path length between two sets around bodies, and widest passage."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ HAIR = 1e-6
 """Metres by which a line of sight may cut into a body."""
 
 TRIM = 0.05
-"""The share of a body's room by which its border may be straightened, inwards, so that rounded corners have few."""
+"""Share of a body's clearance by which its border may be simplified inwards, so that it has few corners."""
 
 GREED = 3.0
-"""How many times the way left counts where some way will do."""
+"""Weight of the remaining distance if any path suffices."""
 
 MOST_PARTS = 8
-"""Parts of a set that ways are looked for from and to; of more, their convex hull stands for all."""
+"""Maximum number of parts of a set; more are replaced by their convex hull."""
 
 HALVINGS = 16
-"""How often the interval is halved in which the width of a passage lies."""
+"""Number of bisections of the interval for a passage's width."""
 
 Geometries = NDArray[np.object_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VisibilityGraph:
-    """The corners that shortest ways bend at, each with those beside it, (corners, 2) in metres, and the bodies.
+    """Corners at which shortest paths bend, each with its neighbours, (corners, 2) in metres, and the bodies.
 
     Args:
-        world: convex; ways stay in it.
-        tree: the bodies' insides, where no line of sight may be.
+        world: convex; contains the paths.
+        tree: interiors of the bodies, which block lines of sight.
     """
 
     bodies: shapely.Geometry
@@ -57,19 +57,21 @@ class VisibilityGraph:
         return VisibilityGraph(bodies, world, points[within], (before[within], after[within]), tree)
 
     def geodesic(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float = math.inf) -> float:
-        """The least length of a way between two sets, outside the insides of bodies, metres; infinite without one.
+        """Lower bound of the path length between two sets outside the bodies' interiors, metres.
 
-        One that is longer than ``longest`` is none; where that is given, any other will do and need not be the least.
+        Infinite without a path.
 
-        Each part of a set is taken for its convex hull, and bodies have no points of it: so it may be too short, and is
-        never too long.
+        Paths longer than ``longest`` are ignored. If it is given, any shorter path may be returned, not only the least.
+
+        Each part of a set is replaced by its convex hull, and bodies have no points of it. The result may be too short
+        but is never too long.
         """
         pairs = [(here, there) for here in _parts(start) for there in _parts(goal)]
         return min((self._between(*pair, longest) for pair in pairs), default=math.inf)
 
     def _between(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float) -> float:
         if any(each.geom_type == "Point" and not self.seen(np.array([each]))[0] for each in (start, goal)):
-            return float(shapely.distance(start, goal))  # in a body, where no way begins
+            return float(shapely.distance(start, goal))  # inside a body, where no path begins
         ends = [each for each in (start, goal) if each.area > 0 and bool(shapely.intersects(each, self.bodies))]
         if not ends:
             return self._shortest(start, goal, longest)
@@ -77,7 +79,7 @@ class VisibilityGraph:
         return VisibilityGraph.of(others, self.world)._shortest(start, goal, longest)
 
     def _shortest(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float) -> float:
-        """Between convex sets that bodies leave free: a way leaves and enters each where it is nearest to its corner.
+        """Shortest path between free convex sets: a path leaves and enters each at the point nearest to its corner.
 
         Source:
             A* on the visibility graph; Lozano-Pérez and Wesley, 1979.
@@ -89,7 +91,10 @@ class VisibilityGraph:
         return self._searched(start, goal, longest, 1.0)
 
     def _searched(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float, greed: float) -> float:
-        """The length of a way over corners, where the way left counts ``greed`` times; of 1, the least."""
+        """Length of a path over corners, with weight ``greed`` on the remaining distance.
+
+        The least for weight 1.
+        """
         corners = shapely.points(self.points)
         left, begun = shapely.distance(corners, goal), shapely.distance(start, corners)
         near = np.flatnonzero(begun + left <= longest)
@@ -116,13 +121,16 @@ class VisibilityGraph:
         return math.inf
 
     def seen(self, lines: Geometries) -> Flags:
-        """Which lines meet no inside of a body."""
+        """Flags of lines, (lines,), that meet no interior of a body."""
         free = np.ones(len(lines), dtype=bool)
         free[np.unique(self.tree.query(lines, predicate="intersects")[0])] = False
         return free
 
     def _bends(self, here: int, there: NDArray[np.intp]) -> Flags:
-        """Between which corners and this one a shortest way may run: its line cuts neither of the two."""
+        """Flags of corners to which a shortest path may run from this one: (corners,), boolean.
+
+        Its line must cut neither of the two corners.
+        """
         line = self.points[there] - self.points[here]
         sides = [
             [line[:, 0] * (each - at)[:, 1] - line[:, 1] * (each - at)[:, 0] for each in (before, after)]
@@ -137,14 +145,14 @@ class VisibilityGraph:
 
 
 def around(standing: shapely.Geometry, room: float, world: shapely.Geometry) -> VisibilityGraph:
-    """The visibility graph of bodies that keep at most so much room around them, metres, with few corners."""
+    """Visibility graph of bodies with at most ``room`` metres of clearance, simplified to few corners."""
     return VisibilityGraph.of(_grown(standing, room), world)
 
 
 def widest_passage(
     standing: shapely.Geometry, room: float, world: shapely.Geometry, start: shapely.Geometry, goal: shapely.Geometry
 ) -> float:
-    """The room, metres, that a centre has at most on some way from one set to another, where it is less than given."""
+    """Upper bound of the clearance on any path between two sets, metres, if it is less than ``room``."""
     open_, shut = 0.0, room
     for _ in range(HALVINGS):
         middle = (open_ + shut) / 2
@@ -158,7 +166,7 @@ def widest_passage(
 
 
 def _grown(standing: shapely.Geometry, room: float) -> shapely.Geometry:
-    """At most the places within so much of the obstacles."""
+    """Inner bound of the places within ``room`` of the obstacles."""
     if room <= 0:
         return standing
     trim = room * TRIM / 2

@@ -1,7 +1,6 @@
-"""Layers of height in which areas are kept: their borders, and what of a shape is in each.
+"""Layers of height of areas: their boundaries, and the part of a shape in each.
 
-In a plane there is one layer. In a volume they are the heights at which some
-shape begins or ends, and the open layers between them.
+A plane has one layer. A volume has the heights at which some shape begins or ends, and the open layers between them.
 """
 
 from __future__ import annotations
@@ -14,20 +13,20 @@ from typing import TypeAlias, assert_never
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector, World
 
 Heights: TypeAlias = tuple[tuple[float, float], ...]
-"""From where to where each layer is, metres; infinite in a plane."""
+"""Range of each layer, metres; infinite in a plane."""
 
 BALL_LAYERS = 8
 MOST_LEVELS = 32
 
 QUARTER = 32
-"""Straight pieces that stand for a quarter of a circle."""
+"""Number of straight pieces for a quarter of a circle."""
 
 WIDEN = 1 / math.cos(math.pi / (4 * QUARTER))
-"""How much larger a regular polygon around a circle is than the one within."""
+"""Ratio between the circumscribed and the inscribed regular polygon of a circle."""
 
 
 def heights_of(world: World, shapes: Iterable[Shape]) -> Heights:
-    """The layers of a world with these shapes."""
+    """Layers of a world with these shapes."""
     if world.dimension == 2:
         return ((-math.inf, math.inf),)
     levels = sorted({world.low[2], world.high[2], *(level for shape in shapes for level in _levels(shape))})
@@ -37,15 +36,15 @@ def heights_of(world: World, shapes: Iterable[Shape]) -> Heights:
 
 
 def meets(low: float, high: float, layer: tuple[float, float]) -> bool:
-    """Whether a band of heights has one in common with a layer; with one between two levels, more than its border."""
+    """Return whether a height band overlaps a layer; an open layer must overlap in more than its border."""
     bottom, top = layer
     return low <= top and high >= bottom if bottom == top else low < top and high > bottom
 
 
 def cross_section(height: float, radius: float, layer: tuple[float, float], *, outer: bool) -> float:
-    """The radius of the widest (``outer``) or the narrowest disc that a ball cuts out of a layer; 0 for none.
+    """Radius of the widest (``outer``) or narrowest disc that a ball cuts out of a layer; 0 for none.
 
-    ``height`` is that of its centre.
+    ``height`` is the height of its centre.
     """
     bottom, top = layer
     nearest = min(max(height, bottom), top) - height
@@ -55,7 +54,10 @@ def cross_section(height: float, radius: float, layer: tuple[float, float], *, o
 
 
 def extent(shape: Shape, heights: Heights) -> tuple[Vector, Vector] | None:
-    """The least and the largest coordinates of the outer area of a plain shape; None of others, and of nothing."""
+    """Least and largest coordinates of a plain shape's outer area.
+
+    None for other shapes and for empty ones.
+    """
     match shape:
         case Box(low, high):
             there = [layer for layer in heights if len(low) == 2 or meets(low[2], high[2], layer)]
@@ -87,7 +89,7 @@ def _upright(low: Vector, high: Vector, there: list[tuple[float, float]]) -> tup
 
 
 def _levels(shape: Shape) -> list[float]:
-    """The heights at which the shape's cross-section begins, ends or (of a ball) is taken anew."""
+    """Heights at which the shape's cross-section begins, ends or (for a ball) is approximated."""
     match shape:
         case Box(low, high):
             return [low[2], high[2]] if len(low) == 3 else []
@@ -102,6 +104,6 @@ def _levels(shape: Shape) -> list[float]:
 
 
 def _spaced(low: float, high: float, count: int) -> Iterator[float]:
-    """So many numbers, at equal distances, from one to another."""
+    """Yield ``count`` equidistant numbers from ``low`` to ``high``."""
     yield from (place * ((high - low) / (count - 1)) + low for place in range(count - 1))
     yield high

@@ -1,8 +1,7 @@
-"""Areas as geometries of shapely, one for each layer of height: what decides where plain numbers do not.
+"""Areas as shapely geometries, one for each layer of height, for questions that plain numbers leave open.
 
-An outer geometry holds at least the points meant, an inner one at most; a
-disc's border is off by less than a thousandth of its radius. Loaded by
-``configuration_space`` at the first question that needs it.
+An outer geometry contains at least the intended points, an inner one at most these. The border of a disc is off by less
+than a thousandth of its radius. ``configuration_space`` loads this module at the first question that needs it.
 """
 
 from __future__ import annotations
@@ -25,17 +24,17 @@ Geometry: TypeAlias = NDArray[np.object_]
 """(layers,): the plane geometry of a set in each layer of height."""
 
 SMOOTHED = 0.99
-"""GEOS fills dents shallower than a hundredth of a buffer's width, so inner sets are grown by that much less."""
+"""GEOS fills dents shallower than a hundredth of a buffer's width, so inner sets are grown by this much less."""
 
 CERTAIN = 1e-9
-"""What a count may be short of a whole number and still be it."""
+"""Amount by which a computed count may be below a whole number and still count as it."""
 
 NOWHERE = shapely.Polygon()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layers:
-    """The layers of a world, and the geometries of shapes in them. ``heights``: (layers, 2), metres."""
+    """The layers of a world, and geometries of shapes in them. ``heights``: (layers, 2), metres."""
 
     world: World
     heights: Array
@@ -46,12 +45,12 @@ class Layers:
         return Layers(world, np.array(heights))
 
     def whole(self) -> Geometry:
-        """The world."""
+        """Geometry of the world."""
         low, high = self.world.low, self.world.high
         return self._prism(shapely.box(low[0], low[1], high[0], high[1]), *self._heights_of_world(), outer=True)
 
     def half_space(self, weights: Vector, constant: float) -> Geometry:
-        """The places of the world, and some beside it, with ``constant + weights · place >= 0``, at least."""
+        """Geometry with at least the world's places with ``constant + weights · place >= 0``."""
         low, high = self.world.low, self.world.high
         corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
         area = self.whole()
@@ -66,7 +65,7 @@ class Layers:
         return self._prism(shapely.Point(place[0], place[1]), height, height, outer=True)
 
     def grown(self, area: Geometry, distance: float, *, outer: bool) -> Geometry:
-        """The places within a distance of an area, at least (``outer``) or at most."""
+        """Geometry with the places within a distance of an area: at least (``outer``) or at most."""
         wide = _array([_buffered(part, distance * (WIDEN if outer else SMOOTHED)) for part in area])
         if self.world.dimension == 2 or not outer:
             return wide
@@ -74,11 +73,14 @@ class Layers:
         return _array([shapely.union_all(wide[gaps[layer] <= distance]) for layer in range(len(wide))])
 
     def shrunk(self, area: Geometry, distance: float) -> Geometry:
-        """The places of an area that are at least so far from its border, at least (heights are left as they are)."""
+        """Geometry with at least the places whose distance to the border is at least ``distance``.
+
+        Heights stay.
+        """
         return _array([_buffered(part, -distance * SMOOTHED) for part in area])
 
     def size(self, area: Geometry, margin: float) -> float:
-        """Square (cubic) metres of the area grown by a margin, at most."""
+        """Upper bound of the size of the area grown by a margin, square (cubic) metres."""
         wide = self.grown(area, margin, outer=True)
         if self.world.dimension == 2:
             return float(shapely.area(wide[0]))
@@ -87,10 +89,10 @@ class Layers:
         return float(np.sum(shapely.area(wide) * thickness) + beyond)
 
     def capacity(self, area: Geometry, spacing: float) -> int:
-        """How many points there are in an area, so far apart from each other, at most; infinitely many are not asked.
+        """Upper bound of the number of points in an area with this pairwise distance, metres.
 
-        Balls of half the spacing around them do not overlap, and are in the area grown by that. In the plane each
-        convex hull of a part holds no more than its area and its border let it, whatever the shape.
+        Balls of half the spacing around them do not overlap and lie in the area grown by that. In the plane, the area
+        and the perimeter of each part's convex hull bound the number. An infinite result is not supported.
 
         Source:
             Oler, "An inequality in the geometry of numbers" (1961), for convex sets.
@@ -101,7 +103,7 @@ class Layers:
         return sum(_most_in(part, spacing) for part in shapely.get_parts(area[0]))
 
     def diameter(self, area: Geometry) -> float:
-        """Between the furthest points of an area, at most, metres."""
+        """Upper bound of the distance between two points of an area, metres."""
         across = _diameter(shapely.convex_hull(shapely.union_all(area)))
         if self.empty(area):
             return 0.0
@@ -110,7 +112,7 @@ class Layers:
         return math.hypot(across, climb)
 
     def distance(self, first: Geometry, second: Geometry) -> float:
-        """Between the nearest points of two areas, at most; infinite where one is empty."""
+        """Upper bound of the least distance between two areas, metres; infinite if one is empty."""
         if self.world.dimension == 2:
             return _finite(shapely.distance(first[0], second[0]))
         gaps = _gaps(self.heights)
@@ -118,7 +120,7 @@ class Layers:
         return float(np.min(np.where(np.isnan(across), math.inf, np.hypot(across, gaps))))
 
     def distances(self, vectors: Sequence[Vector], area: Geometry) -> list[float]:
-        """From places to an area, at most, metres."""
+        """Upper bounds of the distances from places to an area, metres."""
         places = np.asarray(vectors, dtype=np.float64)
         points = shapely.points(places[:, :2])
         nearest = np.full(len(places), math.inf)
@@ -133,7 +135,7 @@ class Layers:
         return [float(distance) for distance in nearest]
 
     def holds(self, area: Geometry, vectors: Sequence[Vector]) -> list[bool]:
-        """Which places are in an area, its border included."""
+        """For each place, whether it is in an area, including its border."""
         places = np.asarray(vectors, dtype=np.float64)
         inside = np.zeros(len(places), dtype=bool)
         points = shapely.points(places[:, :2])
@@ -144,7 +146,7 @@ class Layers:
         return [bool(held) for held in inside]
 
     def bounds(self, area: Geometry) -> tuple[Vector, Vector]:
-        """The least and the largest coordinates of an area that is not empty."""
+        """Least and largest coordinates of a non-empty area."""
         if self.world.dimension == 2:
             west, south, east, north = area[0].bounds
             return (west, south), (east, north)
@@ -156,26 +158,26 @@ class Layers:
         return bool(np.all(shapely.is_empty(area)))
 
     def disjoint(self, first: Geometry, second: Geometry) -> bool:
-        """Whether two areas have no point in common, borders included."""
+        """Return whether two areas, including their borders, have no common point."""
         if len(first) == 1:
             return bool(shapely.disjoint(first[0], second[0]))
         return bool(np.all(shapely.disjoint(first, second)))
 
     def covers(self, whole: Geometry, part: Geometry) -> bool:
-        """Whether every point of the part is in the whole."""
+        """Return whether every point of the part is in the whole."""
         if len(whole) == 1:
             return bool(part[0].is_empty or shapely.covers(whole[0], part[0]))
         return bool(np.all(shapely.is_empty(part) | shapely.covers(whole, part)))
 
     def union(self, areas: list[Geometry]) -> Geometry:
-        """The points of all areas."""
+        """Union of the areas."""
         return _array([shapely.union_all([area[layer] for area in areas]) for layer in range(len(self.heights))])
 
     def common(self, first: Geometry, second: Geometry) -> Geometry:
         return _array(shapely.intersection(first, second))
 
     def without(self, area: Geometry, taken: Geometry) -> Geometry:
-        """The area less the points of another, but for lines and single points."""
+        """Area without the points of another, except lines and single points."""
         return _array(shapely.difference(area, taken))
 
     def _heights_of_world(self) -> tuple[float, float]:
@@ -227,7 +229,7 @@ def _diameter(hull: shapely.Geometry) -> float:
 
 
 def _most_in(part: shapely.Geometry, spacing: float) -> int:
-    """How many points there are in a part of the plane, so far apart, at most."""
+    """Upper bound of the number of points in a part of the plane with this pairwise distance."""
     if part.is_empty:
         return 0
     hull = shapely.convex_hull(part)
@@ -248,7 +250,7 @@ def _buffered(geometry: shapely.Geometry, distance: float) -> shapely.Geometry:
 
 
 def _clipped(corners: list[tuple[float, float]], values: list[float]) -> shapely.Geometry:
-    """The part of a convex polygon where the values, linear between the corners, are at least 0."""
+    """Part of a convex polygon with values, linear between the corners, of at least 0."""
     vertices: list[tuple[float, float]] = []
     for place, ((x, y), value) in enumerate(zip(corners, values, strict=True)):
         (x0, y0), before = corners[place - 1], values[place - 1]
@@ -261,7 +263,7 @@ def _clipped(corners: list[tuple[float, float]], values: list[float]) -> shapely
 
 
 def _gaps(heights: Array) -> Array:
-    """(layers, layers), metres: how far apart in height two layers are."""
+    """Vertical gaps between layers: heights (layers, 2) -> (layers, layers), metres."""
     bottom, top = heights[:, 0], heights[:, 1]
     return np.maximum(np.maximum(bottom[:, None] - top[None, :], bottom[None, :] - top[:, None]), 0.0)
 
@@ -271,7 +273,7 @@ def _finite(distance: float) -> float:
 
 
 def _array(geometries: Iterable[shapely.Geometry]) -> Geometry:
-    """An array of objects, whatever the geometries are (numpy would unpack collections)."""
+    """Object array of geometries, also of collections, which numpy would unpack."""
     listed = list(geometries)
     area: Geometry = np.empty(len(listed), dtype=object)
     area[:] = listed

@@ -1,8 +1,8 @@
-"""Outlines: combined shapes as plain ones whose distance from outside is the true one.
+"""Outlines: combined shapes as plain ones with exact outside distances.
 
-The distance to what is cut out of a box is understated at the corners of the cut (``signed_distance``): half a metre
-of a door of 1.2 m may be missing. Where boxes and polygons are combined the outline is a polygon, and the
-distance to that is exact. In three dimensions, and where discs are combined, a shape stays as it is.
+The distance to a difference is understated at the corners of the cut (``signed_distance``): half a metre of a door of
+1.2 m may be missing. A combination of boxes and polygons has a polygon as its outline, with an exact distance.
+Three-dimensional shapes, and combinations with discs, stay unchanged.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from missionc.ir.distances.signed_distance import measured_outside
 
 
 def outlined(shape: Shape) -> Shape:
-    """The same set of places, as polygons, where that makes distances exact; else the shape itself."""
+    """The same set of places as polygons, if that makes distances exact; else the shape itself."""
     if measured_outside(shape):
         return shape
     area = _area(shape)
@@ -33,7 +33,7 @@ def outlined(shape: Shape) -> Shape:
 
 
 def _area(shape: Shape) -> BaseGeometry | None:
-    """The plane geometry of a shape without heights whose sides are straight; None of any other."""
+    """Plane geometry of a shape without heights and with straight sides; None for any other."""
     match shape:
         case Box(low, high) if len(low) == 2:
             return shapely.box(*low, *high)

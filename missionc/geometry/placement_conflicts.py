@@ -1,4 +1,4 @@
-"""Placement conflicts of many given places at once: those too near to an obstacle, and pairs too near to each other."""
+"""Placement conflicts of many given places at once: with obstacles, and between pairs."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from missionc.ir import Obstacle, Vector
 from missionc.ir.distances.signed_distance import signed_distance
 
 CHUNK = 32
-"""Places whose neighbours are looked up at a time."""
+"""Number of places whose neighbours are searched at a time."""
 
 
 def too_near(
     obstacle: Obstacle, time: float, places: Sequence[Vector], margins: Sequence[float]
 ) -> list[tuple[int, float]]:
-    """The places closer to the obstacle, at that time, than their margin in metres; with their distance to it."""
+    """Places closer to the obstacle at that time than their margin in metres, with their distance."""
     points = np.asarray(places, dtype=np.float64)
     if len(points) == 0:
         return []
@@ -35,7 +35,7 @@ def too_near(
 def too_close(
     places: Sequence[Vector], agents: Sequence[int], spacing: SpacingTable, most: int
 ) -> list[tuple[int, int, float]]:
-    """Pairs of places no further apart than the agents in them have to be, with their distance.
+    """Pairs of places no further apart than their agents' required separation, with their distance.
 
     Stops after about ``most`` pairs.
     """

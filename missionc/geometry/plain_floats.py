@@ -1,7 +1,7 @@
-"""One place in plain numbers, with as much of an array library as signed distances use.
+"""One place in plain numbers, with the part of an array library that signed distances need.
 
-``signed_distance(plain_floats, shape, Place(point))`` is the very distance that arrays of places get, of a single
-one, for those who must not wait for an array library to be loaded.
+``signed_distance(plain_floats, shape, Place(point))`` is the same distance that arrays of places get, without loading
+an array library.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ import math
 from types import EllipsisType
 from typing import Any
 
-abs, maximum, minimum, sqrt = abs, max, min, math.sqrt  # by the names of array libraries
+abs, maximum, minimum, sqrt = abs, max, min, math.sqrt  # under the names of array libraries
 
 
 class Place(tuple[float, ...]):
-    """A point's coordinates, metres, read as those of an array are: ``place[..., axis]``, ``place[..., :2]``."""
+    """Coordinates of a point, metres, indexed like an array: ``place[..., axis]``, ``place[..., :2]``."""
 
     __slots__ = ()
 

@@ -11,10 +11,10 @@ from missionc.geometry.dynamics import Motions
 from missionc.geometry.vectors import dot, norm
 
 HALVINGS = 40
-"""Halves one step down to 1e-12 of it; the distance at a least point is then exact to rounding."""
+"""Number of bisections: one step down to 1e-12 of it, so that the least distance is exact to rounding."""
 
 NEGLIGIBLE = 1e-12
-"""Metres: a motion that bends by less within the step counts as straight."""
+"""Metres: a motion with less curvature within the step counts as straight."""
 
 
 def closest_approach(
@@ -23,15 +23,15 @@ def closest_approach(
     step: float,
     metric: Array | None = None,
 ) -> Array:
-    """The least distance of two centres over one step, each moving with constant acceleration.
+    """Least distance of two centres over one step, each moving with constant acceleration.
 
     Args:
-        first, second: (...), of shapes that broadcast to one.
-        step: how long the step lasts, seconds.
-        metric: (..., dim), by what each axis of their difference counts; 1 where there is none.
+        first, second: (...), metres and seconds; their shapes broadcast.
+        step: duration, seconds.
+        metric: (..., dim), weight of each axis of their difference; None for 1.
 
     Returns:
-        (...), metres, of the metric: the minimum over the whole step, both ends included.
+        (...), metres in the metric: the minimum over the whole step, both ends included.
     """
     offset = np.asarray(second.position - first.position, dtype=float)
     velocity = np.asarray(second.velocity - first.velocity, dtype=float) * step
@@ -48,7 +48,7 @@ def closest_approach(
 
 
 def _straight(offset: Array, velocity: Array) -> Array:
-    """The least ``|offset + velocity u|`` for u in [0, 1]."""
+    """Least ``|offset + velocity u|`` for u in [0, 1]: (..., dim) twice, metres -> (...), metres."""
     square = dot(velocity, velocity)
     moment = np.clip(-dot(offset, velocity) / np.where(square > 0, square, 1.0), 0.0, 1.0)
     least: Array = norm(offset + velocity * moment[..., None])
@@ -56,11 +56,10 @@ def _straight(offset: Array, velocity: Array) -> Array:
 
 
 def _curved(offset: Array, velocity: Array, bend: Array) -> Array:
-    """The least ``|offset + velocity u + bend u²|`` for u in [0, 1].
+    """Least ``|offset + velocity u + bend u²|`` for u in [0, 1]: (..., dim) each, metres -> (...), metres.
 
-    The squared distance is a quartic. Its slope is a cubic, which is monotone
-    between the roots of its own slope, so that bisection finds every root; a
-    closed form would lose its digits where two roots meet.
+    The squared distance is a quartic. Its slope is a cubic, which is monotone between the roots of its own slope.
+    Bisection therefore finds every root; a closed form would lose its digits near double roots.
     """
     cubic = (
         2 * dot(bend, bend),

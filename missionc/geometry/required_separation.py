@@ -1,4 +1,4 @@
-"""Required separation of agents, for many pairs at once: the ellipsoids of ``Mission.spacing`` as a metric."""
+"""Required separation of agents for many pairs at once: the ellipsoids of ``Mission.spacing`` as a metric."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from missionc.ir import Mission
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpacingTable:
-    """``Mission.spacing`` as a table: agents of one radius, vehicle and drift are of one kind.
+    """Table of ``Mission.spacing``: agents with equal radius, vehicle and drift are of one kind.
 
-    Two agents are far enough apart where their difference, each axis times ``metric``, is at least ``between`` long.
+    Two agents are far enough apart if their difference, each axis times ``metric``, is at least ``between`` long.
 
     Args:
-        kind: (agents,).
+        kind: (agents,), index of each agent's kind.
         sideways: (kinds, kinds), metres.
-        flatness: (kinds, kinds), the half axis sideways over that in height.
-        dimension: of the mission's world.
+        flatness: (kinds, kinds), ratio of the horizontal to the vertical half axis.
+        dimension: dimension of the mission's world.
     """
 
     kind: Indices
@@ -31,17 +31,19 @@ class SpacingTable:
 
     @staticmethod
     def of(mission: Mission) -> SpacingTable:
-        """The table of a mission, made once."""
+        """Table of a mission, made once."""
         if mission not in _TABLES:
             _TABLES[mission] = _made(mission)
         return _TABLES[mission]
 
     def between(self, first: Indices, second: Indices) -> Array:
-        """Metres sideways from centre to centre, of agents by their numbers: two arrays that broadcast to one."""
+        """Required horizontal distances of centres, metres, for two broadcasting index arrays (...)."""
         return np.asarray(self.sideways[self.kind[first], self.kind[second]])
 
     def metric(self, first: Indices, second: Indices) -> Array | None:
-        """By what each axis of their difference is multiplied, (..., dim); None where all directions are alike."""
+        """Factors for each axis of the pairs' differences, (..., dim), dimensionless; None if all
+        directions are equal.
+        """
         if self.round:
             return None
         factors = np.ones((*np.broadcast_shapes(np.shape(first), np.shape(second)), self.dimension))
@@ -50,16 +52,18 @@ class SpacingTable:
 
     @property
     def round(self) -> bool:
-        """Whether any two keep the same distance in all directions."""
+        """True if every pair has the same distance in all directions."""
         return bool((self.flatness == 1).all())
 
     @property
     def widest(self) -> float:
-        """The largest of any two in any direction, metres; 0 where there is no agent."""
+        """Greatest distance of any pair in any direction, metres; 0 without agents."""
         return float((self.sideways * np.maximum(1.0, 1.0 / self.flatness)).max(initial=0.0))
 
     def among(self, agents: Indices) -> float:
-        """The largest sideways of any two of these agents, metres, or of one and another that is like it."""
+        """Greatest horizontal distance among these agents and others of their kinds, metres; the indices
+        are (some,).
+        """
         kinds = self.kind[agents]
         return float(self.sideways[np.ix_(kinds, kinds)].max(initial=0.0))
 

@@ -1,4 +1,4 @@
-"""Even sampling of boxes and shapes, the same for the same generator."""
+"""Even sampling of boxes and shapes, deterministic for a given generator."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from missionc.ir import Shape, Vector, World
 from missionc.ir.distances.signed_distance import signed_distance
 
 BATCH = 1 << 10
-"""How many points are tried at a time in the box around a shape."""
+"""Number of points tried at a time in the box around a shape."""
 
 BATCHES = 16
-"""How often; a shape that fills less than a ten-thousandth of its box may come out empty."""
+"""Maximum number of batches; a shape that fills less than a ten-thousandth of its box may get no points."""
 
 TINY = 1e-9
-"""Metres: a grid point so far past the box still counts as on its border."""
+"""Metres by which a grid point may exceed the box and still count as on its border."""
 
 
 def scatter(low: Vector, high: Vector, count: int, generator: np.random.Generator) -> Array:
-    """Points evenly spread over a box: (count, dim), metres. Any first few are spread as well.
+    """Points evenly spread over a box, as is each prefix of them: (count, dim), metres.
 
-    The additive sequence of the generalised golden ratio, shifted at random and
-    shaken by up to a quarter of the points' spacing, so that no lattice is left.
+    They are the additive sequence of the generalised golden ratio, with a random shift and a perturbation of up to a
+    quarter of the spacing, so that they form no lattice.
     """
     dimension = len(low)
     ratio = 2.0
@@ -39,13 +39,13 @@ def scatter(low: Vector, high: Vector, count: int, generator: np.random.Generato
 
 
 def points_in(shape: Shape, world: World, enough: int, generator: np.random.Generator) -> tuple[Array, Array]:
-    """Points of a shape within the world, and how deep they are in it.
+    """Points of a shape within the world, and their depth in it.
 
     Args:
-        enough: stop looking once there are so many.
+        enough: number of points after which the search stops.
 
     Returns:
-        (points, dim) and (points,), metres. Empty where none were met.
+        (points, dim) and (points,), metres. Empty if none were found.
     """
     low, high = bounds(shape, world)
     empty = np.zeros((0, world.dimension)), np.zeros(0)
@@ -63,13 +63,13 @@ def points_in(shape: Shape, world: World, enough: int, generator: np.random.Gene
 
 
 def bounds(shape: Shape, world: World) -> tuple[Vector, Vector]:
-    """The corners of a box around the part of a shape that is in the world."""
+    """Corners of a box around the part of a shape in the world."""
     low, high = box_around(shape, world.dimension)
     return tuple(map(max, low, world.low)), tuple(map(min, high, world.high))
 
 
 def packed(shape: Shape, world: World, pitch: float) -> Array:
-    """The points of a shape on a square grid from the corner of the box around it: (points, dim), metres."""
+    """Points of a shape on a square grid from the corner of its box: (points, dim), metres."""
     low, high = bounds(shape, world)
     if any(first > last for first, last in zip(low, high, strict=True)):
         return np.zeros((0, world.dimension))
@@ -80,14 +80,14 @@ def packed(shape: Shape, world: World, pitch: float) -> Array:
 
 
 def far_apart(points: Array, count: int, others: Array) -> Indices:
-    """Which points to take, one after the other, each the farthest from those taken and from ``others``.
+    """Choose points one by one, each the farthest from the chosen ones and from ``others``.
 
     Args:
-        points: (points, dim), at least one; the first is taken first where ``others`` is empty.
-        others: (others, dim)
+        points: (points, dim), metres, at least one; the first comes first if ``others`` is empty.
+        others: (others, dim), metres
 
     Returns:
-        (at most count,), in the order taken.
+        (at most count,), indices in the order of choice.
     """
     gap = np.full(len(points), np.inf) if len(others) == 0 else cKDTree(others).query(points)[0]
     taken: list[int] = []

@@ -1,7 +1,7 @@
 """Time scaling of a plan: the same paths in more steps of the same length.
 
 in   the Mission with a later horizon, the Trace of a plan up to an earlier one
-out  Trace, through the whole mission; nothing about it is judged here
+out  Trace over the whole mission; it is not judged here
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 
 STILL = 1e-9
-"""Metres or m/s: who moves by less turns nowhere."""
+"""Metres or m/s below which an agent does not turn."""
 ON_STEP = 1e-9
-"""The share of a step within which a moment counts as on one of the plan's."""
+"""Share of a step within which a time counts as a step of the plan."""
 
 
 def slowed(mission: Mission, trace: Trace) -> Trace:
-    """The plan's place at ``t / s`` for every step's time ``t``, where ``s`` is how many times as long the mission is.
+    """Time-scaled plan: for each step's time ``t`` the plan's place at ``t / s``, with ``s`` the ratio of durations.
 
-    First-order agents go straight in between: along the plan's own segments where ``s`` is whole, else across its
-    corners.
-    Double integrators keep the plan's velocities, over ``s``, as nearly as constant accelerations in between allow.
+    First-order agents move straight in between: along the plan's own segments if ``s`` is an integer, else across its
+    corners. Double integrators follow the plan's velocities, divided by ``s``, as closely as constant accelerations in
+    between allow.
     """
     fewer = trace.position.shape[1] - 1
     place = np.arange(mission.steps + 1) * (fewer / mission.steps)
@@ -38,23 +38,25 @@ def slowed(mission: Mission, trace: Trace) -> Trace:
         if agent.dynamics.has_momentum:
             own = velocity[agent.index] * (fewer / mission.steps)
             bend = trace.velocity[agent.index, before + 1] - trace.velocity[agent.index, before]
-            # Where it is under the step's constant acceleration, and not on the chord.
+            # Its place under the step's constant acceleration, and not on the chord.
             bulge = bend * (share * (share - 1) / 2 * trace.step)[:, None]
             position[agent.index], flown[agent.index] = _pushed(position[agent.index] + bulge, own, trace.step)
     return Trace(trace.step, position, flown, _headings(trace, before, flown))
 
 
 def _between(states: Array, before: Array, share: Array) -> Array:
-    """(agents, steps + 1, dim): on the line between two states, each as it is where the share is 0 or 1."""
+    """Points on the line between two states, exact at shares 0 and 1: (agents, steps + 1, dim), metres."""
     start, end = states[:, before], states[:, before + 1]
     return np.where(share[:, None] == 1, end, start + share[:, None] * (end - start))
 
 
 def _pushed(position: Array, velocity: Array, step: float) -> tuple[Array, Array]:
-    """The states (steps + 1, dim) nearest to these that constant accelerations join, with the same ends.
+    """Nearest states that constant accelerations join, with the same ends.
 
-    The least corrections ``q`` of the positions and ``w`` of the velocities, with the accelerations of ``w`` for
-    its size: one sparse system.
+    Shape: (steps + 1, dim) twice, metres and m/s.
+
+    One sparse system gives the least corrections ``q`` of the positions and ``w`` of the velocities; the size of ``w``
+    is that of its accelerations.
     """
     last = len(position) - 1
     drift = np.diff(position, axis=0) - (velocity[1:] + velocity[:-1]) * (step / 2)
@@ -70,13 +72,13 @@ def _pushed(position: Array, velocity: Array, step: float) -> tuple[Array, Array
     solved = splu(system).solve(np.concatenate([np.zeros((2 * inner, drift.shape[1])), -drift]))
     position, velocity = position.copy(), velocity.copy()
     velocity[1:-1] += solved[inner : 2 * inner] / step
-    # Summed up once more, so that rounding is all that is left of the drift.
+    # Integrate again, so that only rounding remains of the drift.
     position[1:-1] = position[0] + np.cumsum((velocity[1:] + velocity[:-1]) * (step / 2), axis=0)[:-1]
     return position, velocity
 
 
 def _headings(trace: Trace, before: Array, velocity: Array) -> Array:
-    """Along the motion; where there is none, as the plan has it."""
+    """Headings along the motion, or as in the plan without motion: (agents, steps + 1), rad."""
     moving = np.linalg.norm(velocity[..., :2], axis=-1) > STILL
     headings = np.where(moving, np.arctan2(velocity[..., 1], velocity[..., 0]), trace.heading[:, before])
     headings[:, -1] = trace.heading[:, -1]

@@ -1,9 +1,9 @@
-"""Straight runs of a roadmap of the user's own: lanes that lead straight on, one after the other, at one speed.
+"""Straight runs of a user's roadmap: consecutive lanes in one direction at one speed.
 
     in   Lanes
-    out  the numbers of the lanes of each run
+    out  the indices of the lanes of each run
 
-Whoever goes on such lanes need not be at a step where one ends and the next begins.
+An agent on such lanes need not be at a node at a step.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from missionc.geometry.lane_room import positions
 from missionc.ir import Lanes
 
 LONGEST = 8
-"""Lanes of a run at most: there are so many runs from each node and no more."""
+"""Maximum number of lanes of a run, which bounds the number of runs from each node."""
 
 ASIDE = 1e-9
-"""Metres, and the share of a direction, by which a node may be beside the run that it is on: floating rounding."""
+"""Tolerance for a node beside its run, metres and share of a direction; for rounding only."""
 
 
 def straight_runs(lanes: Lanes) -> list[tuple[int, ...]]:
-    """All runs of two lanes to ``LONGEST``, whose speeds are one and none of which has to take some time at least."""
+    """All runs of two to ``LONGEST`` lanes with one speed and without minimum durations."""
     place = positions(lanes)
     way = [place[lane.target] - place[lane.source] for lane in lanes.lanes]
     leaving: dict[int, list[int]] = {}
@@ -30,7 +30,7 @@ def straight_runs(lanes: Lanes) -> list[tuple[int, ...]]:
             leaving.setdefault(lane.source, []).append(number)
 
     def straight_on(run: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-        """The run with each lane more that leads on from it."""
+        """Yield the run with each lane that continues it."""
         first, last = lanes.lanes[run[0]], lanes.lanes[run[-1]]
         ahead = place[last.target] - place[first.source]
         ahead = ahead / float((ahead @ ahead) ** 0.5)

@@ -1,6 +1,6 @@
-"""Many short vectors at once: lengths and scalar products, added up coordinate by coordinate, and distinct rows.
+"""Many short vectors at once: lengths and scalar products, summed coordinate by coordinate, and distinct rows.
 
-numpy reduces a last axis row by row, which takes ten times as long where a row is two or three numbers.
+numpy reduces a last axis row by row, which takes ten times as long for rows of two or three numbers.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from missionc.ir.distances.signed_distance import length
 
 
 def distinct(rows: NDArray[Any]) -> tuple[Indices, Indices]:
-    """Which rows are the first of their kind, and which kind each row is.
+    """Index of the first row of each kind, and the kind of each row.
 
     Sorting columns is many times quicker than sorting rows, as ``numpy.unique`` does.
 
@@ -23,7 +23,7 @@ def distinct(rows: NDArray[Any]) -> tuple[Indices, Indices]:
         rows: (rows, columns) of numbers, none of them NaN.
 
     Returns:
-        (kinds,), indices of rows, in the order of what they hold; and (rows,), indices into it.
+        (kinds,), indices of rows, in the order of their values; and (rows,), indices into it.
     """
     order = np.lexsort(rows.T[::-1])
     begins = np.ones(len(rows), dtype=bool)
@@ -34,12 +34,12 @@ def distinct(rows: NDArray[Any]) -> tuple[Indices, Indices]:
 
 
 def norm(vectors: Array) -> Array:
-    """Euclidean lengths, (..., dim) -> (...)."""
+    """Euclidean lengths, (..., dim) -> (...), in the unit of the vectors, such as metres."""
     return np.asarray(length(np, [vectors[..., axis] for axis in range(vectors.shape[-1])]))
 
 
 def dot(first: Array, second: Array) -> Array:
-    """Scalar products, (..., dim) twice -> (...)."""
+    """Scalar products, (..., dim) twice -> (...), in the product of both units, such as square metres."""
     product = first * second
     total = product[..., 0]
     for axis in range(1, product.shape[-1]):

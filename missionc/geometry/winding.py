@@ -1,12 +1,12 @@
-"""Winding of paths round what stands: the angle that each agent sweeps about each part of the standing obstacles.
+"""Winding of paths around static obstacles: the angle that each agent sweeps about each part.
 
     in   Mission, positions over time
     out  StandingPart, angles
 
-Of two paths from one place to another, those that pass a part on different sides, or go round it once more, sweep
-angles about it that differ by whole turns; nothing that moves a path a little changes that. They are of different
-homotopy classes then. Parts that hang together for the smallest agent are one. One that reaches the
-world's border has one side and is left out, and so is, in a volume, what does not stand from the floor to the ceiling.
+If two paths between the same places pass a part on different sides, or circle it a different number of times, their
+angles differ by whole turns. Small changes of a path do not change this, so the paths are of different homotopy
+classes. Parts that are connected for the smallest agent count as one. A part that reaches the world's border has only
+one side and is left out. In a volume, parts that do not reach from floor to ceiling are left out too.
 
 Source:
     Bhattacharya, Likhachev, Kumar, topological constraints in search-based planning, 2012, for the plane.
@@ -24,20 +24,20 @@ from missionc.geometry.configuration_space import Atlas
 from missionc.ir import Mission, Shape, Still
 
 MOST_PARTS = 64
-"""Parts that are told apart: the largest."""
+"""Maximum number of parts: the largest are used."""
 
 TURN = np.pi
-"""Radians by which angles differ at least of paths that pass on different sides."""
+"""Least difference of angles, radians, for paths on different sides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StandingPart:
-    """A part of the standing obstacles that can be gone round.
+    """Part of the static obstacles that paths can circle.
 
     Args:
-        name: the obstacles that it is made of.
-        point: one in it that nobody passes, (2,), metres.
-        solid: what stands, as a shapely geometry.
+        name: names of its obstacles.
+        point: inner point that no agent passes, (2,), metres.
+        solid: the obstacles as a shapely geometry.
     """
 
     name: str
@@ -46,7 +46,7 @@ class StandingPart:
 
 
 def standing_parts(mission: Mission) -> tuple[StandingPart, ...]:
-    """The parts of a mission's standing obstacles that can be gone round."""
+    """Parts of a mission's static obstacles that paths can circle."""
     standing = [obstacle for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
     if not standing or mission.world.flat:
         return ()
@@ -70,12 +70,12 @@ def standing_parts(mission: Mission) -> tuple[StandingPart, ...]:
 
 
 def least_room(mission: Mission) -> float:
-    """What the smallest agent keeps from its centre to what stands, metres."""
+    """Required distance of the smallest agent's centre from static obstacles, metres."""
     return float(mission.clearance) + min(float(agent.radius) for agent in mission.agents)
 
 
 def outline(mission: Mission, shape: Shape) -> shapely.Geometry:
-    """What a shape bars in the plane; in a volume, what it bars at every height."""
+    """Area that a shape blocks in the plane; in a volume, that it blocks at every height."""
     atlas = Atlas.of(mission.world, [shape])
     layers = [
         geometry
@@ -86,9 +86,11 @@ def outline(mission: Mission, shape: Shape) -> shapely.Geometry:
 
 
 def swept_angles(parts: tuple[StandingPart, ...], position: Array) -> Array:
-    """What agents at these places, (agents, steps + 1, dim), sweep about each part: (agents, parts), radians.
+    """Angles that agents on paths (agents, steps + 1, dim) sweep about each part.
 
-    Positive where a part is on the left of who passes it.
+    Shape: (agents, parts), radians.
+
+    Positive if the part is on the left of the agent.
     """
     swept = np.zeros((len(position), len(parts)))
     for number, part in enumerate(parts):

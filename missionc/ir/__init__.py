@@ -1,8 +1,7 @@
-"""The intermediate representation: the mission as meant, names are objects, units are SI, windows are whole steps.
+"""Intermediate representation: the resolved mission, with SI units and windows in whole steps.
 
-Values only. Everything after ``resolve.resolve_mission`` reads this and never the tree
-as written. Agents are numbered through the whole mission, in the order of
-their declaration; an agent set is a tuple of such numbers in the order meant.
+The package holds values only. Every module after ``resolve.resolve_mission`` reads this form and never the syntax tree.
+Agents have numbers over the whole mission, in the order of their declaration. An agent set is a tuple of such numbers.
 """
 
 from missionc.ir.agents import *

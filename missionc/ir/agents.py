@@ -15,11 +15,11 @@ from missionc.ir.vehicles import AHEAD, PLAIN, Vehicle, Yaw
 
 
 class InitialSet(Record):
-    """Positions of an agent's centre at the first step, or at the last: one point, or any of a region.
+    """Set of allowed positions of an agent's centre at the first or the last step: one point or a region.
 
     Args:
         point: the one position, metres; None if there is a region.
-        region: from which the compiler chooses a position; None if there is one point.
+        region: the compiler chooses a position from it; None if there is one point.
     """
 
     span: Span
@@ -28,7 +28,7 @@ class InitialSet(Record):
 
     @property
     def shape(self) -> Shape:
-        """The set, metres; a box without extent if it is one point."""
+        """The set as a shape, metres; a box without extent for one point."""
         if self.point is not None:
             return Box(self.point, self.point)
         assert self.region is not None
@@ -41,12 +41,14 @@ class InitialSet(Record):
 
 
 class Agent(Record, eq=False):
-    """One robot. ``name`` is ``drone[0]``, or ``truck7`` for an agent of its own.
+    """One robot.
+
+    Its ``name`` is ``drone[0]`` for a member of a team, or for example ``truck7`` for a single agent.
 
     Args:
-        begins: its state as the mission begins, where it is in motion then, as the rest of one that is being flown:
-            (x, y, z, yaw), metres and rad, and their derivatives by seconds up to the fourth. Empty: it begins at rest.
-        course: where it is at the steps, metres, where its motion is given and nobody plans it. Empty: it is free.
+        begins: state at time 0 of an agent that is already in motion, for example of the rest of a running mission:
+            (x, y, z, yaw), metres and rad, and their derivatives by time up to the fourth. Empty if it begins at rest.
+        course: given positions at the steps, metres, of an agent that is not planned. Empty for a planned agent.
     """
 
     index: int
@@ -66,12 +68,12 @@ class Agent(Record, eq=False):
 
     @property
     def ends(self) -> tuple[InitialSet, ...]:
-        """Its start, and its finish if it has one."""
+        """The start, and the finish if there is one."""
         return (self.start,) if self.finish is None else (self.start, self.finish)
 
 
 class AgentSet(Record, eq=False):
-    """A team, a group, or one agent, by the name it was meant with."""
+    """A team, a group or one agent, under the name in the mission."""
 
     name: str
     agents: tuple[int, ...]
@@ -79,7 +81,7 @@ class AgentSet(Record, eq=False):
 
 
 def ends_by_region(ends: Iterable[tuple[Agent, InitialSet]]) -> dict[Region, list[tuple[Agent, InitialSet]]]:
-    """The starts, or finishes, that are regions, with their agents, by the region."""
+    """Group the starts or finishes that are regions by region, each with its agent."""
     found: dict[Region, list[tuple[Agent, InitialSet]]] = {}
     for agent, place in ends:
         if place.region is not None:

@@ -12,7 +12,7 @@ from missionc.ir.shapes import Shape, Vector
 
 
 class PairRange(Record):
-    """The range of the links from each of some agents to each of some others."""
+    """Range of the links from each agent of one set to each agent of another."""
 
     senders: frozenset[int]
     receivers: frozenset[int]
@@ -20,7 +20,7 @@ class PairRange(Record):
 
 
 class PairWeight(Record):
-    """What the links from each of some agents to each of some others weigh."""
+    """Weight of the links from each agent of one set to each agent of another."""
 
     senders: frozenset[int]
     receivers: frozenset[int]
@@ -28,7 +28,10 @@ class PairWeight(Record):
 
 
 class Weight(Record):
-    """What links weigh, at least 1: those of ``pairs``, each in one of them at most, and ``others``."""
+    """Weights of links, at least 1: ``pairs`` lists exceptions, each link in at most one.
+
+    ``others`` is the rest.
+    """
 
     name: str
     others: int
@@ -36,7 +39,7 @@ class Weight(Record):
 
 
 class Proximity(Record, eq=False):
-    """An edge where two agents are strictly closer than the range of their pair. [strel] ε-proximity graphs."""
+    """Graph with an edge if two agents are strictly closer than the range of their pair: [strel] ε-proximity graph."""
 
     by_distance = True
 
@@ -53,7 +56,7 @@ class Proximity(Record, eq=False):
 
 
 class BeaconCover(Record, eq=False):
-    """Two agents both strictly closer than ``radius`` to one beacon. [strel] ε-connectivity graphs."""
+    """Graph with an edge if two agents are strictly closer than ``radius`` to one beacon: [strel] ε-connectivity."""
 
     by_distance = False
     ranges = ()
@@ -70,7 +73,7 @@ class BeaconCover(Record, eq=False):
 
 
 class Sight(Record, eq=False):
-    """Two agents strictly closer than the range of their pair, their line more than ``room`` clear of ``shapes``."""
+    """Proximity graph whose links also need a line of sight more than ``room`` clear of ``shapes``."""
 
     by_distance = True
     name: str
@@ -88,12 +91,13 @@ class Sight(Record, eq=False):
 
 
 Graph: TypeAlias = Proximity | BeaconCover | Sight
-"""``by_distance``: a link is never longer than the range of its pair, which is the ``radius`` of all whose pair is in
-none of the ``ranges``; each is in one of them at most. ``rule``: what links two, whoever else is on the graph."""
+"""A communication graph. ``by_distance``: a link is never longer than the range of its pair. This range is ``radius``
+for pairs in none of the ``ranges``; each pair is in at most one of them. ``rule``: the condition for a link between two
+agents, independent of other agents."""
 
 
 class FormationEdge(Record):
-    """What two agents (by mission index) keep: their distance, or their offset ``second - first``."""
+    """Edge of a formation between two agents (mission indices): a required distance or offset ``second - first``."""
 
     first: int
     second: int
@@ -101,7 +105,10 @@ class FormationEdge(Record):
 
 
 class Formation(Record, eq=False):
-    """Each edge's absolute error is at most the tolerance; ``total``: their sum is. [clot] III-C, F_form."""
+    """Formation: each edge's absolute error, or with ``total`` their sum, is at most the tolerance.
+
+    [clot] III-C, F_form.
+    """
 
     name: str
     kind: str

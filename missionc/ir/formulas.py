@@ -14,7 +14,7 @@ from missionc.ir.predicates import Predicate
 
 
 class Operator(Protocol):
-    """What a formula as meant says of its operator; ``language.operators`` has the whole of each, under its name."""
+    """Facts of a formula about its operator; ``language.operators`` defines each operator, under its name."""
 
     @property
     def name(self) -> str: ...
@@ -30,7 +30,7 @@ class Operator(Protocol):
 
 
 class Window(Record):
-    """Steps ahead, both ends included; ``high`` None reaches to the mission's last step."""
+    """Window of steps ahead, both ends included; ``high`` None means the mission's last step."""
 
     low: Steps
     high: Steps | None
@@ -38,9 +38,9 @@ class Window(Record):
 
 
 class Length(Record):
-    """Bounds of a route, both included: whole hops, metres, or the sum of what its links weigh.
+    """Bounds of a route, both included: in hops, metres, or total weight of its links.
 
-    ``high`` is ``math.inf`` where it is left out; ``weight`` is what the route is measured in, if that is one.
+    ``high`` is ``math.inf`` if left out; ``weight`` is the weight that measures the route, if any.
     """
 
     graph: Graph
@@ -57,14 +57,14 @@ class Length(Record):
 
 
 class Period(Record):
-    """The length of the stretches in which something recurs; at least 1."""
+    """Length of the periods of a recurrence, in steps; at least 1."""
 
     steps: Steps
     span: Span
 
 
 class About(Enum):
-    """Whom a formula speaks of; the value reads well in a message."""
+    """Subject of a formula; the value is also its wording in messages."""
 
     AGENT = "one agent"
     TEAM = "the team"
@@ -82,14 +82,17 @@ class Holds(Record, eq=False, weakref_slot=True):
 
 
 class Belongs(Record, eq=False, weakref_slot=True):
-    """The agent is one of these."""
+    """Membership: the agent is in this set."""
 
     agents: AgentSet
     span: Span
 
 
 class Apply(Record, eq=False, weakref_slot=True):
-    """An operator on its operands. ``comparison`` and ``number`` are ``count``'s alone (``>=``, 2)."""
+    """Application of an operator to operands.
+
+    Only ``count`` uses ``comparison`` and ``number`` (``>=``, 2).
+    """
 
     operator: Operator
     operands: tuple[Formula, ...]
@@ -100,7 +103,7 @@ class Apply(Record, eq=False, weakref_slot=True):
 
 
 class AtLeastOf(Record, eq=False, weakref_slot=True):
-    """``body`` of at least ``number`` of the agents; ``every`` is all of them, ``some`` is one."""
+    """``body`` for at least ``number`` of the agents; ``every`` means all of them, ``some`` means one."""
 
     kind: str
     number: int
@@ -110,7 +113,7 @@ class AtLeastOf(Record, eq=False, weakref_slot=True):
 
 
 class OfAgent(Record, eq=False, weakref_slot=True):
-    """``body`` of that agent."""
+    """``body`` evaluated for that agent."""
 
     agent: int
     body: Formula
@@ -118,9 +121,9 @@ class OfAgent(Record, eq=False, weakref_slot=True):
 
 
 class Without(Record, eq=False, weakref_slot=True):
-    """``body`` of the team without any ``number`` of the agents.
+    """``body`` for the team without any ``number`` of the agents.
 
-    ``cases`` is what the body says of whoever is left, for each of the ``lost``: the same words, about fewer agents.
+    ``cases`` has the body for the remaining agents, one for each entry of ``lost``: the same text, for fewer agents.
     """
 
     number: int
@@ -132,4 +135,4 @@ class Without(Record, eq=False, weakref_slot=True):
 
 
 Formula: TypeAlias = "Truth | Holds | Belongs | Apply | AtLeastOf | OfAgent | Without"
-"""A ``let`` is resolved once: every use is the same object, so a formula is a graph without cycles."""
+"""A formula. A ``let`` is resolved once and each use is the same object, so a formula is an acyclic graph."""

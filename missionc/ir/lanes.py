@@ -1,4 +1,4 @@
-"""The user's own roadmap: places and the lanes between them."""
+"""User roadmaps: places and the lanes between them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.ir.shapes import Vector
 
 
 class LaneNode(Record):
-    """A place of the roadmap, by the name that its file gives it."""
+    """A place of the roadmap, under its name in the file."""
 
     name: str
     position: Vector
@@ -17,11 +17,11 @@ class LaneNode(Record):
 
 
 class Lane(Record):
-    """A straight way from one node to another, by their numbers; the way back is a lane of its own.
+    """A straight, directed edge between two nodes, by their numbers.
 
     Args:
-        speed: m/s, the most that agents go on it; infinite where nothing is said.
-        duration: seconds that it takes at least; 0 where nothing is said.
+        speed: maximum on it, m/s; infinite if not given.
+        duration: minimum time, seconds; 0 if not given.
     """
 
     source: int
@@ -32,7 +32,7 @@ class Lane(Record):
 
 
 class Lanes(Record, eq=False):
-    """All nodes and lanes of a roadmap; ``path`` is its file as the mission has it."""
+    """All nodes and lanes of a roadmap; ``path`` is the path of its file as in the mission."""
 
     path: str
     nodes: tuple[LaneNode, ...]
@@ -40,6 +40,6 @@ class Lanes(Record, eq=False):
     span: Span
 
     def length(self, lane: Lane) -> Metres:
-        """How long a lane is."""
+        """Length of a lane."""
         ends = zip(self.nodes[lane.source].position, self.nodes[lane.target].position, strict=True)
         return Metres(sum((after - before) ** 2 for before, after in ends) ** 0.5)

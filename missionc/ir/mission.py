@@ -33,7 +33,7 @@ class Preference(Record, eq=False):
 
 
 class Tolerance(Record, eq=False):
-    """That each of these agents (mission indices), by itself, may be late by up to so many steps."""
+    """Tolerance for delays: each of these agents (mission indices), alone, may be delayed by up to ``steps``."""
 
     agents: tuple[int, ...]
     steps: Steps
@@ -41,29 +41,30 @@ class Tolerance(Record, eq=False):
 
 
 class Spacing(Record):
-    """How far apart the centres of two agents have to be: their difference is not within an upright ellipsoid of these
-    half axes, in metres."""
+    """Required separation of two agents' centres: their difference is outside an upright ellipsoid of these half axes,
+    metres.
+    """
 
     sideways: Metres
     height: Metres
 
     @property
     def least(self) -> Metres:
-        """In the direction in which they may be nearest to each other."""
+        """Least required distance over all directions."""
         return min(self.sideways, self.height)
 
     @property
     def most(self) -> Metres:
-        """In every direction that is far enough."""
+        """Distance that suffices in every direction."""
         return max(self.sideways, self.height)
 
     @property
     def flatness(self) -> float:
-        """By how much heights count where two centres that are ``sideways`` apart are far enough: 1 for a ball."""
+        """Weight of heights relative to ``sideways`` distances in the separation; 1 for a ball."""
         return self.sideways / self.height if self.height > 0 else 1.0
 
     def measured(self, offset: Sequence[float]) -> Metres:
-        """A difference of two centres, in metres sideways."""
+        """Length of a difference of two centres, in equivalent horizontal metres."""
         return Metres(math.hypot(*offset[:2], *(self.flatness * each for each in offset[2:])))
 
 
@@ -84,27 +85,27 @@ class Objective(Enum):
 
 
 class Connectivity(Enum):
-    """What the transport backend pushes on where a graph is to be connected."""
+    """Quantity that the transport backend increases to connect a graph."""
 
     BOTTLENECK = "bottleneck"
     LAMBDA2 = "lambda2"
 
 
 class SolveWith(Record):
-    """``auto``, ``smt``, ``clot`` or ``hybrid``, and its options (plain numbers, but for ``connectivity``)."""
+    """Selected backend (``auto``, ``smt``, ``clot`` or ``hybrid``) and its options, mostly numbers."""
 
     backend: str = "auto"
     options: tuple[tuple[str, float], ...] = ()
     connectivity: Connectivity = Connectivity.BOTTLENECK
     span: Span | None = None
     roadmap: Lanes | None = None
-    """The user's own, in the place of those that are made."""
+    """The user's own roadmap, which replaces generated ones."""
     settings: tuple[tuple[str, float], ...] = ()
     """Values of backend settings that differ from the defaults: ``("smt.roadmap.nodes", 400)``."""
 
 
 class Mission(Record, eq=False, weakref_slot=True):
-    """Everything a mission says. The states are at the steps 0 … ``steps``, both included."""
+    """The whole mission. The states are at the steps 0 … ``steps``, both included."""
 
     name: str
     step: Seconds
@@ -133,8 +134,8 @@ class Mission(Record, eq=False, weakref_slot=True):
     tolerances: tuple[Tolerance, ...] = ()
     files: tuple[PlacesFile, ...] = ()
     drift: tuple[Metres, ...] = ()
-    """What each agent may be off by, beside its tracking margin, for it starts a little before others or after them.
-    Of missions that are planned for (``lower.tighten``); of all others nobody's is known."""
+    """Drift of each agent due to a slightly earlier or later start, besides its tracking margin. Only known for
+    missions in planning (``lower.tighten``)."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -160,12 +161,13 @@ class Mission(Record, eq=False, weakref_slot=True):
         return self.starts if step == 0 else self.finishes if step == self.steps else []
 
     def spacing(self, first: int, second: int) -> Spacing:
-        """How far apart the centres of two agents have to be, at least.
+        """Least required separation of two agents' centres.
 
-        Their bodies with the separation, in every direction; and besides what their vehicles keep and may miss. Bodies
-        and pair distance grow by both tracking margins, and so does the ellipsoid of their downwash, by a little more
-        in height (``verify.flight.joint_claims.downwash`` says why). Agents without a vehicle keep their separation
-        alone. In a plane nobody is above another: both half axes are the one sideways.
+        It covers both bodies and the mission's separation in every direction, and the vehicles' own distances and
+        tracking errors. Bodies and pair distance grow by both tracking margins, and so does the ellipsoid of their
+        downwash, by slightly more in height (``verify.flight.joint_claims.downwash`` gives the reason). Agents without
+        a vehicle need only the mission's separation. In a plane no agent is above another, so both half axes are the
+        horizontal one.
         """
         one, other = self.agents[first], self.agents[second]
         bodies = one.radius + other.radius
@@ -182,10 +184,10 @@ class Mission(Record, eq=False, weakref_slot=True):
         return Spacing(Metres(sideways), Metres(height if self.dimension == 3 else sideways))
 
     def room(self, agent: int) -> tuple[Vector, Vector]:
-        """Opposite corners of where a plan may have an agent: the world less its vehicle's fence inset and what it may
-        miss, in its band of heights.
+        """Opposite corners of the box for an agent's plan: the world without its fence inset and tracking error, and
+        its altitude band.
 
-        The first corner is beyond the second where there is no room.
+        The first corner exceeds the second if the box is empty.
         """
         vehicle = self.agents[agent].vehicle
         inset = vehicle.fence_inset + vehicle.tracking

@@ -1,4 +1,4 @@
-"""Pads: where an agent stands before it rises and where it lands, how high and how fast.
+"""Pads: takeoff and landing places of agents, with heights and speeds.
 
 An agent with a pad flies from the floor to the floor: up above its pad, to its start, its mission, back above the pad,
 and down.
@@ -16,15 +16,15 @@ from missionc.ir.vehicles import Figure
 
 
 class Pad(Record, eq=False):
-    """What ``flight`` says of one agent.
+    """Pad of one agent, as the ``flight`` declaration gives it.
 
     Args:
-        point: x and y, metres; None below where the agent starts.
-        hover: metres, up to which it rises; None at the height of its start.
-        rise: m/s at most on the way up, beside what its vehicle may; infinite where that alone counts.
-        land: likewise on the way down.
-        risen: seconds that have passed of the mission since its agent rose from it: it is in the air, and comes back to
-            it; None where it stands on it.
+        point: x and y, metres; None: below the agent's start.
+        hover: metres, height after takeoff; None: the height of its start.
+        rise: maximum climb speed, m/s, besides its vehicle's limit; infinite if only that limit applies.
+        land: likewise for the descent.
+        risen: seconds of mission time since the agent took off: it is in the air and will land here; None if it is on
+            the pad.
     """
 
     point: Vector | None
@@ -40,4 +40,4 @@ PAD_FIGURES: dict[str, Figure] = {
     "rise": Figure(Dimension.SPEED, "<=", "largest takeoff speed", above=True),
     "land": Figure(Dimension.SPEED, "<=", "largest landing speed", above=True),
 }
-"""What may be said of a pad beside where it is, in the order of its fields."""
+"""Optional figures of a pad besides its position, in the order of its fields."""

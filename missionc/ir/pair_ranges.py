@@ -1,4 +1,4 @@
-"""Ranges and weights of links by ordered pairs of agents, and what follows from them for a graph as a whole."""
+"""Ranges and weights of links by ordered pairs of agents, and their consequences for a whole graph."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from missionc.ir.couplings import Graph, PairRange, PairWeight, Proximity, Sight
 
 
 def range_of(graph: Graph, sender: int, receiver: int) -> Metres:
-    """How near the receiver has to be, for a link to lead to it from the sender: two different agents."""
+    """Range of the link from the sender to the receiver, two different agents."""
     for each in graph.ranges:
         if sender in each.senders and receiver in each.receivers:
             return each.radius
@@ -19,12 +19,12 @@ def range_of(graph: Graph, sender: int, receiver: int) -> Metres:
 
 
 def kinds(graph: Graph) -> tuple[tuple[int, ...], ...]:
-    """The agents of a graph, those together whose links have the same ranges, both ways and to one another."""
+    """Group the agents of a graph by equal link ranges, in both directions and within the group."""
     return _alike(graph, graph.ranges)
 
 
 def weigh(weight: Weight, sender: int, receiver: int) -> int:
-    """What a link from the one to the other weighs."""
+    """Weight of a link from one agent to the other."""
     for each in weight.pairs:
         if sender in each.senders and receiver in each.receivers:
             return each.weight
@@ -32,17 +32,17 @@ def weigh(weight: Weight, sender: int, receiver: int) -> int:
 
 
 def kinds_of_weight(graph: Graph, weight: Weight) -> tuple[tuple[int, ...], ...]:
-    """The agents of a graph, those together whose links weigh the same, both ways and to one another."""
+    """Group the agents of a graph by equal link weights, in both directions and within the group."""
     return _alike(graph, weight.pairs)
 
 
 def lightest(weight: Weight) -> int:
-    """What a link weighs at least."""
+    """Least weight of a link."""
     return min((weight.others, *(each.weight for each in weight.pairs)))
 
 
 def heaviest(weight: Weight) -> int:
-    """What a link weighs at most."""
+    """Greatest weight of a link."""
     return max((weight.others, *(each.weight for each in weight.pairs)))
 
 
@@ -55,18 +55,18 @@ def _alike(graph: Graph, pairs: tuple[PairRange, ...] | tuple[PairWeight, ...]) 
 
 
 def directed(graph: Graph) -> bool:
-    """Whether some two agents have another range one way than the other way."""
+    """Return whether some pair of agents has different ranges in the two directions."""
     firsts = [kind[0] for kind in kinds(graph)] if graph.ranges else []
     return any(range_of(graph, one, other) != range_of(graph, other, one) for one, other in product(firsts, firsts))
 
 
 def all_ranges(graph: Graph) -> tuple[Metres, ...]:
-    """The ranges that its pairs have, each once, the longest first; none where it has no two agents."""
+    """Distinct ranges of the graph's pairs, the longest first; empty for fewer than two agents."""
     return tuple(sorted(set(_of_pairs(graph)), reverse=True))
 
 
 def between(graph: Graph, sender: int, receiver: int) -> Graph:
-    """The graph as if the links of all its agents had the range of this pair."""
+    """The graph with the range of this pair for all links."""
     if not graph.ranges:
         return graph
     return with_ranges(graph, range_of(graph, sender, receiver), ())

@@ -1,4 +1,4 @@
-"""Place files as values: what a declaration asks of a file, and the summary of what was read."""
+"""Place files as values: the request of a declaration, and the summary of the file's contents."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 
 Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
-"""``(x, y)`` of the lower left and of the upper right corner, metres."""
+"""``(x, y)`` of the lower left and the upper right corner, metres."""
 
 
 class FileRequest(Record):
-    """File that a declaration names, and how it is to be read.
+    """A file that a declaration names, and the settings for reading it.
 
     Args:
         kind: ``obstacle``, ``region`` or ``beacon``.
-        sources: the file, and what it rests on.
-        span: of the words that name it.
-        at: where the file's own (0, 0), or its ``origin``, is, in metres.
-        origin: longitude and latitude in degrees that coordinates are taken from; None for those of a plane.
-        unit: metres in one of the file's; None where nothing is said.
-        resolution: metres of a cell; None for what the file says.
-        within: metres that a polygon may stray from occupied cells; None for half a cell.
-        layers: of a drawing; none for all.
-        unknown_free: whether a cell of which nothing is known is free.
-        plane: whether the world is a plane, so that no heights are read.
+        sources: the file and the files that it refers to.
+        span: source text of its name.
+        at: position of the file's own (0, 0), or of its ``origin``, metres.
+        origin: reference longitude and latitude, degrees; None for plane coordinates.
+        unit: metres per unit of the file; None if not given.
+        resolution: cell size, metres; None for the file's own.
+        within: maximum distance between a polygon and occupied cells, metres; None for half a cell.
+        layers: layers of a drawing; empty for all.
+        unknown_free: True if unknown cells are free.
+        plane: True if the world is a plane and heights are ignored.
     """
 
     kind: str
@@ -44,7 +44,7 @@ class FileRequest(Record):
 
 
 class LeftOut(Record):
-    """Parts of a file that make no place.
+    """Parts of a file that define no place.
 
     Args:
         kind: the file's own word for them, such as ``TEXT`` or ``LineString``.

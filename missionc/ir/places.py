@@ -24,7 +24,7 @@ class World(Record):
 
     @property
     def flat(self) -> bool:
-        """Whether there is no room in it."""
+        """True if the box has no extent along some axis."""
         return any(low >= high for low, high in zip(self.low, self.high, strict=True))
 
 
@@ -39,7 +39,7 @@ class Still(Record):
 
 
 class Path(Record):
-    """Offsets of a shape over time: straight between the times, constant before the first and after the last.
+    """Offset of a shape over time: linear between the times, constant before the first and after the last.
 
     ``moving V`` becomes two waypoints, (0, 0…) and (horizon, V * horizon).
     """
@@ -49,11 +49,11 @@ class Path(Record):
 
 
 class Obstacle(Record, eq=False):
-    """Where no body may be: at a time t every point within ``growth * t`` metres of its shape, where that is then.
+    """Forbidden set for bodies: at time t, all points within ``growth * t`` metres of its shape at its place then.
 
     Args:
-        growth: m/s, at least 0: how fast what is known of it becomes uncertain.
-        age: seconds that it had grown for at time 0.
+        growth: growth rate of its position uncertainty, m/s, at least 0.
+        age: duration of growth before time 0, seconds.
     """
 
     name: str
@@ -65,11 +65,11 @@ class Obstacle(Record, eq=False):
 
     @property
     def constant(self) -> bool:
-        """Whether it is the same set of points at every time: it neither moves nor grows."""
+        """True if it is the same set at every time: it neither moves nor grows."""
         return isinstance(self.motion, Still) and self.growth == 0
 
     def grown(self, time: float) -> float:
-        """By how much it has grown on all sides at a time, in seconds: metres."""
+        """Growth on all sides at a time in seconds: metres."""
         return self.growth * max(time + self.age, 0.0)
 
 
@@ -83,10 +83,10 @@ class PlacesFile(Record, eq=False):
     """Places that one declaration takes from a file.
 
     Args:
-        path: as the mission has it.
+        path: path in the mission.
         kind: ``obstacle``, ``region``, ``beacon`` or ``point``.
-        names: of the places; none of points.
-        asked: the settings of the declaration, with the unit of the file if it states one; None for points.
+        names: names of the places; empty for points.
+        asked: settings of the declaration, with the unit of the file if it states one; None for points.
     """
 
     path: str

@@ -1,4 +1,4 @@
-"""State of an agent's own: resources that a motion uses up and fills, and flags that places set and clear."""
+"""Own state of an agent: resources that motion uses and refills, and flags that places set and clear."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from missionc.ir.places import Region
 
 
 class Refill(Record):
-    """What a step adds, for each second, to a resource of an agent that is in the region at both its ends."""
+    """Refill of a resource, per second of a step with both ends in the region."""
 
     region: Region
     per_second: float
 
 
 class Resource(Record, eq=False):
-    """A number that each of some agents has, by mission index.
+    """Quantity of each of some agents, by mission index.
 
-    At step 0 it is ``start``. A step takes ``per_second`` of it for each second and ``per_metre`` for each metre from
-    one end to the other, and adds what the refills say; it never exceeds ``capacity``.
+    At step 0 it is ``start``. A step uses ``per_second`` for each second and ``per_metre`` for each metre between its
+    ends, and adds its refills. The level never exceeds ``capacity``.
     """
 
     name: str
@@ -32,7 +32,10 @@ class Resource(Record, eq=False):
 
 
 class Flag(Record, eq=False):
-    """True of an agent from a step in ``set_in`` on, until a step in ``cleared_in``; a step in both sets it."""
+    """Flag of an agent: true from a step in ``set_in`` until a step in ``cleared_in``.
+
+    A step in both sets it.
+    """
 
     name: str
     agents: tuple[int, ...]

@@ -1,4 +1,4 @@
-"""Shapes of regions as plain numbers; as sets of points they are in ``world.signed_distance``."""
+"""Shapes of regions as plain numbers; ``world.signed_distance`` defines them as sets of points."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from typing import TypeAlias
 from missionc.base.late_dataclass import Record
 
 Vector: TypeAlias = tuple[float, ...]
-"""Two or three coordinates in metres, as many as the world has."""
+"""Two or three coordinates in metres, according to the world's dimension."""
 
-# Plain numbers; what they mean as sets of points is ``world.signed_distance``.
+# Plain numbers; ``world.signed_distance`` defines them as sets of points.
 
 
 class Prism(Record):
-    """The height band a plane shape has in a volume; absent in a plane mission."""
+    """Height range of a plane shape in a volume; absent in a plane mission."""
 
     low: float
     high: float
 
 
 class Box(Record):
-    """Axis-aligned, over all coordinates of the world."""
+    """Axis-aligned box, over all coordinates of the world."""
 
     low: Vector
     high: Vector
 
 
 class Disc(Record):
-    """A disc in the plane (``centre`` has two coordinates); a standing cylinder where ``band`` is given."""
+    """A disc in the plane (``centre`` has two coordinates); an upright cylinder with a ``band``."""
 
     centre: Vector
     radius: float
@@ -40,7 +40,7 @@ class Ball(Record):
 
 
 class Polygon(Record):
-    """A simple polygon in the plane, corners in order (either way round); a prism where ``band`` is given."""
+    """A simple polygon in the plane, corners in order (either orientation); a prism with a ``band``."""
 
     corners: tuple[tuple[float, float], ...]
     band: Prism | None = None

@@ -1,4 +1,4 @@
-"""Vehicles: the figures that limit an agent's flight, and the yaw it flies with."""
+"""Vehicles: figures that limit an agent's flight, and its yaw."""
 
 from __future__ import annotations
 
@@ -17,14 +17,12 @@ class Band(Record):
 
 
 class Vehicle(Record):
-    """What a flight keeps to, in SI units. A limit that is not there is infinite, a margin that is not there is 0.
+    """Limits of a flight, in SI units. An absent limit is infinite, an absent margin is 0.
 
-    ``radius`` is what an agent has whose team does not say its own; read it
-    from the agent. Two vehicles are in each other's downwash where the
-    difference of their centres, sideways over the sum of their
-    ``downwash_radius`` and in height over the sum of their
-    ``downwash_height``, is shorter than 1: of two alike, where it is shorter
-    than 2 when scaled by the half axes of one. An axis of 0 means no downwash.
+    ``radius`` is the default for agents whose team sets none; read it from the agent. Two vehicles are in each other's
+    downwash if the difference of their centres, sideways over the sum of their ``downwash_radius`` and in height over
+    the sum of their ``downwash_height``, is shorter than 1. For two equal vehicles, this means shorter than 2 when
+    scaled by the half axes of one. An axis of 0 means no downwash.
     """
 
     name: str
@@ -48,13 +46,13 @@ class Vehicle(Record):
 
 
 PLAIN = Vehicle("plain")
-"""A Crazyflie's memory and no limits: of a team that names no vehicle."""
+"""Vehicle of a team that names none: a Crazyflie's memory and no limits."""
 
 
 class Figure(Record):
-    """How a figure of a vehicle is written: ``<=`` a limit, ``..`` a band, empty a value; and what it is.
+    """Format of a vehicle's figure: ``<=`` a limit, ``..`` a band, empty a value; and its description.
 
-    ``above``: it is more than 0, not only at least 0. ``whole``: it has no fraction. ``around``: a band holds 1.
+    ``above``: more than 0, not only at least 0. ``whole``: an integer. ``around``: the band contains 1.
     """
 
     dimension: Dimension
@@ -84,17 +82,17 @@ FIGURES: dict[str, Figure] = {
     "endurance": Figure(Dimension.TIME, "<=", "flight time on one charge", above=True),
     "memory": Figure(Dimension.NUMBER, "", "bytes for trajectories", above=True, whole=True),
 }
-"""Every figure of a ``Vehicle`` but its name, in the order of its fields."""
+"""Every figure of a ``Vehicle`` except its name, in the order of its fields."""
 
 
 class Fixed(Record):
-    """The nose points one way throughout: ``angle`` rad, from the x axis to the left."""
+    """Constant yaw: ``angle`` rad, from the x axis to the left."""
 
     angle: float
 
 
 class AlongPath(Record):
-    """The nose points where the agent goes."""
+    """Yaw along the direction of motion."""
 
 
 Yaw: TypeAlias = Fixed | AlongPath

@@ -1,4 +1,4 @@
-"""Wording of quantities and of lists of names in messages."""
+"""Wording of quantities and of lists of names for messages."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ from collections.abc import Sequence
 from missionc.ir import Mission, Spacing
 
 SHOWN = 3
-"""Names of a long list that are spelt out; the others are counted."""
+"""Maximum number of names shown of a long list; the others are counted."""
 
 
 def number(value: float) -> str:
-    """A number as people write it: ``4.7``, ``0.1``, ``20``."""
+    """A number in everyday notation: ``4.7``, ``0.1``, ``20``."""
     return f"{round(value, 9) + 0.0:.10g}"
 
 
 def point(place: Sequence[float]) -> str:
-    """Coordinates to a centimetre: ``(1.25, 0)``."""
+    """Coordinates rounded to a centimetre: ``(1.25, 0)``."""
     return f"({', '.join(number(round(value, 2)) for value in place)})"
 
 
 def metres(value: float) -> str:
-    """A length to a tenth of a millimetre: ``3.6056 m``."""
+    """A length rounded to a tenth of a millimetre: ``3.6056 m``."""
     return f"{number(round(value, 4))} m"
 
 
 def spaced(spacing: Spacing) -> str:
-    """How far apart two centres are to be: ``0.4 m``, ``0.4 m sideways or 0.72 m in height``."""
+    """Required separation of two centres: ``0.4 m``, ``0.4 m sideways or 0.72 m in height``."""
     if spacing.sideways == spacing.height:
         return metres(spacing.sideways)
     return f"{at_least_metres(spacing.sideways)} sideways or {at_least_metres(spacing.height)} in height"
 
 
 def at_least_metres(value: float) -> str:
-    """A length rounded up in the same way, for what must not be fallen short of."""
+    """A length rounded up in the same way, for lower limits."""
     rounded = round(value, 4)
     return f"{number(rounded if rounded >= value - 1e-9 else rounded + 1e-4)} m"
 
@@ -43,7 +43,7 @@ def speed(value: float) -> str:
 
 
 def seconds(mission: Mission, steps: float) -> str:
-    """So many steps of the mission, as a time: ``16 s``."""
+    """Duration of ``steps`` steps of the mission: ``16 s``."""
     return f"{number(steps * mission.step)} s"
 
 
@@ -55,5 +55,5 @@ def listed(names: Sequence[str]) -> str:
 
 
 def all_listed(names: Sequence[str]) -> str:
-    """``a, b, c, d and e``, however many there are."""
+    """All names, however many: ``a, b, c, d and e``."""
     return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)

@@ -1,7 +1,7 @@
-"""Graphs of networkx: roadmaps, and who is linked to whom at a step of a motion.
+"""Graphs of networkx: roadmaps, and links between agents at a step of a motion.
 
-Networkx comes with the extra ``graph`` and is loaded here alone, when a graph is asked for. All attributes are
-numbers and texts, so that ``networkx.write_graphml`` and ``networkx.node_link_data`` write them as they are.
+Networkx comes with the extra ``graph`` and is loaded only here, when a graph is requested. All attributes are numbers
+and texts, so that ``networkx.write_graphml`` and ``networkx.node_link_data`` can write them unchanged.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 def roadmap_to_networkx(roadmap: RoadmapGraph, step: float) -> networkx.DiGraph:
-    """A roadmap as a directed graph; of several motions between two nodes the one of fewest steps.
+    """Roadmap as a directed graph; of several motions between two nodes, the one with the fewest steps.
 
     Args:
-        step: seconds of a step.
+        step: duration of a step, seconds.
     """
     nx = _networkx()
     graph = nx.DiGraph(agents=" ".join(roadmap.agents))
@@ -40,7 +40,7 @@ def roadmap_to_networkx(roadmap: RoadmapGraph, step: float) -> networkx.DiGraph:
 
 
 def links_to_networkx(mission: Mission, graph: Graph, trace: Trace, step: int) -> networkx.Graph:
-    """The agents of a graph at a step, an edge between those that are linked then; directed where its ranges are."""
+    """Agents of a graph at a step, with an edge for each link; directed if its ranges are."""
     nx = _networkx()
     agents = [mission.agents[index] for index in graph.agents]
     one_way = directed(graph)

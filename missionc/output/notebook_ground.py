@@ -1,4 +1,4 @@
-"""The ground of a plan's picture in a notebook: regions by their role, obstacles where they are at the start.
+"""Background of a plan's picture in a notebook: regions by role, and obstacles at their start.
 
 in   Mission, its Kernel
 out  Ground
@@ -15,7 +15,10 @@ from missionc.output.report.outlines import Solid, inner_point, solids
 
 
 def notebook_ground(mission: Mission, kernel: Kernel) -> Ground:
-    """From above, in the palette's light colours; each shape has its name once, on its largest part."""
+    """Background from above, in the palette's light colours.
+
+    Each shape has its name once, on its largest part.
+    """
     world, roles = mission.world, region_roles(mission, kernel)
     figures: list[Figure] = []
 

@@ -1,8 +1,8 @@
-"""All files of the output folder as bytes, made from a verified plan; nothing here writes.
+"""All files of the output folder as bytes, built from a verified plan; nothing here writes.
 
-in   Mission, its kernel, Plan, the Certificate of it, the names of exports
-out  Output: the files by name, and the certificate with what was verified on the polynomials too
-says MC703 MC711, and what exports say
+in   Mission, its kernel, Plan, its Certificate, the names of exports
+out  Output: the files by name, and the certificate with the checks on the polynomials
+says MC703 MC711, and the codes of exports
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WholeFlight:
-    """The ways of a mission that comes from the floor, none of another; safe ends, and what was verified of both."""
+    """Transfers of a mission that starts from the floor (none otherwise), safe ends, and their checks."""
 
     ways: Ways
     stops: tuple[Stop, ...]
@@ -54,19 +54,19 @@ class WholeFlight:
 
 
 PlanWays = Callable[[Mission, Mapping[str, str]], WholeFlight | Diagnostic | None]
-"""From a mission and its polynomials to its ways and its safe ends; None where it is to have neither."""
+"""Function from a mission and its polynomials to its transfers and safe ends; None if it has neither."""
 
 
 def no_ways(mission: Mission, files: Mapping[str, str]) -> WholeFlight | Diagnostic | None:
-    """No ways and no safe ends: those of a mission that begins in the air, of which nobody asks for them."""
+    """Function without transfers and safe ends, for missions that begin in the air."""
     return None
 
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """The files of the folder, in a fixed order, and the whole certificate.
+    """Files of the folder in a fixed order, and the whole certificate.
 
-    ``notes`` are what the user of the flight and of the exports should know, ``findings`` why some could not be made.
+    ``notes`` inform the user of the flight and of the exports, ``findings`` explain missing ones.
     """
 
     files: tuple[tuple[str, bytes], ...]
@@ -85,14 +85,14 @@ def emit(
     plan_ways: PlanWays = no_ways,
     stops: Stops | None = None,
 ) -> Output | Diagnostic:
-    """All files of a verified plan, the same bytes each time; or why its polynomials cannot be flown.
+    """Build all files of a verified plan, reproducibly, or explain why its polynomials cannot be flown.
 
     Args:
-        exports: names of forms that the flight is to be written in as well.
-        plan_ways: plans the way from the floor, and back to it, of polynomials that were verified.
-        stops: what every agent flies until a plan begins that was made in flight.
+        exports: names of export formats to write in addition.
+        plan_ways: function that plans transfers from and to the floor for verified polynomials.
+        stops: trajectory of every agent until the beginning of a plan made in flight.
     """
-    # Imported here: who draws a folder anew fits nothing, and needs no solver for that.
+    # Imported here: redrawing a folder needs no fit and no solver.
     from missionc.flight.trajectories.crazyflie import crazyflie
     from missionc.flight.trajectories.refusals import not_flyable
 
@@ -152,7 +152,7 @@ def emit(
 
 
 def _phases_noted(mission: Mission, files: Mapping[str, str], ways: Ways) -> str:
-    """How long the whole flight takes, and each of its phases."""
+    """Note on the duration of the whole flight and of each phase."""
     rows = phases_on_the_clock(mission, files, ways)
     each = ", ".join(f"{name} {end - begin:.4g} s" for name, begin, end in rows)
     where = "to landing" if has_risen(mission) else "from takeoff to landing"

@@ -1,4 +1,4 @@
-"""The role of each region in its mission, by which pictures colour it.
+"""Role of each region in its mission, which determines its colour in pictures.
 
 in   Mission, its Kernel
 out  a role of the palette for each region
@@ -13,12 +13,12 @@ from missionc.ir.lower.expand import expand
 
 
 def region_roles(mission: Mission, kernel: Kernel | None = None) -> dict[str, str]:
-    """By name: ``goal`` where some goal wants agents in it, ``avoid`` where goals only want them out of it.
+    """Role by name: ``goal`` if a goal needs agents in the region, ``avoid`` if goals only need them outside.
 
-    Of a region that no goal speaks of, ``start`` where agents start in it; ``plain`` of any other.
+    A region in no goal is ``start`` if agents start in it, otherwise ``plain``.
 
     Args:
-        kernel: of the mission; left out, its goals are expanded here.
+        kernel: kernel of the mission; computed here if omitted.
     """
     kernel = kernel or expand(mission)[0] or Kernel((), ())
     order = postorder(goal.formula for goal in kernel.requirements + kernel.preferences)

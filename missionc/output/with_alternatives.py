@@ -1,7 +1,7 @@
-"""The files of a folder with several plans: those of the best, and those of every other one in a folder of its own.
+"""The files of a folder with several plans: those of the best, and each other plan in a folder of its own.
 
-in   the plans as they are drawn, the files of each, the table of them
-out  the files of the folder: its manifest lists all, its report shows all
+in   the plotted plans, the files of each, and their table
+out  the files of the folder: its manifest and report cover all plans
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ Files = Mapping[str, bytes]
 def with_alternatives(
     plots: Sequence[Plotted], files: Sequence[Files], table: Sequence[AlternativeRow], wanted: int
 ) -> Files:
-    """The whole folder.
+    """Files of the whole folder.
 
     Args:
-        plots: of each plan, the best first.
-        files: of each plan, as a folder of its own would have them.
-        wanted: how many were asked for, which the manifest records among the options.
+        plots: one for each plan, the best first.
+        files: files of each plan, as in a folder of its own.
+        wanted: number of requested plans, recorded in the manifest.
     """
     best = dict(files[0])
     before = json.loads(best.pop(MANIFEST))
@@ -41,7 +41,7 @@ def with_alternatives(
 
 
 def others(plots: Sequence[Plotted], table: Sequence[AlternativeRow]) -> list[tuple[dict[str, object], Plotted]]:
-    """What the report of the best plan shows of all: the row of each, and the plan."""
+    """Rows and plans for the report of the best plan."""
     return [(row.as_record(), plotted) for row, plotted in zip(table, plots, strict=True)]
 
 

@@ -1,1 +1,1 @@
-"""Search that backends and replanning share."""
+"""Search algorithms shared by backends and replanning."""

@@ -1,10 +1,10 @@
-"""Distance to go: a lower bound on the metres that an agent still has to travel, from each state of its graph.
+"""Distance to go: lower bound of the remaining path length from each state of an agent's graph.
 
-    in   a relaxed residual (``residuals``), the moves of a graph, which propositions hold in which states
-    out  metres, for each state
+    in   a relaxed residual (``residuals``), the moves of a graph, the propositions of each state
+    out  metres for each state
 
-The product of the graph and the automaton of relaxed residuals has no time. One Dijkstra from its ends therefore gives
-the bounds of all its states. Agents with equal residuals share them.
+The product of the graph and the automaton of relaxed residuals is independent of time. One Dijkstra search from its
+ends therefore gives the bounds of all its states. Agents with equal residuals share them.
 
 Source:
     Silver, "Cooperative pathfinding", 2005: true distances as heuristics in space and time.
@@ -25,19 +25,19 @@ from missionc.base.trace import Array, Flags, Indices
 from missionc.planning.progression.residuals import Letter, Relaxation, Residual, TooComplex
 
 NO_WAY = 1e-12
-"""Metres of a move that leads nowhere: a sparse graph has no edges of length 0."""
+"""Metres of a move without length: a sparse graph cannot store edges of length 0."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProductGraph:
-    """The product of a graph and the automaton of relaxed residuals. A *spot* is a residual and a state.
+    """Product of a graph and the automaton of relaxed residuals. A *spot* is a residual and a state.
 
     Args:
-        phases: the number of each residual.
+        phases: index of each residual.
         tail: (edges,), spots; ``head`` likewise.
         move: (edges,), the move of the graph.
-        ends: (spots,), where a path may end.
-        beyond: edges into residuals whose bounds are known: tails, moves, and those bounds, (states,).
+        ends: (spots,), True if a path may end there.
+        beyond: edges into residuals with known bounds: tails, moves, and these bounds, (states,), metres.
     """
 
     phases: dict[Residual, int]
@@ -60,18 +60,18 @@ class ProductGraph:
         usable: Flags | None = None,
         bound: Callable[[Residual], Array | None] = lambda residual: None,
     ) -> ProductGraph:
-        """The product from a residual on.
+        """Expand the product from a residual on.
 
         Args:
-            kind: (states,), indices into ``letters``: which propositions hold there.
-            finish: (states,), where a path may end.
+            kind: (states,), indices into ``letters``: the propositions of each state.
+            finish: (states,), True if a path may end there.
             moves: (moves, 2), states from and to.
-            most: residuals, above which it is refused.
-            usable: (moves,), the moves that count; None for all.
+            most: maximum number of residuals.
+            usable: (moves,), True for usable moves; None for all.
             bound: known bounds of a residual, (states,), metres; None if the residual is to be expanded.
 
         Raises:
-            TooComplex: there are more residuals.
+            TooComplex: there are more than ``most`` residuals.
         """
         source, target = moves.T
         counted = np.ones(len(moves), dtype=np.bool_) if usable is None else usable
@@ -107,14 +107,14 @@ class ProductGraph:
 
 
 def reversed_to_ends(tail: Indices, head: Indices, length: Array, left: Array) -> csr_array:
-    """Edges turned round, with one vertex more, the last, from which they lead to the ends.
+    """Reversed edges with one additional last vertex that leads to the ends.
 
-    Of parallel edges, which a sparse array would add up, there must be none.
+    There must be no parallel edges, which a sparse array would add up.
 
     Args:
         tail, head: (edges,), vertices.
         length: (edges,), metres.
-        left: (vertices,), metres from an end on; infinite where nothing ends.
+        left: (vertices,), remaining metres at an end; infinite at other vertices.
     """
     count, ends = len(left), np.flatnonzero(np.isfinite(left))
     weights = np.concatenate([length, left[ends]])
@@ -123,16 +123,17 @@ def reversed_to_ends(tail: Indices, head: Indices, length: Array, left: Array) -
 
 
 class DistanceToGo:
-    """Bounds on one graph.
+    """Bounds of the distance to go on one graph.
 
     Args:
         moves: (moves, 2), states from and to.
         length: (moves,), metres.
-        states: how many there are.
+        states: number of states.
     """
 
     def __init__(self, moves: Indices, length: Array, states: int) -> None:
-        # A graph with more states is searched this many longest moves away, then twice as far, until a start is met.
+        # A graph with more states is searched up to this many longest moves, then twice as far, until a start is
+        # reached.
         whole, near = 10_000, 16
         self._moves = moves
         self._length = np.maximum(length, NO_WAY)
@@ -151,16 +152,16 @@ class DistanceToGo:
         finish: Flags,
         starts: Indices | None = None,
     ) -> Array:
-        """Metres to go from each state, (states,); infinite where there is no path.
+        """Metres to go from each state, (states,); infinite if there is no path.
 
         Args:
-            kind: (states,), indices into ``letters``: which propositions hold there.
-            signature: equal for residuals that are about the same states.
-            finish: (states,), where the path may end.
-            starts: one of them is near; states further away may get a smaller bound than they have.
+            kind: (states,), indices into ``letters``: the propositions of each state.
+            signature: equal for residuals about the same states.
+            finish: (states,), True if the path may end there.
+            starts: the search stops near the first of them; states further away get a weaker bound.
         """
-        most_phases = 40  # remaining formulas, above which there is no bound
-        kept = 1 << 28  # bytes of remembered bounds
+        most_phases = 40  # number of residuals above which there is no bound
+        kept = 1 << 28  # bytes of cached bounds
         place = b"" if finish.all() else finish.tobytes()
         if residual is False:
             return self._everything
@@ -195,18 +196,18 @@ class DistanceToGo:
         return np.asarray(found[0])
 
     def _recall(self, key: object) -> tuple[Array | None, float]:
-        """Known bounds, and the metres up to which they are right."""
+        """Known bounds, (states,), metres, and the distance up to which they are exact."""
         if key in self._known:
             self._known.move_to_end(key)
         return self._known.get(key, (None, 0.0))
 
     def _within(self, graph: csr_array, near: float) -> Array:
-        """Metres to go, (phases, states), by Dijkstra; of longer ones ``near``."""
+        """Metres to go, (phases, states), by Dijkstra; longer distances are reported as ``near``."""
         end = graph.shape[0] - 1
         metres = np.asarray(dijkstra(graph, indices=[end], limit=near))[0, :end]
         return np.minimum(metres, near).reshape(-1, len(self._nothing))
 
 
 def _is_near(metres: Array, near: float) -> bool:
-    """Whether one of these is less than what stands for all that is further."""
+    """Return whether some distance, (some,), metres, is below ``near``, the value for all further states."""
     return near == math.inf or float(metres.min(initial=math.inf)) < near

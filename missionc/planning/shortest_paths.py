@@ -1,7 +1,7 @@
-"""Shortest paths along a graph between places: the edges they use, where they leave it for a goal, and a spanner.
+"""Shortest paths along a graph between places: the edges they use, their exits to a goal, and a spanner.
 
-The spanner keeps few edges, without which no path is much longer. Its test is a search with a bound among the edges
-kept so far, for one pair each: own A*, as Dijkstra of scipy would need a new graph for every edge.
+The spanner keeps few edges, such that no path becomes much longer. It tests each pair with a bounded search among the
+edges kept so far. The A* search is our own, since scipy's Dijkstra would need a new graph for every edge.
 """
 
 from __future__ import annotations
@@ -19,17 +19,18 @@ from missionc.base.trace import Array, Indices
 
 
 def on_shortest_ways(graph: csr_array, nodes: Array, places: int) -> Indices:
-    """The edges of shortest ways between places: (edges, 2), the lesser node first.
+    """Edges of shortest paths between places: (edges, 2), the smaller node first.
 
-    From the first to all others, so that nothing is apart that need not be; from each other to the nearest ones.
+    The paths lead from the first place to all others, so that places stay connected, and from each other place to its
+    nearest ones.
 
     Args:
         graph: metres, each edge once.
         nodes: (nodes, dim), metres, the places first.
-        places: how many they are.
+        places: number of places.
     """
-    local, detour = 60, 3.0  # nearest places of a place that get a path, and its length over the straight one at most
-    at_once = 64  # places whose distances to all nodes are held at once
+    local, detour = 60, 3.0  # nearest places with a path; greatest length over the straight line
+    at_once = 64  # number of places whose distances to all nodes are in memory at once
     graph, far = csr_array(graph + graph.T), np.inf
     if places > local:
         far = detour * np.asarray(cKDTree(nodes[:places]).query(nodes[:places], k=local + 1)[0])[:, -1].max()
@@ -52,12 +53,14 @@ def on_shortest_ways(graph: csr_array, nodes: Array, places: int) -> Indices:
 
 
 def left_at(graph: csr_array, nears: list[Indices], lasts: list[Array]) -> Iterator[Indices]:
-    """For each goal, where the shortest way from each node to it leaves the graph: (nodes,), -1 where there is none.
+    """For each goal, yield the node at which the shortest path leaves the graph.
+
+    Shape: (nodes,), -1 without a path.
 
     Args:
         graph: metres, each edge once.
-        nears: for each goal the nodes that it is come to from.
-        lasts: how far it is from them, metres.
+        nears: for each goal, the nodes next to it.
+        lasts: distances from these nodes to the goal, metres.
     """
     count = graph.shape[0]
     one, other = graph.tocoo().coords
@@ -75,10 +78,12 @@ def left_at(graph: csr_array, nears: list[Indices], lasts: list[Array]) -> Itera
 
 
 def greedy_spanner(nodes: Array, edges: Indices, stretch: float) -> Indices:
-    """Edges, (edges, 2), of a greedy spanner: without the others no path is longer than ``stretch`` times itself.
+    """Edges, (edges, 2), of a greedy spanner: no path is longer than ``stretch`` times the shortest one.
 
     Source:
         Althöfer, Das, Dobkin, Joseph, Soares, "On sparse spanners of weighted graphs" (1993).
+
+    ``nodes`` is (nodes, dim), metres; ``edges`` has node indices.
     """
     place = [tuple(node) for node in nodes.tolist()]
     length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
@@ -94,7 +99,7 @@ def greedy_spanner(nodes: Array, edges: Indices, stretch: float) -> Indices:
 
 
 def _is_near(one: int, other: int, most: float, place: list[tuple[float, ...]], links: dict[int, list[int]]) -> bool:
-    """Whether a way along the links has so many metres at most: A* among what lies near the straight way."""
+    """Return whether a path along the links has at most ``most`` metres: A* near the straight line."""
     goal, best = place[other], {one: 0.0}
     queue = [(math.dist(place[one], goal), one)]
     while queue:

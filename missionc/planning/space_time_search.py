@@ -1,13 +1,13 @@
 """Space-time search: the motion of least effort through the cells of a grid, layer by layer of time.
 
-    in   costs of the cells in each layer, the first and the last cell, the longest move
-    out  the cell in each layer, or None if no motion avoids infinite costs
+    in   costs of the cells in each layer, first and last cell, longest move
+    out  cell in each layer, or None if no motion avoids infinite costs
 
-Dynamic programming backwards over the layers. The effort of a motion is the sum of its squared moves, in cells, and of
-the costs of the cells that it leaves.
+Dynamic programming backwards over the layers. The effort of a motion is the sum of its squared moves, in cells, and the
+costs of the cells that it leaves.
 
-A search on a roadmap differs: it expands few states of many, forwards, together with what is left of the formulas
-(``label_setting``). On a grid every cell of every layer matters, and no formula is read.
+The search on a roadmap (``label_setting``) differs: it expands few of many states, forwards, together with the
+residuals of the formulas. On a grid every cell of every layer matters, and there are no formulas.
 
 Source:
     Erdmann and Lozano-Pérez, "On multiple moving objects", 1987.
@@ -23,16 +23,16 @@ import numpy as np
 from missionc.base.trace import Array, Indices
 
 ROUNDING = 1e-9
-"""Cells by which a move may pass the longest."""
+"""Cells by which a move may exceed the longest."""
 
 
 def least_effort(cost: Array, first: tuple[int, ...], last: tuple[int, ...], reach: float) -> Indices | None:
     """Cells, (moves + 1, dim), of the motion of least effort and cost between two cells.
 
-    Of equal motions, the one with the shorter first moves.
+    Ties go to the motion with the shorter first moves.
 
     Args:
-        cost: (moves, *cells), of leaving a cell by each move; infinite where no agent may be.
+        cost: (moves, *cells), cost of leaving a cell by each move; infinite for forbidden cells.
         reach: longest move, cells.
     """
     shape, span = cost.shape[1:], int(reach)

@@ -1,1 +1,1 @@
-"""Programs beside the compiler: language server, sweeps, closed loop, replay of written folders."""
+"""Programs around the compiler: language server, sweeps, closed loop, replay of written folders."""

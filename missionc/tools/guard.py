@@ -1,8 +1,8 @@
 """Guard of a local server: access control by token, origin and host.
 
-Another site's page in the same browser can send requests to any port of this machine. It does not know the token, and
-it has another origin, or another host if its own name leads here (DNS rebinding). Every request needs all three, also
-one that opens a socket.
+A foreign page in the same browser can send requests to any port of this machine. It does not know the token, and has
+another origin, or another host if its own name resolves to this machine (DNS rebinding). Every request needs all three,
+including one that opens a socket.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ALWAYS = {
 
 
 class Headers(Protocol):
-    """The headers of a request: of each name all that it is given."""
+    """Headers of a request, each with all of its values."""
 
     def get_all(self, name: str, /) -> list[str] | None: ...
 
@@ -42,7 +42,7 @@ class Guard:
         return f"http://{NAMES[0]}:{self.port}/{self.token}/"
 
     def path(self, target: str, headers: Headers) -> str | None:
-        """Return the requested path below the token; None if the request is refused."""
+        """Return the requested path below the token, or None if the request is rejected."""
         if not target.startswith("/"):
             return None
         _, token, *rest = target.partition("?")[0].split("/")

@@ -1,1 +1,1 @@
-"""Verification: plan and mission to a certificate, trusting no backend."""
+"""Verification: a certificate from plan and mission, without trust in any backend."""

@@ -1,6 +1,6 @@
-"""The certificate: every check with its margin and its tolerance, and figures that judge nothing.
+"""The certificate: every check with its margin and tolerance, and informative figures.
 
-Every check of the certificate repeats the numerical tolerance that it was judged with.
+Every check of the certificate repeats its numerical tolerance.
 """
 
 from __future__ import annotations
@@ -13,34 +13,33 @@ from missionc.base.late_dataclass import Record
 from missionc.verification.proof.proof_boxes import Boxes
 
 MOTION = 1e-6
-"""Metres, m/s, m/s² or rad: agreement of states with the dynamics, and of places with what was asked exactly."""
+"""Metres, m/s, m/s² or rad: tolerance for states against the dynamics, and for exactly given places."""
 
 CONTACT = 1e-9
-"""Metres: bodies that keep all of a distance but this much keep it; touching is allowed, rounding is not a defect."""
+"""Metres: tolerance of distances between bodies; contact is allowed, and rounding is not a defect."""
 
 CERTAIN = 1e-5
-"""Metres: how far below the least margin seen the proof for the time in between may stay."""
+"""Metres by which the continuous-time proof may be below the least margin seen."""
 
 TUBE = 0.1
-"""Metres: how far a polynomial may stray from the verified motion."""
+"""Metres: tolerance of the distance between a polynomial and the verified motion."""
 
 WAYPOINT = 5e-3
-"""Metres: how far from a step's position a polynomial may be at its time, where the mission is judged once more."""
+"""Metres: tolerance of a polynomial's position at a step's time, for judging the mission again."""
 
 ROUNDING = 1e-5
-"""Metres: what the float32 numbers of a polynomial may cost of a required distance."""
+"""Metres by which float32 rounding of a polynomial may reduce a required distance."""
 
 CLOCK = 1e-6
-"""Seconds, for each second of the mission: durations are float32 numbers too."""
+"""Seconds per second of the mission: durations are float32 numbers too."""
 
 
 class Check(Record):
-    """One thing that was checked, and how far it is from failing.
+    """One check, with its distance from failure.
 
-    ``margin`` is the slack in ``unit``: what is allowed minus what is there.
-    The check passes while it is at least ``-tolerance``, unless a witness says
-    otherwise (``detail`` tells). ``at`` is the time of the smallest margin in
-    seconds, ``agents`` whom it concerns.
+    ``margin`` is the slack in ``unit``: the allowed value minus the actual one. The check passes if it is at least
+    ``-tolerance``, unless a witness refutes it (see ``detail``). ``at`` is the time of the smallest margin in seconds,
+    and ``agents`` lists the agents concerned.
     """
 
     name: str
@@ -55,7 +54,7 @@ class Check(Record):
 
 
 class Figure(Record):
-    """A number worth knowing that no rule of the mission judges."""
+    """An informative number that no rule of the mission limits."""
 
     name: str
     subject: str
@@ -66,7 +65,7 @@ class Figure(Record):
 
 
 class Verdict(Enum):
-    """The verdict on a requirement that is true at the steps, at every moment between them."""
+    """Continuous-time verdict on a requirement that is true at the steps."""
 
     HOLDS = "holds throughout"
     FAILS = "fails between"
@@ -74,10 +73,10 @@ class Verdict(Enum):
 
 
 class Between(Record):
-    """What becomes of a requirement between the steps.
+    """Result of a requirement between the steps.
 
-    Where it does not hold throughout, ``at`` and ``until`` (seconds) are the first moments that decide it, ``agents``
-    whom they are about, and ``detail`` is a sentence.
+    If it does not hold in continuous time, ``at`` and ``until`` (seconds) bound the first deciding interval, ``agents``
+    lists the agents concerned, and ``detail`` is a sentence.
     """
 
     requirement: str
@@ -97,11 +96,11 @@ class Between(Record):
 
 
 class Delay(Record):
-    """By how much an agent may be late, all others on time, while the plan keeps all that is asked.
+    """Delay tolerance of an agent, with all others on time, such that the plan satisfies the mission.
 
-    ``tolerated`` are seconds: late by any number of steps up to that, nothing breaks. One step more breaks the check
-    called ``breaks`` of ``subject``, at the time ``at``, by ``agents``; where that is empty nothing was seen to break:
-    up to the end of the mission, or (``open``) as far as was looked.
+    ``tolerated`` is in seconds: with a delay of any number of steps up to that, every check passes. With one step more,
+    the check ``breaks`` of ``subject`` fails at the time ``at``, by ``agents``. If ``breaks`` is empty, no failure was
+    found up to the end of the mission, or with ``open`` up to the search limit.
     """
 
     agent: str
@@ -114,7 +113,10 @@ class Delay(Record):
 
     @property
     def broken(self) -> str:
-        """What one step more breaks, ``the separation from `drone[1]` at 4 s``; empty where nothing is seen to."""
+        """The check that one more step breaks, ``the separation from `drone[1]` at 4 s``.
+
+        Empty if none is known.
+        """
         others = ", ".join(f"`{agent}`" for agent in self.agents if agent != self.agent)
         what = {
             "": "",
@@ -127,12 +129,12 @@ class Delay(Record):
 
 
 class Certificate(Record):
-    """Everything that was checked on one plan.
+    """All checks of one plan.
 
     Args:
-        boxes: the proofs of those checks that are about every moment of a flight.
-        judgements: how the monitor judged each requirement, where the plan has the right shape to be judged.
-        delays: the time robustness of each agent, where the plan passes.
+        boxes: proofs of the continuous-time checks.
+        judgements: the monitor's judgement of each requirement, if the plan has the right shape.
+        delays: time robustness of each agent, if the plan passes.
     """
 
     mission: str
@@ -154,11 +156,11 @@ class Certificate(Record):
 
     @property
     def at_steps_alone(self) -> tuple[Between, ...]:
-        """What becomes of the requirements that hold at the steps, and fail between them or may do so."""
+        """Results of the requirements that hold at the steps but fail, or may fail, between them."""
         return tuple(each for each in self.between if not each.holds)
 
     def under(self, word: str) -> Certificate:
-        """This certificate, with the word before the name of every check and of its boxes."""
+        """The certificate with a word before the name of every check and of its boxes."""
         return replace(
             self,
             checks=tuple(replace(check, name=f"{word} {check.name}") for check in self.checks),
@@ -168,7 +170,7 @@ class Certificate(Record):
         )
 
     def joined(self, other: Certificate) -> Certificate:
-        """This certificate, and after it what the other one holds."""
+        """The certificate followed by the content of the other one."""
         return replace(
             self,
             checks=self.checks + other.checks,
@@ -191,5 +193,5 @@ def judged(
     agents: tuple[str, ...] = (),
     detail: str = "",
 ) -> Check:
-    """A check that passes exactly where its margin is at least ``-tolerance`` (never where it is not a number)."""
+    """A check that passes if and only if its margin is at least ``-tolerance`` (never for NaN)."""
     return Check(name, subject, margin, unit, tolerance, margin >= -tolerance, at, agents, detail)

@@ -1,12 +1,11 @@
-"""Comparison of a written certificate with the one that is computed from its folder's files.
+"""Comparison of a written certificate with the one computed from its folder's files.
 
-    in   its JSON, and the Certificate that was computed from the files
+    in   its JSON, and the Certificate computed from the files
     out  Checks, each failed one with its reason
 
-Everything it states is compared; nothing is missing, and nothing else is there.
-A proved margin may be as much worse than the computed one as a proof may fall
-short, never better. Every box is looked at: its bound is computed anew on its
-stretch of the flight, and the boxes of a check have to cover all of it.
+The comparison covers every entry, and rejects missing and additional ones. A proved margin may be worse than the
+computed one by the gap of a proof, but never better. The bound of every box is recomputed on its part of the flight,
+and the boxes of a check must cover the whole flight.
 """
 
 from __future__ import annotations
@@ -39,14 +38,14 @@ KEYS = (
 """Keys of the document, in its order."""
 
 Anywhere: TypeAlias = tuple[set[str], float]
-"""Whose and when a margin may be tight: agents, and the last second."""
+"""Possible places of a tight margin: agents, and the last second."""
 
 MOMENT = 2e-6
-"""Seconds: the time ``at`` which a margin is tight is written to a millionth."""
+"""Seconds: the time ``at`` of the tightest margin is written to a millionth."""
 
 
 def check_certificate(text: str, plan_sha256: str, certificate: Certificate) -> list[Check]:
-    """What ``certificate.json`` states, held against what was found."""
+    """Compare the entries of ``certificate.json`` with the computed ones."""
     try:
         stated = parse_record(text, SCHEMA)
     except NotJsonError:
@@ -78,7 +77,7 @@ def _head(stated: Mapping[str, object], plan_sha256: str, certificate: Certifica
 
 
 def _entries(stated: object, computed: Sequence[Check | Figure], whole: Certificate) -> str | None:
-    """What is wrong with checks or figures: none left out, none added, no number nicer than it is."""
+    """Describe the first error in checks or figures: missing, additional, or better than computed."""
     if not isinstance(stated, list) or not all(isinstance(entry, dict) for entry in stated):
         return "an entry is missing"
     if [(entry.get("name"), entry.get("subject")) for entry in stated] != [
@@ -126,7 +125,7 @@ def _entry(stated: Mapping[str, Any], entry: Check | Figure, proved: bool, anywh
 
 
 def _plain(entry: dict[str, Any]) -> dict[str, Any]:
-    """As JSON has it: what is without bounds is null, a tuple a list."""
+    """Convert to JSON values: infinities become null, and tuples lists."""
     return {
         key: list(value)
         if isinstance(value, tuple)
@@ -148,19 +147,19 @@ def _names(stated: object, value: list[str], agents: set[str]) -> bool:
 
 
 def _between(stated: object, certificate: Certificate) -> str | None:
-    """What is wrong with the verdicts between the steps."""
+    """Describe the first error in the verdicts between the steps."""
     computed = [_plain({**asdict(each), "verdict": each.verdict.value}) for each in certificate.between]
     return None if _same_rows(stated, computed) else "its verdicts between samples do not match the files"
 
 
 def _delays(stated: object, certificate: Certificate) -> str | None:
-    """What is wrong with the delays that the plan tolerates."""
+    """Describe the first error in the delay tolerances."""
     computed = [_plain(asdict(each)) for each in certificate.delays]
     return None if _same_rows(stated, computed) else "its delay tolerances do not match the files"
 
 
 def _same_rows(stated: object, computed: list[dict[str, Any]]) -> bool:
-    """Whether rows are stated as they were computed, each ``at`` its moment."""
+    """Return whether the stated rows equal the computed ones, with ``at`` rounded."""
     rows = stated if isinstance(stated, list) else []
     return len(rows) == len(computed) and all(
         isinstance(row, dict)
@@ -172,7 +171,7 @@ def _same_rows(stated: object, computed: list[dict[str, Any]]) -> bool:
 
 
 def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None:
-    """What is wrong with the boxes, or with a margin that they do not prove."""
+    """Describe the first error in the boxes, or in a margin that they do not prove."""
     rows = stated.get("boxes")
     if not isinstance(rows, list) or [_name(row) for row in rows] != [_name_of(boxes) for boxes in certificate.boxes]:
         return "boxes are missing for a check along the flight"
@@ -193,7 +192,7 @@ def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None
 
 
 def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
-    """The row's boxes, about the claim that the folder's files make."""
+    """Boxes of a row, for the claim about the folder's files."""
     claim = boxes.claim
     if set(row) != {"check", "of", "unit", "times", "agents", "ends", "bounds"} or row.get("unit") != claim.unit:
         return "its keys do not match"
@@ -214,7 +213,7 @@ def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
 
 
 def _rows(value: object) -> Iterator[tuple[float, ...]]:
-    """Lists of finite numbers; an empty one where there is something else."""
+    """Yield lists of finite numbers; an empty one for any other value."""
     for row in value if isinstance(value, list) else []:
         whole = isinstance(row, list) and all(is_finite_number(number) for number in row)
         yield tuple(float(number) for number in row) if whole else ()

@@ -1,7 +1,7 @@
-"""Comparison of a document that was read with the one that was computed: the first place where they differ.
+"""Comparison of a document with the computed one: the first place of a difference.
 
-Both are values as JSON holds them. Texts, truths and whole numbers are the same
-or not; numbers with a fraction may differ by rounding, as machines do.
+Both are JSON values. Texts, booleans and integers must be equal; numbers with a fraction may differ by rounding between
+machines.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from typing import TypeGuard
 from missionc.base.strict_json import is_finite_number
 
 SAME = 1e-8
-"""Numbers that differ by less, times themselves where they are above 1, are the same: machines differ in rounding."""
+"""Greatest difference of equal numbers, relative above 1; machines differ in rounding."""
 
 FRACTION = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e[+-]\d+")
-"""A number with a fraction or an exponent, as Python writes it."""
+"""A number with a fraction or an exponent, in Python's format."""
 
 VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
 """A text that may be the version of a package."""
 
 LONGEST = 40
-"""Characters of a text that a message repeats."""
+"""Maximum number of characters of a text quoted in a message."""
 
 
 def difference(read: object, computed: object, place: str = "", same: float = SAME) -> str | None:
-    """Where a document says something else than it should, and what; None where it does not.
+    """Describe the first difference between two documents; None if there is none.
 
     Args:
-        place: of both in the whole document, ``agents[0].radius``.
-        same: how far numbers with a fraction may differ, times themselves where they are above 1.
+        place: position in the whole document, ``agents[0].radius``.
+        same: greatest difference of numbers with a fraction, relative above 1.
     """
     match computed:
         case dict():
@@ -46,12 +46,12 @@ def difference(read: object, computed: object, place: str = "", same: float = SA
 
 
 def close(read: float, computed: float, same: float = SAME) -> bool:
-    """Two numbers that differ by no more than rounding."""
+    """Return whether two numbers differ by rounding only."""
     return abs(read - computed) <= same * max(1.0, abs(computed))
 
 
 def same_text(read: str, computed: str) -> bool:
-    """Two texts alike, but for the rounding of numbers with a fraction."""
+    """Return whether two texts are equal up to rounding of numbers with a fraction."""
     if read == computed:
         return True
     if FRACTION.split(read) != FRACTION.split(computed):
@@ -61,7 +61,7 @@ def same_text(read: str, computed: str) -> bool:
 
 
 def shown(value: object) -> str:
-    """A value as a message repeats it."""
+    """A value as quoted in a message."""
     match value:
         case dict():
             return "a record"
@@ -106,5 +106,5 @@ def _named(place: str) -> str:
 
 
 def is_version(value: object) -> TypeGuard[str]:
-    """A text that may be the version of a package."""
+    """Return whether a value may be the version of a package."""
     return isinstance(value, str) and VERSION.fullmatch(value) is not None

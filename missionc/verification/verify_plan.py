@@ -1,10 +1,9 @@
-"""Verification of a plan against its mission, trusting no backend.
+"""Verification of a plan against its mission, without trust in any backend.
 
     in   Mission, its kernel, the Trace of a backend
     out  Certificate: every check with its margin
 
-Nothing here shares code with the planning of motions; distances to shapes,
-their Lipschitz bound and the monitor are all it takes.
+This module shares no code with planning; it uses only distances to shapes, their Lipschitz bound and the monitor.
 """
 
 from __future__ import annotations
@@ -31,9 +30,9 @@ __all__ = ["Certificate", "Check", "Figure", "verify", "verify_between", "verify
 
 
 def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
-    """Judge a plan: at the steps, and at every moment between them.
+    """Judge a plan at the steps and in continuous time.
 
-    A trace of the wrong shape is refused by that check alone.
+    For a trace of the wrong shape, only that check is made.
     """
     shape = check_shape(mission, trace)
     if not shape.passed:
@@ -60,5 +59,5 @@ def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
 
 
 def with_delays(mission: Mission, kernel: Kernel, trace: Trace, certificate: Certificate) -> Certificate:
-    """The certificate of a plan that passes, with the time robustness of each agent."""
+    """Certificate of a passing plan with the time robustness of each agent."""
     return certificate if certificate.delays else replace(certificate, delays=time_robustness(mission, kernel, trace))

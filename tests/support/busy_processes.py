@@ -1,4 +1,4 @@
-"""A mission that keeps processes busy, and who is still there."""
+"""A mission that keeps processes busy, and a list of the living ones."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ solve with smt { nodes = 300 }
 require turns: every drone: always[0, 40 s] (eventually[0, 20 s] (goal and count[hops 1..1 on radio] goal >= 2))
 require link:  always[0, end] connected(radio)
 """
-"""Takes far longer than this test waits."""
+"""Mission that takes far longer than this test waits."""
 
 
 def children(process: int) -> list[int]:
-    """The processes that a process has started and that still live, their own children too."""
+    """Living processes that a process has started, directly or indirectly."""
     found = []
     for task in Path(f"/proc/{process}/task").glob("*"):
         for child in (task / "children").read_text().split():

@@ -1,4 +1,4 @@
-"""Certificates of impossibility of missions that are in the corpus, and forged ones, whole but for one claim."""
+"""Impossibility certificates of missions in the corpus, and forged ones, correct except for one claim."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CORPUS = Path(__file__).parents[2] / "missions" / "both_sides"
 
 @dataclass(frozen=True, slots=True)
 class Certified:
-    """A mission, and a cover that refuses it."""
+    """Mission with a cover that refutes it."""
 
     mission: Mission
     kernel: Kernel
@@ -39,7 +39,7 @@ class Certified:
 
 @cache
 def certified(name: str) -> Certified:
-    """What covers refuse of ``impossible_NAME`` of the corpus."""
+    """Refutation of ``impossible_NAME`` in the corpus by a cover."""
     checked = driver.check(CORPUS / f"impossible_{name}.mission")
     assert checked.mission is not None
     assert checked.kernel is not None
@@ -52,7 +52,7 @@ def certified(name: str) -> Certified:
 
 
 def files_of(known: Certified, cover: ClaimedCover) -> dict[str, bytes]:
-    """The files of a certificate of a cover, with the clauses that it comes to and a proof of them."""
+    """Files of a cover's certificate, with its clauses and a proof of them."""
     goals = tuple(goal for goal in known.kernel.requirements if goal.name in cover.conflict)
     cnf = refutation(known.mission, goals, cover, _Believed(cover)).dimacs()
     proof = prove_cnf(cnf, Budget(time.monotonic() + 60))
@@ -61,7 +61,7 @@ def files_of(known: Certified, cover: ClaimedCover) -> dict[str, bytes]:
 
 
 class _Believed:
-    """The labels of a cover, one after the other, as whoever forged them wants them read."""
+    """Labels of a cover in order, as its forger wants them read."""
 
     def __init__(self, cover: ClaimedCover) -> None:
         self.cover, self.left = cover, iter(cover.labels)

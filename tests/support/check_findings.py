@@ -1,4 +1,4 @@
-"""Mission texts and what `check` finds in them, for the tests of the passes."""
+"""Mission texts and their `check` findings, for the tests of the passes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ graph  radio = proximity 2 m
 
 
 def text(*parts: str, time: str = "step 1 s, horizon 20 s", agents: str = AGENTS, world: str = WORLD) -> str:
-    """A mission of these parts, in a world with a `base`, a `goal` and a `fire`, and three drones in the base."""
+    """Mission with these parts, in a world with a `base`, a `goal` and a `fire`, and three drones in the base."""
     return "\n".join((world, f"time {time}", agents, *parts)) + "\n"
 
 
@@ -29,24 +29,24 @@ def findings(mission: str) -> list[Diagnostic]:
 
 
 def found(mission: str, code: Code) -> list[Diagnostic]:
-    """The findings of one code, in file order."""
+    """Findings with one code, in file order."""
     return [finding for finding in findings(mission) if finding.code == code]
 
 
 def only(mission: str, code: Code) -> Diagnostic:
-    """The one finding of a code."""
+    """Single finding with a code."""
     (finding,) = found(mission, code)
     return finding
 
 
 def meant(mission: str) -> Mission:
-    """The mission as resolved, of a text without errors."""
+    """Resolved mission of a text without errors."""
     checked = check(Source("sample.mission", mission))
     assert checked.mission is not None, checked.findings
     return checked.mission
 
 
 def words(finding: Diagnostic) -> list[tuple[str, str]]:
-    """The text under each label, the primary one first, and what is said beside it."""
+    """Text under each label, the primary one first, and its message."""
     assert finding.primary is not None
     return [(label.span.text, label.message) for label in (finding.primary, *finding.labels)]

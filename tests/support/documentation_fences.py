@@ -1,6 +1,6 @@
-"""Blocks of the documentation that are not run, looked at as far as can be without running them.
+"""Static checks of documentation blocks that are not run.
 
-``shell`` falls apart into commands; each has to be one that there is, with options it has.
+``shell`` is split into commands; each must exist, with existing options.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ ROOT = Path(__file__).resolve().parents[2]
 _HERE_DOCUMENT = re.compile(r"<<'(\w+)'\n(.*?)^\1$", re.MULTILINE | re.DOTALL)
 _BETWEEN = frozenset({"&&", "||", "|", ";", "&"})
 _ELSEWHERE = frozenset({"dask", "git", "pip", "pygmentize", "python", "python3", "ros2", "source", "uv"})
-"""Programs of others, whose options are theirs."""
+"""Foreign programs, whose options are not checked."""
 
 
 def shell(text: str) -> None:
-    """Checks a shell block.
+    """Check a shell block.
 
     Raises:
-        AssertionError: it is no shell, or names a command, an option, a target, an extra or a file that is not there.
+        AssertionError: the block is not valid, or names a missing command, option, target, extra or file.
     """
     parsed = subprocess.run(["bash", "-n"], input=text, capture_output=True, text=True, check=False)
     assert parsed.returncode == 0, parsed.stderr
@@ -40,7 +40,7 @@ def shell(text: str) -> None:
 
 
 def console(text: str) -> None:
-    """Checks the commands of a console block, whose further columns, two spaces on, say what they do."""
+    """Check the commands of a console block, whose further columns, after two spaces, are descriptions."""
     lines = [line[2:].partition("  ")[0] for line in text.splitlines() if line.startswith("$ ")]
     assert lines, "there is no command"
     for line in lines:
@@ -87,7 +87,7 @@ def _command(words: list[str]) -> None:
 
 
 def usage(words: list[str]) -> None:
-    """Lets the command line read its words, and stops before anything is done. Files are taken to be there."""
+    """Parse the words of a command line without running it. Files are assumed to exist."""
     said = ""
     with tempfile.TemporaryDirectory() as folder, within(Path(folder)):
         for _ in words:
@@ -103,7 +103,7 @@ def usage(words: list[str]) -> None:
 
 
 def _refused(words: list[str]) -> str:
-    """What the command line has against its words."""
+    """Error in the words of a command line."""
     with click.Context(commands, info_name="missionc") as context:
         try:
             name, command, rest = commands.resolve_command(context, list(words))

@@ -1,8 +1,7 @@
-"""A checker of DRAT proofs: slow, obvious, and without a word of ``missionc``.
+"""A checker of DRAT proofs: slow, simple, and independent of ``missionc``.
 
-It goes through the proof from the beginning. A clause may be added if its
-negation leads to a contradiction by unit propagation alone (RUP), or if that is
-so of its resolvents upon its first literal (RAT). Like other checkers it keeps a
+It goes through the proof from the beginning. A clause may be added if its negation leads to a contradiction by unit
+propagation alone (RUP), or if that is so of its resolvents upon its first literal (RAT). Like other checkers it keeps a
 literal that was once found true, even if the clause that says so is dropped.
 
 Source:
@@ -20,7 +19,7 @@ Clause = frozenset[int]
 
 @dataclass(slots=True)
 class Database:
-    """The clauses so far, and the literals that follow from them by unit propagation."""
+    """Clauses so far, with the literals that follow by unit propagation."""
 
     count: Counter[Clause] = field(default_factory=Counter)
     of: defaultdict[int, set[Clause]] = field(default_factory=lambda: defaultdict(set))
@@ -44,7 +43,7 @@ class Database:
                 self.of[literal].discard(clause)
 
     def conflict(self, assumed: Iterable[int], true: set[int]) -> bool:
-        """Adds to ``true`` what is assumed and what follows; whether that contradicts itself."""
+        """Add assumptions and their consequences to ``true``; returns whether they are contradictory."""
         todo = list(assumed)
         while todo:
             literal = todo.pop()
@@ -74,7 +73,7 @@ class Database:
 
 
 def fault(cnf: str, drat: str) -> str:
-    """What is wrong with the proof that the clauses cannot hold; empty where nothing is."""
+    """Error in the proof that the clauses are unsatisfiable; empty if it is correct."""
     found, database = clauses_of(cnf), Database()
     variables, clauses = map(int, cnf.split("\n", 1)[0].removeprefix("p cnf ").split())
     if len(found) != clauses or any(abs(literal) > variables for clause in found for literal in clause):
@@ -98,7 +97,7 @@ def fault(cnf: str, drat: str) -> str:
 
 
 def clauses_of(cnf: str) -> list[list[int]]:
-    """The clauses of a DIMACS text."""
+    """Clauses of a DIMACS text."""
     found: list[list[int]] = [[]]
     for word in cnf.split("\n", 1)[1].split():
         if word == "0":

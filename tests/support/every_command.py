@@ -1,4 +1,4 @@
-"""One mission taken through every command, in this process: each has to answer, and the answers to agree."""
+"""One mission in every command, in this process: each must answer, and the answers must agree."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from missionc.cli.exit_status import Status
 from missionc.output.export.formats import FORMATS
 
 NEAR = 1e-5
-"""Metres: robustness is the same to that, from files whose numbers have so many digits."""
+"""Tolerance for robustness in metres, due to the digits in files."""
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How a mission ended: ``refused`` by the check, or in one of the outcomes of ``compile``.
+    """Result of a mission: ``refused`` by the check, or an outcome of ``compile``.
 
     Args:
-        codes: of the errors that were said.
-        backend: who planned it, or was to.
+        codes: codes of the reported errors.
+        backend: backend of the plan or attempt.
     """
 
     outcome: str
@@ -33,7 +33,7 @@ class Ended:
 
 
 def said(*words: str) -> tuple[int, dict[str, Any]]:
-    """The status and the document of a command; a defect raises where ``MISSIONC_TRACEBACK`` is set."""
+    """Status and document of a command; a defect raises if ``MISSIONC_TRACEBACK`` is set."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         status = main([*words, "--format", "json"])
@@ -48,13 +48,13 @@ def codes(document: dict[str, Any]) -> tuple[str, ...]:
 
 
 def taken_through(files: dict[str, str], folder: Path, flags: tuple[str, ...] = ()) -> Ended:
-    """Write the files, ``m.mission`` first among them, and ask every command for all that it can say of them.
+    """Write the files, ``m.mission`` first, and run every command on them.
 
     Args:
-        flags: for ``compile``.
+        flags: flags for ``compile``.
 
     Raises:
-        AssertionError: two answers contradict each other, or a plan is not one.
+        AssertionError: two answers contradict each other, or a plan is invalid.
     """
     folder.mkdir(parents=True)
     for name, text in files.items():
@@ -91,7 +91,7 @@ def _described(mission: str) -> None:
 
 
 def _read_again(mission: str, out: Path, continuous: bool) -> None:
-    """Every command on a folder that ``compile`` wrote."""
+    """Run every command on a folder from ``compile``."""
     status, verified = said("verify", str(out))
     assert status == Status.DONE, verified
     status, drawn = said("report", str(out), "-o", str(out.with_suffix(".html")))

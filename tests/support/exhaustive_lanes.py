@@ -1,7 +1,6 @@
-"""Small missions on lanes drawn at random, and which of their requirements hold together: all joint motions are tried.
+"""Small random missions on lanes, with an exhaustive search for jointly satisfiable requirements.
 
-What a formula means is taken from ``tests.reference``, and that two agents collide from the segments they move along:
-nothing of a planner is asked.
+The semantics comes from ``tests.reference``, and collisions from the segments of motion, independent of any planner.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from missionc.ir.lanes import Lane, LaneNode
 from tests import reference
 
 STEPS, RADIUS = 4, 0.3
-"""Steps of 1 s in which an agent stays at a node or goes one lane of 1 m; the radius of an agent, metres."""
+"""Steps of 1 s in which an agent stays at a node or moves one lane of 1 m; radius of an agent, metres."""
 
 Point = tuple[float, ...]
 
@@ -31,22 +30,22 @@ SHAPES = (
     ((1, 1), (2, 1), (3, 1), (2, 2), (2, 3)),
     ((1, 1), (2, 1), (2, 2), (1, 2), (3, 1)),
 )
-"""Nodes, metres: a lane leads there and back between any two that are 1 m apart."""
+"""Nodes, metres: lanes in both directions connect any two that are 1 m apart."""
 
 WORDS = ("a", "b", "c", "d", "e")
-"""The region around each node."""
+"""Region around each node."""
 
 
 @dataclass(frozen=True)
 class OnLanes:
-    """A mission on lanes, as a backend is given it."""
+    """Mission on lanes, in the form for a backend."""
 
     mission: ir.Mission
     kernel: Kernel
 
     @property
     def satisfied(self) -> frozenset[frozenset[str]]:
-        """For each joint motion without collisions, the names of the requirements that hold in it."""
+        """Names of the satisfied requirements, for each joint motion without collisions."""
         return frozenset(
             frozenset(each.name for each in self.mission.requirements if reference.truth(each.formula, run, 0, 0))
             for run in joint_motions(self.mission)
@@ -54,12 +53,12 @@ class OnLanes:
 
 
 def satisfiable(names: Collection[str], satisfied: Collection[frozenset[str]]) -> bool:
-    """Whether some joint motion satisfies all of these requirements."""
+    """Return whether some joint motion satisfies all of these requirements."""
     return any(held.issuperset(names) for held in satisfied)
 
 
 def joint_motions(mission: ir.Mission) -> Iterator[reference.Run]:
-    """All motions of all agents along the lanes in which no two collide."""
+    """All motions of all agents along the lanes without collisions."""
     assert mission.solve.roadmap is not None
     places = [node.position for node in mission.solve.roadmap.nodes]
     ways = [list(_ways(agent.start.point, places)) for agent in mission.agents if agent.start.point is not None]
@@ -77,7 +76,7 @@ def joint_motions(mission: ir.Mission) -> Iterator[reference.Run]:
 
 
 def _ways(start: Point, places: list[Point]) -> Iterator[tuple[Point, ...]]:
-    """Where one agent may be at each step."""
+    """Possible positions of one agent at each step."""
     ways = [(start,)]
     for _ in range(STEPS):
         ways = [(*way, place) for way in ways for place in places if math.dist(way[-1], place) <= 1]
@@ -85,13 +84,13 @@ def _ways(start: Point, places: list[Point]) -> Iterator[tuple[Point, ...]]:
 
 
 def _nearest(one: tuple[Point, ...], other: tuple[Point, ...]) -> float:
-    """The least distance of two centres that move straight and evenly from step to step, metres."""
+    """Minimum distance of two centres that move linearly between steps, metres."""
     offsets = [_minus(here, there) for here, there in zip(one, other, strict=True)]
     return min(_from_origin(before, after) for before, after in pairwise(offsets))
 
 
 def _from_origin(before: Point, after: Point) -> float:
-    """The least distance of a segment from the origin."""
+    """Distance of a segment from the origin."""
     way = _minus(after, before)
     length = sum(each * each for each in way)
     part = -sum(here * each for here, each in zip(before, way, strict=True)) / length if length else 0.0
@@ -104,12 +103,12 @@ def _minus(one: Point, other: Point) -> Point:
 
 
 def files_on_lanes(seed: int) -> dict[str, str]:
-    """The files of a mission on lanes by name, ``m.mission`` first: `check` may refuse it."""
+    """Files of a mission on lanes by name, ``m.mission`` first; `check` may reject it."""
     draw = random.Random(seed)
     places = draw.choice(SHAPES)
     text = _text(draw, places)
     if "team robot[1] {" in text:
-        text = text.replace("graph radio = proximity 1.5 m\n", "")  # it takes two
+        text = text.replace("graph radio = proximity 1.5 m\n", "")  # needs two agents
     text += 'solve with smt { roadmap = "lanes.graphml" }\n'
     return {"m.mission": text, "lanes.graphml": _graphml(places)}
 
@@ -129,7 +128,7 @@ def _graphml(places: tuple[tuple[int, int], ...]) -> str:
 
 
 def missions_on_lanes() -> Iterator[tuple[int, OnLanes]]:
-    """The seeds whose missions `check` does not refuse, with these missions."""
+    """Seeds whose missions pass `check`, with these missions."""
     seed = 0
     while True:
         draw = random.Random(seed)

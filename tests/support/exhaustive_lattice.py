@@ -1,6 +1,6 @@
-"""Missions on a lattice of one-metre cells drawn at random, and every plan from cell to cell there is.
+"""Random missions on a lattice of 1 m cells, and all plans from cell to cell.
 
-Agents may move in between too: a mission without such a plan may have another, one with such a plan can be.
+Agents may also move between cells: a mission without such a plan may have another one.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from missionc.base.diagnostics.code import BARRED, CROWDED, JUMP, NO_FIT, RESTLE
 from tests import reference
 
 SAY_IMPOSSIBLE = frozenset({TOO_FAR, BARRED, JUMP, RESTLESS, CROWDED, NO_FIT, STUCK})
-"""Errors by which `check` says that no plan can satisfy a mission."""
+"""Errors of `check` that claim that no plan can satisfy a mission."""
 
 SIDE = 3
 CELLS = tuple(product(range(SIDE), repeat=2))
@@ -28,7 +28,7 @@ def box(cell: tuple[int, int], half: float) -> str:
 
 
 class Small:
-    """A mission on a lattice of one-metre cells: where obstacles are, who starts where, what is asked."""
+    """Mission on a lattice of 1 m cells: obstacles, starts and requirements."""
 
     def __init__(self, seed: int) -> None:
         self.random = random.Random(seed)
@@ -99,7 +99,7 @@ class Small:
                 yield tuple(path)
 
     def plans(self) -> Iterator[tuple[Path, ...]]:
-        """Every joint motion from cell to cell in which two are in no cell at once and do not change places."""
+        """All joint motions from cell to cell without shared cells or swaps."""
         for plan in product(*(list(self.paths(agent)) for agent in range(self.agents))):
             if all(len(set(cells)) == self.agents for cells in zip(*plan, strict=True)) and not _swapped(plan):
                 yield plan

@@ -1,4 +1,4 @@
-"""The firmware's own C code, built from a folder of its sources, and what it answered once.
+"""The firmware's own C code, built from its sources, with recorded answers.
 
     python -m tests.support.firmware_code FOLDER
 
@@ -28,10 +28,10 @@ from missionc.flight.simulation.quadrotor import Vehicle, at_rest, moved
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 SOURCES = "MISSIONC_FIRMWARE"
-"""The environment variable that names the folder."""
+"""Environment variable with the folder."""
 ANSWERS = Path(__file__).with_name("firmware_answers.json")
 STRONGEST = replace(Vehicle(), strongest=65_535 / 132_000 / 4)
-"""A vehicle whose motors give what the largest PWM value asks for."""
+"""Vehicle whose motors reach the thrust of the maximum PWM value."""
 SEARCHED = (
     "src/modules/interface",
     "src/modules/interface/controller",
@@ -106,7 +106,7 @@ void command(const float *is, const float *told, float *answer)
 
 
 def missing() -> str:
-    """Why the firmware's code cannot be built here; empty where it can."""
+    """Reason why the firmware's code cannot be built here; empty if it can."""
     folder = os.environ.get(SOURCES, "")
     if not folder:
         return f"{SOURCES} names no folder with the sources of crazyflie-firmware"
@@ -116,7 +116,7 @@ def missing() -> str:
 
 
 class Firmware:
-    """The firmware's evaluator and controller, as functions of arrays."""
+    """Evaluator and controller of the firmware, as functions of arrays."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
         self._library = library
@@ -128,7 +128,7 @@ class Firmware:
         return float(self._library.height_integral())
 
     def setpoints(self, pieces: Pieces, times: Array) -> Array:
-        """As ``firmware_setpoints.setpoints``: (times,), s -> (13, times)."""
+        """As in ``firmware_setpoints.setpoints``: (times,), s -> (13, times)."""
         answer = np.zeros((times.size, 13), dtype=np.float32)
         rows = pieces.coefficients.astype(np.float32)
         self._library.evaluate(
@@ -137,11 +137,11 @@ class Firmware:
         return answer.T.astype(np.float64)
 
     def begin(self) -> None:
-        """Forget everything, as when the controller starts."""
+        """Reset the state, as at the start of the controller."""
         self._library.begin()
 
     def thrust(self, state: Array, told: Array) -> Array:
-        """What the motors are to give before they are capped, N: (13,), (13,) -> (4,)."""
+        """Motor thrusts before saturation, N: (13,), (13,) -> (4,)."""
         answer = np.zeros(4, dtype=np.float32)
         self._library.command(_numbers(state), _numbers(told), _numbers(answer))
         push, roll, pitch, yaw = answer.astype(np.float64)
@@ -157,7 +157,7 @@ def _numbers(values: Any) -> Any:
 
 @cache
 def built(folder: str) -> Firmware:
-    """The code in a folder of sources, compiled."""
+    """Compile the code in a folder of sources."""
     root = Path(folder)
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
@@ -188,19 +188,19 @@ def built(folder: str) -> Firmware:
 
 
 def a_path() -> Pieces:
-    """Three pieces that turn and climb, quick enough to lean by twenty degrees; float32, as they are uploaded."""
+    """Three pieces that turn and climb, fast enough for a tilt of 20 degrees; float32, as uploaded."""
     random = np.random.default_rng(11)
     coefficients = random.normal(size=(3, 4, 8)) * 0.5 ** np.arange(8) * np.array([1.5, 1.5, 0.5, 1.0])[:, None]
     return Pieces(np.array([1.5, 0.75, 2.25]), coefficients.astype(np.float32).astype(np.float64))
 
 
 def moments() -> Array:
-    """Every tenth of a second, the ends of pieces, and past the end: (times,), s."""
+    """Every tenth of a second, ends of pieces, and a time past the end: (times,), s."""
     return np.concatenate([np.arange(46) / 10, [1.5, 2.25, 4.49, 4.6, 9.0]])
 
 
 def situations() -> tuple[Array, Array]:
-    """Three controllers through 12 commands: states and what they are told, (3, 12, 13) twice.
+    """Three controllers through 12 commands: states and setpoints, (3, 12, 13) each.
 
     The first is near where it should be, the second far off and turning, the third upside down now and then.
     """
@@ -215,7 +215,7 @@ def situations() -> tuple[Array, Array]:
 
 
 def thrusts(firmware: Firmware) -> Array:
-    """(3, 12, 4), N."""
+    """Motor thrusts, (3, 12, 4), N."""
     each = []
     for states, orders in zip(*situations(), strict=True):
         firmware.begin()
@@ -224,7 +224,7 @@ def thrusts(firmware: Firmware) -> Array:
 
 
 def heavier(firmware: Firmware, share: float, seconds: float) -> Array:
-    """How far above its height a vehicle is that weighs more than its controller thinks: (commands,), m.
+    """Height error of a vehicle that is heavier than its controller assumes: (commands,), m.
 
     The firmware's controller flies our quadrotor from hovering; (commands,) at 500 Hz.
     """
@@ -243,7 +243,7 @@ def heavier(firmware: Firmware, share: float, seconds: float) -> Array:
 
 
 def answers(firmware: Firmware) -> dict[str, object]:
-    """Everything that is recorded."""
+    """All recorded answers."""
     sunk = heavier(firmware, 0.17, 10.0)
     return {
         "height_integral": firmware.height_integral,

@@ -1,4 +1,4 @@
-"""Exported scripts, run in virtual time on stand-ins for cflib and Crazyswarm2: commands with their times and heights.
+"""Exported scripts, run in virtual time on stand-ins for cflib and Crazyswarm2, with all commands.
 
 The stand-ins have the classes that the scripts use, with the behaviour that matters when something goes wrong. cflib
 drops packets of a closed link without an error, and stops motors when it closes a link. rclpy's handler of SIGINT shuts
@@ -31,7 +31,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command that reached a vehicle: its second, the agent's number, the vehicle's height then, its values."""
+    """Command that reached a vehicle: its time in seconds, agent number, vehicle height, and values."""
 
     time: float
     agent: int
@@ -45,7 +45,7 @@ Event = tuple[float, Callable[["World"], None]]
 
 @dataclass(eq=False, slots=True)
 class Vehicle:
-    """One vehicle: its height follows the last command, linearly, or along its trajectory."""
+    """Vehicle whose height follows the last command linearly, or its trajectory."""
 
     agent: int
     part: Part
@@ -66,13 +66,13 @@ class Vehicle:
 
 @dataclass(eq=False)
 class World:
-    """The clock, the vehicles, the commands that reached them, and what happens when.
+    """Clock, vehicles, received commands, and events.
 
     Args:
-        events: what happens at which second.
+        events: events by second.
         failing: commands that raise, each with the agent's number and how many times.
-        hanging: commands that wait for an event of the world, likewise.
-        silent: whether no vehicle reports its status and its position.
+        hanging: commands that wait for an event of the world, in the same form.
+        silent: True if no vehicle reports its status and its position.
     """
 
     vehicles: list[Vehicle]
@@ -101,7 +101,7 @@ class World:
             callback()
 
     def command(self, agent: int, name: str, **values: Any) -> None:
-        """A vehicle gets a command, which may fail before it is sent, or be lost on its way."""
+        """Send a command to a vehicle, which may fail or be lost."""
         left = self.failing.get((name, agent), 0)
         if left:
             self.failing[name, agent] = left - 1
@@ -129,34 +129,34 @@ class World:
 
 
 def interrupt(world: World) -> None:
-    """Ctrl-C: the real signal."""
+    """Press Ctrl-C, with the real signal."""
     world.interrupts += 1
     signal.raise_signal(signal.SIGINT)
 
 
 def lose_link(world: World) -> None:
-    """The link to the second vehicle breaks."""
+    """Break the link to the second vehicle."""
     world.vehicles[1].linked = False
     world.cut_off.add(1)
 
 
 def drain(world: World) -> None:
-    """The battery of the second vehicle gets low."""
+    """Drain the battery of the second vehicle."""
     world.vehicles[1].power = 3
 
 
 def tumble(world: World) -> None:
-    """The second vehicle falls over."""
+    """Tip over the second vehicle."""
     world.vehicles[1].supervisor |= 32
 
 
 def raise_in_client(world: World) -> None:
-    """Crazyswarm2's client fails once while it sleeps, as for a message that it cannot read."""
+    """Make Crazyswarm2's client fail once during a sleep, as for an unreadable message."""
     world.unreadable = True
 
 
 def safe(world: World) -> None:
-    """What holds for every flight, whatever happens in it.
+    """Check the safety properties of every flight, for any events.
 
     Motors stop on the floor, and in the air only at the second Ctrl-C. Nothing rises or goes on after a landing began,
     and nothing lands that never rose. Every vehicle that can be told is on the floor at the end, and its motors do not
@@ -177,7 +177,7 @@ def safe(world: World) -> None:
 
 
 def export(form: str, flown: Flight, folder: Path) -> Path:
-    """The script of a form, written with its files."""
+    """Script of an export, written with its files."""
     made = FORMATS[form].export(flown)
     assert isinstance(made, Exported), made
     for name, content in made.files.items():
@@ -187,7 +187,7 @@ def export(form: str, flown: Flight, folder: Path) -> Path:
 
 
 def standing(flown: Flight, aside: float = 0.0, volts: float = 4.1) -> list[Vehicle]:
-    """Vehicles below their first points, or at them, the first one so many metres aside."""
+    """Vehicles below or at their first points, the first one ``aside`` metres away."""
     made = []
     for agent, part in enumerate(flown.parts):
         x, y, z = part.first
@@ -200,7 +200,7 @@ def standing(flown: Flight, aside: float = 0.0, volts: float = 4.1) -> list[Vehi
 
 
 def fly(script: Path, world: World, monkeypatch: pytest.MonkeyPatch, *words: str) -> World:
-    """Run a script to its end, of which the world then knows the message."""
+    """Run a script to its end, and store its message in the world."""
     form, kept = script.parent.name, [signal.getsignal(number) for number in SIGNALS]
     modules = {"crazyswarm2": _crazyswarm, "cflib": _cflib}[form](world)
     world.events.sort(key=lambda event: event[0])
@@ -228,11 +228,11 @@ def fly(script: Path, world: World, monkeypatch: pytest.MonkeyPatch, *words: str
 
 
 class RCLError(RuntimeError):
-    """The error of rclpy where its context is shut down."""
+    """Error of rclpy after its context is shut down."""
 
 
 class _Rclpy:
-    """rclpy's context and its handler of SIGINT: it calls the handler before it, and shuts the context down."""
+    """Context of rclpy with its SIGINT handler: it calls the previous handler and shuts the context down."""
 
     def __init__(self) -> None:
         self.shut, self.before = False, signal.getsignal(signal.SIGINT)
@@ -253,7 +253,7 @@ class _Rclpy:
 
 
 class _Trajectory:
-    """crazyflie_py's ``Trajectory``: it skips a line and takes columns 0 to 32, of two rows at least."""
+    """Stand-in for crazyflie_py's ``Trajectory``: skips a line and takes columns 0 to 32 of at least two rows."""
 
     def loadcsv(self, file: str) -> None:
         table = np.loadtxt(file, delimiter=",", skiprows=1, usecols=range(33))
@@ -261,7 +261,7 @@ class _Trajectory:
 
 
 class _Crazyflies:
-    """One ``Crazyflie`` of crazyflie_py, or its ``CrazyflieServer`` for all: the same commands, by the same names."""
+    """Stand-in for crazyflie_py's ``Crazyflie``, or its ``CrazyflieServer`` for all, with the same commands."""
 
     def __init__(self, world: World, agents: Sequence[int]) -> None:
         self.world, self.agents = world, agents
@@ -313,7 +313,7 @@ class _Crazyflies:
         own = self._own()
         if self.world.silent:
             return {}
-        # One report a second.
+        # One report per second.
         stamp = {"timestamp_sec": int(own.heard), "timestamp_nsec": 0}
         return {**stamp, "battery": own.volts, "pm_state": own.power, "supervisor": own.supervisor}
 
@@ -377,7 +377,7 @@ class _LogConfig:
 
 
 class _Sync:
-    """cflib's ``SyncCrazyflie`` and all that its ``cf`` does for the scripts."""
+    """Stand-in for cflib's ``SyncCrazyflie`` with the parts of its ``cf`` that the scripts use."""
 
     def __init__(self, link_uri: str, world: World) -> None:
         agent = int(link_uri[-4:], 16) - 1
@@ -398,7 +398,7 @@ class _Sync:
         self.open = True
 
     def close_link(self) -> None:
-        # It sends a setpoint of no thrust, which stops the motors.
+        # It sends a setpoint without thrust, which stops the motors.
         if self.open:
             self._send("close")
             self.open = False

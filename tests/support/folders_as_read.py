@@ -1,4 +1,4 @@
-"""Compiled folders as people read them: two that say the same, and what a command says of one."""
+"""Compiled folders as people read them: equality of two, and a command's output about one."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tests.support.forged_folders import laid
 from tests.support.mutated_folders import mutated
 
 PROVENANCE = ("backend", "seed", "versions", "cut_short", "options")
-"""Entries of a manifest that nobody can compute; what follows from some of them elsewhere is compared there."""
+"""Entries of a manifest that cannot be computed; their consequences elsewhere are compared there."""
 
 PLACES = 3
-"""Digits after the point of a simulated flight's places, in metres, that rounding leaves alone."""
+"""Decimals of a simulated flight's positions in metres that rounding does not affect."""
 
 
 def outcome(found: Mapping[str, bytes], *words: str) -> tuple[int, str]:
-    """The exit status of a command on a folder, and what it said; a warning is an exception."""
+    """Exit status and output of a command on a folder; a warning is an exception."""
     with tempfile.TemporaryDirectory() as name, warnings.catch_warnings():
         warnings.simplefilter("error")
         folder = laid(Path(name) / "out", found)
@@ -35,28 +35,28 @@ def outcome(found: Mapping[str, bytes], *words: str) -> tuple[int, str]:
 
 
 def as_read(name: str, content: bytes) -> Any:
-    """What people read of a document, for comparing."""
+    """Readable contents of a document, for comparison."""
     if name.endswith((".skyc", ".mcap", ".bin")):
         return content
     if not name.endswith(".json"):
-        # A number with fewer digits than it was written with is the same number.
+        # A number with fewer digits than written is the same number.
         return re.sub(r"-?\d+\.\d+", lambda number: f"{float(number[0]):.7f}", content.decode())
     document = json.loads(content)
     if name == "manifest.json":
         return {key: value for key, value in document.items() if key not in PROVENANCE}
     if name == "simulation.json":
-        # Where nothing is drawn every seed flies the same.
+        # Without random values, every seed flies the same.
         agents = document["flight"]["agents"]
         places = {name: [[round(at, PLACES) for at in axis] for axis in axes] for name, axes in agents.items()}
         return {**document, "seed": 0, "flight": {**document["flight"], "agents": places}}
     if name == "certificate.json":
-        # The boxes of a proof may be worse than they need to be.
+        # The boxes of a proof may be worse than necessary.
         return {key: value for key, value in document.items() if key != "boxes"}
     return document
 
 
 def alike(one: Any, other: Any) -> bool:
-    """The same, but for what nobody can see of a number."""
+    """Return whether values are equal, except for invisible differences of numbers."""
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
     if isinstance(one, list) and isinstance(other, list):
@@ -67,10 +67,10 @@ def alike(one: Any, other: Any) -> bool:
 
 
 def judged(files: Mapping[str, bytes], seed: int, of_plan: bool = True) -> tuple[str, str]:
-    """What `verify` says of a folder after one change, and what was done.
+    """Verdict of `verify` on a folder after one change, and the change.
 
-    ``refused``, or ``accepted`` where the files say what they said; anything else is what should not be, in words.
-    Of a proof that there is no plan, whatever `verify` accepts is one: it need not be the one that was written.
+    ``refused``, or ``accepted`` where the files say what they said; anything else is what should not be, in words. Of a
+    proof that there is no plan, whatever `verify` accepts is one: it need not be the one that was written.
     """
     found, what = mutated(files, seed)
     status, said = outcome(found, "verify")
@@ -80,7 +80,7 @@ def judged(files: Mapping[str, bytes], seed: int, of_plan: bool = True) -> tuple
         codes = [each["code"] for each in json.loads(said)["diagnostics"]]
         return ("refused" if codes and "MC901" not in codes else f"refused with {codes}"), what
     for name, content in files.items() if of_plan else ():
-        # A manifest that was made to fit has other hashes.
+        # An adapted manifest has other hashes.
         fits = name == "manifest.json" and not what.startswith(name)
         if not fits and not alike(as_read(name, found[name]), as_read(name, content)):
             return "accepted, and says something else", what

@@ -1,4 +1,4 @@
-"""Covers that claim as much as their checks let pass: whatever can be forged of a mission, such a cover claims."""
+"""Covers that claim as much as their checks allow, which includes every possible forgery."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from missionc.verification.impossibility.intervals import Boxes, Interval
 
 
 def boldest(mission: Mission, kernel: Kernel, cells: int, draw: random.Random) -> ClaimedCover:
-    """A cover with cells at random and all that its checks let it claim, one claim after the other."""
+    """Cover with random cells and all claims that its checks allow, one after the other."""
     names = tuple(goal.name for goal in kernel.requirements)
     limits = limits_of(mission, kernel.requirements)
     agents = tuple(agent.index for agent in mission.agents)
@@ -47,7 +47,7 @@ def boldest(mission: Mission, kernel: Kernel, cells: int, draw: random.Random) -
 
 
 def _placed(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionLimits) -> ClaimedCover:
-    """The cover, and where an agent is claimed not to be."""
+    """Cover with the claimed absences of an agent."""
     own, cells = agent.index, len(cover.kind_of(agent.index))
 
     def absent(flags: Flags) -> ClaimedCover:
@@ -67,7 +67,7 @@ def _placed(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionL
 
 
 def _kept_apart(mission: Mission, cover: ClaimedCover, pair: tuple[int, int]) -> ClaimedCover:
-    """The cover, and in which cells two are claimed not to be together."""
+    """Cover with the claims on pairs of cells of two agents."""
 
     def apart(flags: Flags) -> ClaimedCover:
         return replace(cover, not_together={**cover.not_together, pair: flags})
@@ -101,7 +101,7 @@ def _kind(mission: Mission, agents: tuple[int, ...], cells: int, draw: random.Ra
 
 
 def _cut(mission: Mission, cells: int, draw: random.Random) -> Boxes:
-    """The world cut into boxes, again and again one of them in two."""
+    """World cut into boxes, by repeated random cuts."""
     whole = np.array(mission.world.low) - 2 * MOTION, np.array(mission.world.high) + 2 * MOTION
     boxes: list[tuple[Array, Array]] = [whole]
     while len(boxes) < cells:
@@ -150,7 +150,7 @@ def _all_but(
     faults: Callable[[Flags], Iterable[str]],
     where: Callable[..., tuple[int, ...]] = lambda *cells: cells,
 ) -> Flags:
-    """Every flag set but those that a check finds fault with; it names cells in its own order."""
+    """All flags set except those that a check rejects; it names cells in its own order."""
     flags: Flags = np.ones(shape, dtype=np.bool_)
     while True:
         fault = next(iter(faults(flags)), None)
@@ -162,7 +162,7 @@ def _all_but(
 
 
 class _Boldest(CheckedLabels):
-    """Labels that claim whatever margins show."""
+    """Labels that claim all margins."""
 
     def __init__(self, mission: Mission, cover: ClaimedCover) -> None:
         super().__init__(mission, cover)
@@ -180,7 +180,7 @@ class _Boldest(CheckedLabels):
 
 
 def followed(mission: Mission, goals: tuple[Goal, ...], position: Array) -> Cnf:
-    """The clauses of a motion that is known, (agents, steps + 1, dim): each of its places is a cell of its own."""
+    """Clauses of a known motion, (agents, steps + 1, dim), metres: each of its positions is a cell of its own."""
     agents = tuple(range(len(position)))
     places, number = np.unique(position.reshape(-1, mission.dimension), axis=0, return_inverse=True)
     at = number.reshape(position.shape[:2])

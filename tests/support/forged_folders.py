@@ -1,4 +1,4 @@
-"""Folders as somebody would write them who changes what was verified and makes the manifest fit."""
+"""Forged folders: verified data is changed and the manifest adapted."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from missionc.geometry.curves.smooth_splines import control_points_of
 
 Files: TypeAlias = dict[str, bytes]
 Table: TypeAlias = NDArray[np.float64]
-"""(pieces, 33): a file of polynomials."""
+"""Polynomials of a file, (pieces, 33)."""
 
 
 def table_of(content: bytes) -> Table:
@@ -30,7 +30,7 @@ def text_of(table: Table) -> str:
 
 
 def flights(files: Mapping[str, bytes]) -> list[str]:
-    """The names of the polynomials' files, in the agents' order."""
+    """Names of the polynomials' files, in the agents' order."""
     return [name for name in files if name.startswith("crazyflie/")]
 
 
@@ -39,17 +39,17 @@ def changed(files: Mapping[str, bytes], name: str, change: Callable[[Table], Tab
 
 
 def stated(files: Mapping[str, bytes], change: Callable[[dict[str, object]], None]) -> Files:
-    """With another certificate."""
+    """Files with a changed certificate."""
     certificate = json.loads(files["certificate.json"])
     change(certificate)
     return {**files, "certificate.json": json.dumps(certificate).encode()}
 
 
 def hashed(files: Mapping[str, bytes], keep: bool = False) -> Files:
-    """The files, with a manifest whose hashes are theirs.
+    """Files with a manifest that has their hashes.
 
     Args:
-        keep: the manifest's own names and hashes stay as they are, whatever they are.
+        keep: if true, the manifest's names and hashes stay unchanged.
     """
     if keep:
         return dict(files)
@@ -62,7 +62,7 @@ def hashed(files: Mapping[str, bytes], keep: bool = False) -> Files:
 
 
 def laid(folder: Path, files: Mapping[str, bytes]) -> Path:
-    """The folder, with these files in it."""
+    """Folder with these files written to it."""
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
@@ -70,12 +70,12 @@ def laid(folder: Path, files: Mapping[str, bytes]) -> Path:
 
 
 def forged(folder: Path, files: Mapping[str, bytes]) -> Path:
-    """The folder, with a manifest whose hashes are those of its files."""
+    """Folder with a manifest that has the hashes of its files."""
     return laid(folder, hashed(files))
 
 
 def bumped(table: Table) -> Table:
-    """The number that matters most in the middle piece, by one per cent."""
+    """Polynomials with the main coefficient of the middle piece increased by 1 %."""
     middle = len(table) // 2
     weight = np.abs(table[middle, 1:25]) * np.tile(table[middle, 0] ** np.arange(8), 3)
     table[middle, 1 + int(weight[:16].argmax())] *= 1.01
@@ -83,7 +83,7 @@ def bumped(table: Table) -> Table:
 
 
 def delayed(table: Table) -> Table:
-    """It waits for a tenth of a second, and ends when it did, that much before its end."""
+    """Polynomials that wait for 0.1 s, and end at the same time, that much before their end."""
     wait = np.zeros((1, 33))
     wait[0, 0], wait[0, 1::8] = 0.1, table[0, 1::8]
     table[-1, 0] -= 0.1 if table[-1, 0] > 0.1 else 0.05
@@ -91,13 +91,13 @@ def delayed(table: Table) -> Table:
 
 
 def turned(table: Table) -> Table:
-    """It flies as before, and its nose points half a radian further to the left throughout."""
+    """Polynomials with the yaw increased by 0.5 rad throughout."""
     table[:, 25] += 0.5
     return table
 
 
 def dropped(table: Table) -> Table:
-    """Without its third piece."""
+    """Polynomials without the third piece."""
     return np.delete(table, 2, axis=0)
 
 
@@ -107,7 +107,7 @@ def lengthened(table: Table) -> Table:
 
 
 def bulged(table: Table) -> Table:
-    """A smooth bulge across some pieces: nothing jumps, and the flight leaves its tube."""
+    """Polynomials with a smooth bulge across some pieces, which leaves the tube without jumps."""
     durations = table[:, 0]
     curve = control_points_of(np.concatenate([[0.0], np.cumsum(durations)]))
     bulge = np.zeros(curve.shape[1])

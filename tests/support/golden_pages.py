@@ -1,6 +1,6 @@
-"""The golden runner: one Markdown file holds prose, a mission, and what the commands say about it.
+"""The golden runner: Markdown files with prose, missions, and the output of commands about them.
 
-A few kinds of fenced blocks mean something; every other block is prose.
+A few kinds of fenced blocks have a meaning; all others are prose.
 
 ```mission NAME.mission      a file. Without a name it is called after the mission it declares.
 ```mission NAME.mission wrong   the same, of a mission with errors.
@@ -34,18 +34,18 @@ from tests.support.installed_packages import source_package
 
 FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<body>.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
 TIMED = re.compile(r"(verified in) [0-9.]+ s")
-"""How long it took is another thing each time."""
+"""Durations in outputs, which vary."""
 FILES = frozenset({"csv", "geojson", "jsonl", "pgm", "xml", "yaml"})
-"""Languages of files that are no missions."""
+"""Languages of files that are not missions."""
 CODE = frozenset({"python", "toml"})
-"""Languages of the files of a package; a block without a name is no file."""
+"""Languages of the files of a package; a block without a name is not a file."""
 INSTALL = "pip install --quiet --editable ."
 NAME = re.compile(r"^\s*mission\s+(\w+)", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A fenced block: the words after the fence, the text in it, and where the text lies in the page."""
+    """Fenced block: the words after the fence, its text, and the place of the text in the page."""
 
     info: str
     body: str
@@ -55,7 +55,7 @@ class Block:
 
 
 def blocks(page: str) -> list[Block]:
-    """Every fenced block of a page, with the heading it stands under."""
+    """All fenced blocks of a page, each with its heading."""
     found = []
     for match in FENCE.finditer(page):
         headings = re.findall(r"^#+ +(.+)$", page[: match.start()], re.MULTILINE)
@@ -72,7 +72,7 @@ def blocks(page: str) -> list[Block]:
 
 
 def file_name(block: Block) -> str:
-    """What a mission block's file is called."""
+    """File name of a mission block."""
     words = block.info.split()
     if len(words) > 1 and words[1].endswith(".mission"):
         return words[1]
@@ -81,7 +81,7 @@ def file_name(block: Block) -> str:
 
 
 def is_file(block: Block) -> bool:
-    """Whether it is a file that is no mission."""
+    """Return whether it is a file that is not a mission."""
     words = block.info.split()
     return len(words) == 2 and words[0] in FILES | CODE
 
@@ -94,7 +94,7 @@ def put_file(block: Block, folder: Path) -> None:
 
 
 def package_in(folder: Path) -> contextlib.AbstractContextManager[None]:
-    """The package in a folder, installed for a while, if there is one."""
+    """Context in which the package in a folder, if any, is installed."""
     if not (folder / "pyproject.toml").exists():
         return contextlib.nullcontext()
     return source_package(folder, folder / "site-packages")
@@ -109,7 +109,7 @@ def is_excerpt(block: Block) -> bool:
 
 
 def run(words: list[str]) -> tuple[int, str]:
-    """A command's exit status and all it prints, both streams together."""
+    """Exit status and output of a command, both streams together."""
     stream = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
     with contextlib.redirect_stdout(stream), contextlib.redirect_stderr(stream):
         status = main(words)
@@ -119,7 +119,7 @@ def run(words: list[str]) -> tuple[int, str]:
 
 @contextlib.contextmanager
 def fed(content: bytes | None) -> Iterator[None]:
-    """Standard input, for a while; as it is where nothing is given."""
+    """Context with a standard input; unchanged if None."""
     before = sys.stdin
     if content is not None:
         sys.stdin = io.TextIOWrapper(io.BytesIO(content), encoding="utf-8")
@@ -131,7 +131,7 @@ def fed(content: bytes | None) -> Iterator[None]:
 
 @contextlib.contextmanager
 def within(folder: Path) -> Iterator[None]:
-    """The working directory, for a while."""
+    """Context with a working directory."""
     before = Path.cwd()
     os.chdir(folder)
     try:
@@ -141,7 +141,7 @@ def within(folder: Path) -> Iterator[None]:
 
 
 def transcript(console: str) -> str:
-    """A console block as it comes out now: its commands, each with what it prints."""
+    """Console block with current outputs of its commands."""
     said = []
     for line in console.splitlines():
         if not line.startswith("$ "):
@@ -160,7 +160,7 @@ def transcript(console: str) -> str:
 
 
 def agrees(expected: str, actual: str) -> bool:
-    """Whether the output is as expected, `…` standing for anything."""
+    """Return whether an output matches; `…` stands for any text."""
     pattern = "".join(
         r"(?:.*\n)*?" if line == "…\n" else ".*".join(map(re.escape, line.split("…")))
         for line in expected.splitlines(keepends=True)
@@ -169,7 +169,7 @@ def agrees(expected: str, actual: str) -> bool:
 
 
 def play(page: str, folder: Path) -> str:
-    """The page with every console block as it comes out now; those that agree stay as they are."""
+    """Page with current outputs of all console blocks; matching ones stay unchanged."""
     said = []
     at = 0
     with within(folder), contextlib.ExitStack() as installed:

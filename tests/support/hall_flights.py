@@ -1,4 +1,4 @@
-"""A small mission from the floor to the floor, and its compiled folder, made once."""
+"""A small mission with takeoff and landing, and its compiled folder, made once."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ solve with smt { nodes = 60 }
 
 @cache
 def compiled() -> Files:
-    """A folder of it, with exports."""
+    """Compiled folder with exports."""
     with tempfile.TemporaryDirectory() as name:
         (Path(name) / "hall.mission").write_text(HALL)
         words = ["compile", f"{name}/hall.mission", "-o", f"{name}/out", "--quiet", "--export", "cflib,px4,skybrush"]

@@ -1,4 +1,4 @@
-"""Flights of hand-made missions, for what writes them in other forms."""
+"""Flights of hand-made missions for tests of exports."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Array = NDArray[np.float64]
 
 @cache
 def wandered(agents: int = 2, steps: int = 6, dimension: int = 3, step: float = 1.0, seed: int = 3) -> Flight:
-    """Random walks, in columns of their own at both ends."""
+    """Random walks, in separate columns at both ends."""
     path = wandering(seed, agents, steps, dimension)
     if dimension == 3:
-        # Nobody starts or ends above somebody else.
+        # No agent starts or ends above another.
         path[..., 0] += 12.0 * np.arange(agents)[:, None]
     mission = mission_of(path[:, 0].tolist(), steps, step=step, size=10.0 + 12.0 * agents)
     trace = straight(path, step)
@@ -31,7 +31,7 @@ def wandered(agents: int = 2, steps: int = 6, dimension: int = 3, step: float = 
 
 
 def turning(flown: Flight, rate: float) -> Flight:
-    """The flight with noses that turn all the time, rad/s, from 0.5 rad on."""
+    """Flight with constant yaw rate, rad/s, from 0.5 rad on."""
     texts = {}
     for each in flown.parts:
         coefficients = each.pieces.coefficients.copy()
@@ -42,14 +42,14 @@ def turning(flown: Flight, rate: float) -> Flight:
 
 
 def cramped(flown: Flight, memory: int) -> Flight:
-    """The flight, of vehicles with so many bytes for it."""
+    """Flight of vehicles with ``memory`` bytes of trajectory memory."""
     agents = tuple(replace(agent, vehicle=replace(agent.vehicle, memory=memory)) for agent in flown.mission.agents)
     texts = {each.agent.name: each.text for each in flown.parts}
     return flight(replace(flown.mission, agents=agents), flown.kernel, flown.trace, texts)
 
 
 def place(vehicle: Part, time: float, order: int = 0) -> Array:
-    """Where the firmware would have it, or a derivative of that: x, y, z, yaw; piece by piece, power by power."""
+    """Setpoint of the firmware or a derivative of it, (4,): x, y, z in metres, yaw in rad."""
     durations, coefficients = vehicle.pieces.duration, vehicle.pieces.coefficients
     piece, local = 0, time
     while piece < len(durations) - 1 and local > durations[piece]:

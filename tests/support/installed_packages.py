@@ -1,4 +1,4 @@
-"""Packages of extensions that are installed for the time of a test: a module, and the metadata that pip writes."""
+"""Temporarily installed packages of extensions: a module, and the metadata from pip."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pathlib import Path
 from missionc.base.extensions import REGISTRIES, installed
 
 EntryPoints = Mapping[str, Mapping[str, str]]
-"""Where the value of each extension is, by the group and by the name."""
+"""Place of each extension's value, by group and name."""
 
 
 @contextmanager
 def package(
     folder: Path, name: str, entries: EntryPoints, code: str | None = None, version: str = "1.0"
 ) -> Iterator[None]:
-    """A package in a folder, or one of this code.
+    """Context with a package in a folder, or one with the given code.
 
     Args:
-        code: of its one module, of the package's name.
+        code: code of its module, which has the package's name.
     """
     metadata = folder / f"{name}-{version}.dist-info"
     metadata.mkdir(parents=True, exist_ok=True)
@@ -44,7 +44,7 @@ def package(
 
 @contextmanager
 def source_package(source: Path, folder: Path) -> Iterator[None]:
-    """A package as `pip install --editable` installs it: its sources where they are, its metadata in a folder."""
+    """Context with a package as in `pip install --editable`: sources in place, metadata in a folder."""
     project = tomllib.loads((source / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     with on_path(source), package(folder, project["name"], project["entry-points"], version=project["version"]):
         yield
@@ -62,7 +62,7 @@ def on_path(folder: Path) -> Iterator[None]:
 
 
 def forget_installed() -> None:
-    """Read the metadata of installed packages again when it is next needed."""
+    """Read the metadata of installed packages again at next use."""
     installed.cache_clear()
     for registry in REGISTRIES.values():
         registry.forget()

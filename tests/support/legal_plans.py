@@ -1,4 +1,4 @@
-"""Hand-made missions and legal plans for them, for what judges, draws and writes plans."""
+"""Hand-made missions with legal plans, for tests of evaluation, drawing and writing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 SPAN = Span(Source("test.mission", "words"), 0, 5)
 NOTHING = Kernel((), ())
-"""The kernel of a mission that requires nothing."""
+"""Kernel of a mission without requirements."""
 
 WALKER = ir.SingleIntegrator(2.0)
 
@@ -37,7 +37,7 @@ def mission_of(
     size: float = 10.0,
     altitude: float = 1.0,
 ) -> ir.Mission:
-    """A team ``drone`` with these starts in a square or cubic world."""
+    """Team ``drone`` with these starts in a square or cubic world."""
     dimension = len(starts[0])
     agents = tuple(
         ir.Agent(
@@ -78,7 +78,7 @@ def mission_of(
 
 
 def straight(position: Array | Sequence[Sequence[Sequence[float]]], step: float = 1.0) -> Trace:
-    """The trace through positions (agents, steps + 1, dim), straight from one to the next, facing where it goes."""
+    """Trace through positions (agents, steps + 1, dim) in metres, straight between them, heading along the motion."""
     places = np.asarray(position, dtype=np.float64)
     moves = np.diff(places, axis=1) / step
     velocity = np.concatenate([moves, moves[:, -1:]], axis=1)
@@ -86,7 +86,7 @@ def straight(position: Array | Sequence[Sequence[Sequence[float]]], step: float 
 
 
 def pushed(start: Array, velocity: Array, acceleration: Array, step: float) -> Trace:
-    """The trace of double integrators: (agents, dim) twice, and (agents, steps, dim)."""
+    """Trace of double integrators: (agents, dim) m and m/s, and accelerations (agents, steps, dim), m/s²."""
     positions, velocities = [start], [velocity]
     for push in np.swapaxes(acceleration, 0, 1):
         positions.append(positions[-1] + velocities[-1] * step + push * step**2 / 2)
@@ -96,7 +96,7 @@ def pushed(start: Array, velocity: Array, acceleration: Array, step: float) -> T
 
 
 def wandering(seed: int, agents: int, steps: int, dimension: int = 2, need: float = 0.3, fastest: float = 1.5) -> Array:
-    """Random walks (agents, steps + 1, dim) in a world of 10 m whose centres keep ``need`` metres all the time."""
+    """Random walks (agents, steps + 1, dim) in a world of 10 m with distances of at least ``need`` metres."""
     generator = np.random.default_rng(seed)
     paths = [_scattered(generator, agents, dimension, need)]
     while len(paths) <= steps:
@@ -110,7 +110,7 @@ def wandering(seed: int, agents: int, steps: int, dimension: int = 2, need: floa
                 if all(_apart(paths[-1], goals, agent, goal, other) >= need for other in range(agents)):
                     goals[agent] = goal
                     break
-        # Those that found no way wait, which may be in the way of others.
+        # Agents without a path wait, and may block others.
         if all(
             _apart(paths[-1], goals, one, goals[one], other) >= need for one in range(agents) for other in range(one)
         ):
@@ -132,7 +132,7 @@ def _apart(places: Array, goals: Array, agent: int, goal: Array, other: int) -> 
         return math.inf
     shares = np.linspace(0, 1, 101)[:, None]
     between = places[agent] - places[other] + shares * ((goal - places[agent]) - (goals[other] - places[other]))
-    # Sampled a little finer than the need is exact.
+    # Sampling a little finer than the need is exact.
     return float(np.linalg.norm(between, axis=-1).min()) - 1e-3
 
 
@@ -149,7 +149,7 @@ def moving(shape: ir.Shape, times: Sequence[float], offsets: Sequence[ir.Vector]
 
 
 def moved(trace: Trace, agent: int, step: int, by: Sequence[float]) -> Trace:
-    """One agent elsewhere at one step, everything else as it was."""
+    """Trace with one agent moved at one step."""
     position = trace.position.copy()
     position[agent, step] += np.asarray(by)
     return replace(trace, position=position)

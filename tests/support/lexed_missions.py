@@ -1,8 +1,7 @@
-"""Every mission there is as the compiler reads it, for what highlights it: `python -m tests.support.lexed_missions`.
+"""All missions as the compiler reads them, for tests of highlighting: `python -m tests.support.lexed_missions`.
 
-Prints JSON: for each text its tokens, comments too, each with what the parser
-took it for (a word that is not reserved is a keyword in one place and a name in
-another) and where it is, in UTF-16 code units.
+Prints JSON: for each text its tokens, comments too, each with what the parser took it for (a word that is not reserved
+is a keyword in one place and a name in another) and where it is, in UTF-16 code units.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ PUNCTUATION = frozenset("()[]{},:")
 
 
 class Watching(machine.Machine):
-    """A machine that remembers what it took, and for what."""
+    """Parser that records its tokens with their kinds."""
 
     took: list[tuple[str, Span]]
 
@@ -45,7 +44,7 @@ class Watching(machine.Machine):
 
 
 def lexed(name: str, text: str) -> list[dict[str, object]]:
-    """The tokens of a text without errors, in its order."""
+    """Tokens of a text without errors, in order."""
     took: list[tuple[str, Span]] = []
     with patch.object(parse, "Machine", type("Watching", (Watching,), {"took": took})):
         _, findings = parse.parse(Source(name, text), Limits(), unread)
@@ -74,7 +73,7 @@ def _units(text: str) -> int:
 
 
 def drawn(count: int) -> list[str]:
-    """Programs drawn at random, in which names are called like whatever may be a name."""
+    """Random programs whose names coincide with all words that may be names."""
     found: list[str] = []
 
     @settings(max_examples=count, derandomize=True, database=None, deadline=None)
@@ -87,7 +86,7 @@ def drawn(count: int) -> list[str]:
 
 
 def texts() -> Iterator[tuple[str, str]]:
-    """The missions of the repository, those in its pages, tricky ones, each operator, and random ones."""
+    """Missions of the repository and of its pages, special cases, each operator, and random ones."""
     for file in sorted((ROOT / "missions").rglob("*.mission")):
         yield str(file.relative_to(ROOT)), file.read_text(encoding="utf-8")
     for file in sorted((ROOT / "editors" / "vscode" / "test").glob("*.mission")):

@@ -1,4 +1,4 @@
-"""A small flight that is judged while it is flown: its mission, its session, and lines of samples."""
+"""A small flight for live monitoring: its mission, session, and lines of samples."""
 
 from __future__ import annotations
 

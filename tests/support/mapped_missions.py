@@ -1,4 +1,4 @@
-"""Missions in a folder with the files that their worlds are read from."""
+"""Missions in a folder with the files of their worlds."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ free_thresh: 0.196
 
 
 def picture(*rows: str, form: str = "PPM") -> bytes:
-    """An image of one letter for each cell, from above: ``#`` is black, ``?`` unknown, anything else white."""
+    """Image with one letter for each cell, from above: ``#`` is black, ``?`` unknown, anything else white."""
     shades = np.array([[{"#": 0, "?": 205}.get(cell, 254) for cell in row] for row in rows], dtype=np.uint8)
     stream = BytesIO()
     Image.fromarray(shades).save(stream, form)
@@ -41,7 +41,7 @@ def picture(*rows: str, form: str = "PPM") -> bytes:
 
 
 def written(folder: Path, mission: str, files: Mapping[str, str | bytes]) -> Path:
-    """The mission in a folder, the files beside it."""
+    """Write the mission to a folder, with its files."""
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -50,7 +50,7 @@ def written(folder: Path, mission: str, files: Mapping[str, str | bytes]) -> Pat
 
 
 def meant(folder: Path, mission: str, files: Mapping[str, str | bytes]) -> Mission:
-    """The mission as resolved, which has no error."""
+    """Resolved mission, which must have no error."""
     checked = check(written(folder, mission, files))
     assert checked.mission is not None, checked.findings
     assert checked.ok, checked.findings
@@ -64,6 +64,6 @@ def findings(
 
 
 def only(folder: Path, mission: str, files: Mapping[str, str | bytes], limits: Limits | None = None) -> Diagnostic:
-    """The one finding there is."""
+    """Single finding."""
     (finding,) = findings(folder, mission, files, limits)
     return finding

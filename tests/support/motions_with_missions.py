@@ -1,7 +1,7 @@
-"""Motions drawn at random, each with a mission of which it is a plan, and no looser a one than it has to be.
+"""Random motions, each with a mission that it satisfies as tightly as possible.
 
-What the mission bounds, the motion reaches: bodies touch each other and what stands, somebody goes at the top speed and
-somebody at the lowest. What asks whether a mission can be has to say that these can.
+The motion reaches the bounds of the mission: bodies touch each other and static obstacles, and agents have the maximum
+and minimum speed. Every feasibility test must accept these missions.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from tests.support.legal_plans import mission_of, moving, pushed, still, straigh
 from tests.support.random_runs import SPAN, as_planned
 
 TOUCHING = 1e-9
-"""Metres by which bodies are smaller than what would just touch."""
+"""Reduction of bodies in metres relative to touching ones."""
 
 SHAPES: tuple[ir.Shape, ...] = (
     ir.Box((0.7, 0.6), (1.2, 1.3)),
@@ -41,7 +41,7 @@ SHAPES: tuple[ir.Shape, ...] = (
 
 @dataclass(frozen=True)
 class Planned:
-    """A mission, and a plan of it."""
+    """Mission with a plan."""
 
     mission: ir.Mission
     kernel: Kernel
@@ -51,7 +51,7 @@ class Planned:
 @cache
 @st.composite
 def on_a_grid(draw: st.DrawFn) -> Planned:
-    """Up to three agents that walk between places of a coarse grid, with every operator and kind of predicate."""
+    """Up to three agents that walk on a coarse grid, with every operator and kind of predicate."""
     size, steps = draw(st.integers(1, 3)), draw(st.integers(1, 5))
     trace = random_runs.trace_of(draw(random_runs.positions(size, steps)))
     mission = random_runs.mission_of(size, steps)
@@ -66,7 +66,7 @@ def on_a_grid(draw: st.DrawFn) -> Planned:
 @cache
 @st.composite
 def under_way(draw: st.DrawFn) -> Planned:
-    """Up to three agents of any kind of dynamics that wander in a square or a cube, asked for what they pass."""
+    """Up to three agents of any dynamics that wander in a square or a cube, with requirements on their path."""
     seed, steps = draw(st.integers(0, 10_000)), draw(st.integers(1, 8))
     size, dimension = draw(st.integers(1, 3)), draw(st.integers(2, 3))
     step = draw(st.sampled_from([0.5, 1.0, 4.0]))
@@ -111,7 +111,7 @@ def _growing(shape: ir.Shape) -> ir.Obstacle:
 
 
 def _tight(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> ir.Mission:
-    """Bodies as large as they can be beside each other, at most half a metre, and as far from what stands as can be."""
+    """Mission with bodies as large as possible, at most half a metre, and with maximum clearances."""
     bare = replace(
         mission,
         agents=tuple(replace(each, radius=Metres(0.0)) for each in mission.agents),
@@ -133,7 +133,7 @@ def _tight(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> ir.Mission:
 
 
 def _with_places(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> ir.Mission:
-    """Starts and finishes where the motion has them: points, or regions that it touches; or no finish."""
+    """Mission with starts and finishes from the motion: points, or regions that it touches; or no finish."""
 
     def place(agent: int, step: int, kind: str) -> ir.InitialSet | None:
         point = tuple(trace.position[agent, step].tolist())
@@ -152,7 +152,7 @@ def _with_places(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> ir.Missi
 
 
 def _asked(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> Planned:
-    """Formulas, or their negations: whichever holds."""
+    """Mission with formulas or their negations, whichever holds."""
     size, steps = len(mission.agents), mission.steps
     state = random_runs.remembering(size, steps, random_runs.own_states(size))
     drawn = st.one_of(random_runs.formulas(size, steps, 3), random_runs.formulas(size, steps, 2), state)
@@ -165,7 +165,7 @@ def _asked(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> Planned:
 
 
 def _asked_of_places(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> Planned:
-    """To be where the motion passes, when it does; and how near two come."""
+    """Mission with requirements on places at their times, and on the distance of two agents."""
     goals: list[Goal] = []
     everywhere = [(agent, step) for agent in range(len(mission.agents)) for step in range(mission.steps + 1)]
     for number, (agent, step) in enumerate(draw(st.lists(st.sampled_from(everywhere), min_size=1, max_size=4))):
@@ -189,7 +189,7 @@ def _asked_of_places(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> Plan
 
 
 def _true(mission: ir.Mission, goals: list[Goal], trace: Trace) -> Planned:
-    """What is asked, each negated that does not hold of the motion."""
+    """Mission with these goals, negated if they do not hold for the motion."""
     judged = monitor(mission, Kernel(tuple(goals), ()), trace)
 
     def holding(formula: Node, holds: bool) -> Node:

@@ -1,4 +1,4 @@
-"""Files of places, points and lanes as chance would change them: metadata, GeoJSON, tables, GraphML."""
+"""Input files with random changes: metadata, GeoJSON, tables, GraphML."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ beacons from "rows.csv" named m
 team pair[2] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start from "starts.csv" }
 solve with smt { roadmap = "lanes.graphml" }
 """
-"""What a mission says that reads all of them."""
+"""Mission that reads all of them."""
 
 ODD = (
     *(
@@ -105,7 +105,7 @@ def insert(tokens: list[str], chance: random.Random) -> None:
 
 
 def value(tokens: list[str], chance: random.Random) -> None:
-    """An odd value where a word or a number stood."""
+    """Replace a word or a number by an odd value."""
     places = [place for place, token in enumerate(tokens) if token.isalnum()]
     if places:
         tokens[chance.choice(places)] = chance.choice(ODD)
@@ -119,7 +119,7 @@ MUTATIONS: tuple[Mutation, ...] = (drop, double, swap, replace, insert, value, v
 
 
 def mutated_files(seed: int) -> dict[str, str]:
-    """The files, one of them changed; the same seed gives the same texts."""
+    """Files with one change; the same seed gives the same texts."""
     chance = random.Random(seed)
     name = list(FILES)[seed % len(FILES)]
     tokens = TOKEN.findall(FILES[name])
@@ -132,11 +132,11 @@ def mutated_files(seed: int) -> dict[str, str]:
 
 
 OF_PYTHON = re.compile(r"Node\(|tag:yaml|object at 0x|NoneType|\b(None|True|False)\b|indices|Error\b|Traceback|<class")
-"""What a message never says outside of the words of a file: values and errors as Python writes them."""
+"""Python values and errors, which a message must not contain outside of quotes from a file."""
 
 
 def faults(checked: Checked) -> Iterator[str]:
-    """What is wrong with the findings themselves: unshown, in Python's words, or nowhere in a text."""
+    """Faults of findings themselves: unprintable, in Python's terms, or without a place."""
     findings = list(checked.findings)
     json.dumps(render_json(findings), allow_nan=False)
     if render_text(findings, colour=False).count("[MC") < len(findings):

@@ -1,4 +1,4 @@
-"""Folders as chance would change them: one place of one document, with the manifest made to fit or not."""
+"""Folders with random changes: one place in one document, with the manifest adapted or not."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any
 from tests.support.forged_folders import Files, hashed
 
 NOTHING = object()
-"""The entry is taken away."""
+"""Marker for a removed entry."""
 
 DEEP = "\0deep\0"
-"""Stands for lists nested ten thousand deep."""
+"""Marker for lists nested ten thousand deep."""
 
 JUNK: tuple[Any, ...] = (
     NOTHING,
@@ -55,7 +55,7 @@ JUNK: tuple[Any, ...] = (
 
 
 def mutated(files: Mapping[str, bytes], seed: int) -> tuple[Files, str]:
-    """Other files, the same for the same seed; and in words what was done."""
+    """Changed files, reproducible by seed, and a description of the change."""
     chance = random.Random(seed)
     name = chance.choice([name for name in files for _ in range(_weight(name))])
     changed, what = _changed(chance, name, files[name])
@@ -65,12 +65,12 @@ def mutated(files: Mapping[str, bytes], seed: int) -> tuple[Files, str]:
 
 
 def mutated_file(name: str, content: bytes, seed: int) -> tuple[bytes, str]:
-    """Another content for one file, the same for the same seed; and in words what was done."""
+    """Changed content of one file, reproducible by seed, and a description of the change."""
     return _changed(random.Random(seed), name, content)
 
 
 def _weight(name: str) -> int:
-    """JSON documents are the ones that are read in most ways."""
+    """Weight of a file: JSON documents are read in most ways."""
     return 8 if name.endswith(".json") else 1
 
 
@@ -107,7 +107,7 @@ def _json(chance: random.Random, content: bytes) -> tuple[bytes, str]:
 
 
 def _place(chance: random.Random, document: Any) -> tuple[Any, Any]:
-    """A record or list in the document, and one of its keys: any depth alike, and not the longest list most."""
+    """Record or list in the document with one of its keys, uniform over depths and lists."""
     holder, key = document, chance.choice(list(document))
     while isinstance(holder[key], dict | list) and holder[key] and chance.random() < 0.75:
         holder = holder[key]
@@ -189,7 +189,7 @@ def _table(chance: random.Random, content: bytes) -> tuple[bytes, str]:
 
 
 def _setting(chance: random.Random, content: bytes) -> tuple[bytes, str]:
-    """One value of a text in TOML is another one."""
+    """Change one value in a TOML text."""
     values = ("nan", "inf", "-1", "true", '""', "[]", "{}", "9" * 310, "1e308", "9" * 5000, "[" * 5000 + "]" * 5000)
     lines = content.split(b"\n")
     number = chance.choice([number for number, line in enumerate(lines) if b"=" in line])

@@ -1,4 +1,4 @@
-"""Texts of real missions as chance would change them: words dropped, doubled, swapped and borrowed."""
+"""Texts of real missions with random changes: words dropped, doubled, swapped and borrowed."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def insert(tokens: list[str], chance: random.Random) -> None:
 
 
 def borrow(tokens: list[str], chance: random.Random) -> None:
-    """A run of tokens of another mission."""
+    """Insert a run of tokens from another mission."""
     others = TOKEN.findall(chance.choice(CORPUS))
     begin = chance.randrange(len(others))
     place = chance.randrange(len(tokens) + 1)
@@ -98,19 +98,19 @@ def number(tokens: list[str], chance: random.Random) -> None:
 
 
 def name(tokens: list[str], chance: random.Random) -> None:
-    """One word where another stood: names that exist, in places they do not fit."""
+    """Replace a word by another: existing names in unsuitable places."""
     places = [place for place, token in enumerate(tokens) if token.isidentifier()]
     if places:
         tokens[chance.choice(places)] = tokens[chance.choice(places)]
 
 
 def require(tokens: list[str], chance: random.Random) -> None:
-    """One formula more, of a form the mission may not have."""
+    """Add a formula, of a form that the mission may not have."""
     tokens += TOKEN.findall(f"\nrequire {chance.choice(FORMULAS)}\n")
 
 
 def line(tokens: list[str], chance: random.Random) -> None:
-    """One line less, or one of another mission more."""
+    """Remove a line, or add one from another mission."""
     breaks = [place for place, token in enumerate(tokens) if "\n" in token]
     if len(breaks) > 1 and chance.random() < 0.5:
         first = chance.randrange(len(breaks) - 1)
@@ -122,22 +122,22 @@ def line(tokens: list[str], chance: random.Random) -> None:
 
 MUTATIONS: tuple[Mutation, ...] = (drop, double, swap, replace, insert, borrow, cut)
 MEANINGFUL: tuple[Mutation, ...] = (number, name, require, line)
-"""These mostly leave a text that parses."""
+"""Changes that mostly leave a text that parses."""
 
 
 def mutated(seed: int) -> str:
-    """One of the smallest missions, changed; the same seed gives the same text."""
+    """One of the smallest missions with a change, reproducible by seed."""
     chance = random.Random(seed)
     return _changed(chance.choice(SMALLEST), chance)
 
 
 def mutated_of(text: str, seed: int) -> str:
-    """That text, changed."""
+    """The text with a change."""
     return _changed(text, random.Random(seed))
 
 
 def nudged(text: str, seed: int) -> str:
-    """That text with a number, a name or a requirement changed: it mostly still parses, and often still checks."""
+    """The text with a changed number, name or requirement: it mostly still parses, and often still checks."""
     chance = random.Random(seed)
     tokens = TOKEN.findall(text)
     for _ in range(chance.choice((1, 1, 2))):

@@ -1,4 +1,4 @@
-"""Which files of the repository name a thing: as an identifier, as a module they import, or as a text of just that."""
+"""Files of the repository that name a thing: as an identifier, an imported module, or a whole text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def modules_that_name(word: str, *folders: str) -> set[str]:
-    """The Python files among these, or in these folders, in which it is an identifier, a module or a whole text."""
+    """Python files among these, or in these folders, with the word as identifier, module or whole text."""
     return {
         path.relative_to(ROOT).as_posix()
         for folder in folders
@@ -22,7 +22,7 @@ def modules_that_name(word: str, *folders: str) -> set[str]:
 
 @cache
 def words(path: Path) -> frozenset[str]:
-    """Every identifier, every part of an imported module's name, and every text of a file."""
+    """All identifiers, parts of imported module names, and texts of a file."""
     return frozenset(_words(ast.parse(path.read_text(encoding="utf-8"))))
 
 

@@ -1,8 +1,7 @@
-"""The names of code that a page of the documentation mentions, and whether the code has them.
+"""Names of code that a page of the documentation mentions, and a test that they exist.
 
-A page about the package in ``folder`` writes ``module.name`` for what one of its modules, in
-whichever of its rooms, defines; ``smt.group.name`` for a setting of a backend; ``module.py`` for the file; and
-``missionc/…`` for a path.
+A page about the package in ``folder`` writes ``module.name`` for what one of its modules, in whichever of its rooms,
+defines; ``smt.group.name`` for a setting of a backend; ``module.py`` for the file; and ``missionc/…`` for a path.
 """
 
 from __future__ import annotations
@@ -16,32 +15,32 @@ from missionc.backends.settings import DEFAULTS
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = frozenset({"py", "md", "mission", "csv", "json", "html", "toml", "cnf", "drat"})
-"""What stands behind the dot where the name is that of a file."""
+"""Suffixes of file names."""
 
 
 def modules(folder: Path) -> dict[str, Path]:
-    """The modules of a package and its rooms, by name."""
+    """Modules of a package and its subpackages, by name."""
     return {path.stem: path for path in folder.rglob("*.py") if path.stem != "__init__"}
 
 
 def dotted(page: str) -> list[str]:
-    """The names that a page writes as code with a dot in them, ``module.name`` and ``module.Class.name``."""
+    """Dotted names in code on a page, ``module.name`` and ``module.Class.name``."""
     names = set(re.findall(r"`([a-z_]+(?:\.\w+)+)`", page))
     return sorted(name for name in names if name.rpartition(".")[2] not in FILES)
 
 
 def module_files(page: str) -> list[str]:
-    """The modules that a page names by their files: ``backend.py``."""
+    """Modules that a page names by their files: ``backend.py``."""
     return sorted(set(re.findall(r"`([a-z_]+\.py)`", page)))
 
 
 def paths(page: str) -> list[str]:
-    """The paths of the repository that a page names; ``*`` stands for any letters."""
+    """Paths of the repository that a page names; ``*`` stands for any letters."""
     return sorted(set(re.findall(r"`((?:missionc|missions|bench|tests|docs)/[\w/.*]*)`", page)))
 
 
 def is_defined(name: str, folder: Path) -> bool:
-    """Whether it is a setting, or what a module of the package defines, and what is defined there the rest of it."""
+    """Return whether a name is a setting, or defined in a module of the package with all of its parts."""
     module, *words = name.split(".")
     if module in DEFAULTS:
         return ".".join(words) in {each.name for each in settings_of(DEFAULTS[module])}
@@ -57,12 +56,12 @@ def is_defined(name: str, folder: Path) -> bool:
 
 
 def is_there(path: str) -> bool:
-    """Whether the repository has such a path."""
+    """Return whether the repository has such a path."""
     return any(ROOT.glob(path.rstrip("/")))
 
 
 def _definitions(body: list[ast.stmt]) -> dict[str, list[ast.stmt]]:
-    """The names that statements define, each with the statements within it."""
+    """Names that statements define, each with the statements in it."""
     found: dict[str, list[ast.stmt]] = {}
     for each in body:
         match each:

@@ -1,4 +1,4 @@
-"""npm for tests that carry the mark `node`; where it has no way to a registry they are skipped."""
+"""npm for tests with the mark `node`; they are skipped without access to a registry."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 UNREACHABLE = ("ENOTFOUND", "EAI_AGAIN", "ECONNREFUSED", "ECONNRESET", "ETIMEDOUT", "ENETUNREACH")
-"""What npm says where there is no way to a registry."""
+"""Messages of npm without access to a registry."""
 
 
 def npm(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """What npm has to say, run in a folder."""
+    """Result of npm, run in a folder."""
     program = shutil.which("npm")
     assert program
     environment = os.environ | {"PYTHON": sys.executable, "MISSIONC_ROOT": str(ROOT)}
@@ -24,7 +24,7 @@ def npm(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 
 def fetch(folder: Path, *words: str) -> str:
-    """What an npm command that fetches packages writes to standard output."""
+    """Output of an npm command that fetches packages."""
     fetched = npm(folder, *words)
     if fetched.returncode and any(f"code {word}" in fetched.stderr for word in UNREACHABLE):
         pytest.skip("npm has no way to a registry")

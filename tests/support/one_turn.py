@@ -1,4 +1,4 @@
-"""A backend that is done in one turn, for stand-ins that only know how to plan."""
+"""A backend that finishes in one turn, for stand-ins that only plan."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 class OneTurn:
-    """What plans says so in its only turn."""
+    """Backend whose only turn is its plan."""
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         raise NotImplementedError

@@ -1,4 +1,4 @@
-"""Open texts for the tests of the language server, with the place that a `|` marks."""
+"""Open texts for the tests of the language server, with a position marked by `|`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def opened(
     name: str = NAME,
     version: int = 1,
 ) -> OpenText:
-    """A text as the server holds it, once it is checked."""
+    """Text as in the server, checked by default."""
     found = OpenText(f"file://{name}", version, Source(name, text), encoding, before)
     if checked:
         found.found = check(found.source)
@@ -29,14 +29,14 @@ def opened(
 
 
 def marked(text: str, **options: object) -> tuple[OpenText, types.Position]:
-    """A text without its one `|`, and where that was."""
+    """Text without its single `|`, and the position of that."""
     offset = text.index("|")
     without = opened(text[:offset] + text[offset + 1 :], **options)  # type: ignore[arg-type]
     return without, without.places.position(offset)
 
 
 def edited(text: OpenText, edits: list[types.TextEdit]) -> str:
-    """The text after some edits, as an editor makes them."""
+    """Text after some edits, as in an editor."""
     written = text.source.text
     spans = [
         (text.places.offset(edit.range.start), text.places.offset(edit.range.end), edit.new_text) for edit in edits

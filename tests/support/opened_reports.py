@@ -1,4 +1,4 @@
-"""Reports in a browser: what is on the page, and what it says and asks for."""
+"""Reports in a browser: the contents of the page, with its messages and requests."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ class Opened:
         return str(self.page.inner_text(selector))
 
     def settle(self) -> None:
-        """Two frames: what was asked for is drawn."""
+        """Wait for two frames, so that the page is drawn."""
         self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def picture(self) -> str:
-        """The map as it is drawn now."""
+        """Current picture of the map."""
         self.settle()
         return str(self.page.evaluate("() => document.getElementById('map').toDataURL()"))
 
     def unfold(self, *lanes: int) -> None:
-        """The rows of these lanes show what is below them."""
+        """Unfold the rows of these lanes."""
         for lane in lanes:
             self.page.click(f".lane[data-lane='{lane}'] .fold")
         self.settle()

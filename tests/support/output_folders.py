@@ -1,4 +1,4 @@
-"""Folders as the compiler writes them, and what is in them."""
+"""Folders in the compiler's format, and their contents."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from missionc.output.folder.write_folder import write_folder
 
 
 def with_manifest(files: dict[str, bytes], holds: str = PLAN) -> tuple[tuple[str, bytes], ...]:
-    """The files and the manifest that lists them."""
+    """Files with a manifest that lists them."""
     return (*files.items(), (MANIFEST, without_plan("small", holds, files).encode()))
 
 
 def written(target: Path, files: dict[str, bytes], holds: str = PLAN) -> Path:
-    """A folder of these files, where none was."""
+    """Write a new folder with these files."""
     assert write_folder(target, with_manifest(files, holds), force=False) is None
     return target
 
 
 def content(folder: Path) -> dict[str, bytes]:
-    """Every file in a folder, by its name relative to that."""
+    """All files in a folder, by relative name."""
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def unlisted(folder: Path) -> dict[str, bytes]:
-    """``content`` without the manifest."""
+    """Files as in ``content``, without the manifest."""
     return {name: held for name, held in content(folder).items() if name != MANIFEST}

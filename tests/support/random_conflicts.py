@@ -1,4 +1,4 @@
-"""Small missions drawn at random that mostly cannot be, and whether some of their requirements alone can."""
+"""Small random missions, mostly impossible, and a test of subsets of their requirements."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 HORIZON = 10
-"""Seconds, and steps: of every one of these missions."""
+"""Horizon of all of these missions, in seconds and steps."""
 
 LIMIT = 60.0
-"""Seconds for one question, whether requirements hold together."""
+"""Time limit of one satisfiability question, seconds."""
 
 PLACES = {
     "dock": "box (1, 1) to (2.5, 3)",
@@ -35,7 +35,7 @@ PLACES = {
 
 
 def random_mission(seed: int) -> str:
-    """The text of a mission with five or six requirements; the same seed gives the same text."""
+    """Text of a mission with five or six requirements; the same seed gives the same text."""
     draw = random.Random(seed)
     agents = draw.randint(1, 3)
     starts = ", ".join(draw.sample(["(2, 2)", "(3.5, 2)", "(2, 4)", "(4, 4)"], agents))
@@ -51,7 +51,7 @@ def random_mission(seed: int) -> str:
 
 
 def _requirement(draw: random.Random, agents: int) -> str:
-    """Something that is asked, of one, of all, or of some of the agents."""
+    """Requirement on one, all, or some of the agents."""
     here, there, other = draw.sample(sorted(PLACES), 3)
     who = draw.choice(["every robot:", "some robot:", f"robot[{draw.randrange(agents)}]:"])
     low = draw.randint(0, 6)
@@ -77,7 +77,7 @@ def _requirement(draw: random.Random, agents: int) -> str:
 
 
 def sound_missions(first: int = 0) -> Iterator[tuple[int, Checked]]:
-    """The seeds from ``first`` on whose missions `check` does not refuse, with these missions, for `smt`."""
+    """Seeds from ``first`` on whose missions pass `check`, with these missions, for `smt`."""
     seed = first
     while True:
         checked = driver.check(Source("drawn.mission", random_mission(seed)), backend="smt")
@@ -87,7 +87,7 @@ def sound_missions(first: int = 0) -> Iterator[tuple[int, Checked]]:
 
 
 def can_hold(mission: Mission, kernel: Kernel, names: Collection[str]) -> bool:
-    """Whether one of the roadmaps on which the whole mission is tried holds a plan of these requirements alone."""
+    """Return whether one of the roadmaps of the whole mission has a plan for these requirements alone."""
     fewer = Kernel(tuple(goal for goal in kernel.requirements if goal.name in names), ())
     for attempt in roadmaps_to_try(mission, kernel, 0):
         roadmaps = attempt.build()
@@ -101,7 +101,7 @@ def can_hold(mission: Mission, kernel: Kernel, names: Collection[str]) -> bool:
 
 
 def is_smallest(checked: Checked, conflict: tuple[str, ...]) -> bool:
-    """Whether all of a conflict but one can hold, whichever that is."""
+    """Return whether each subset of a conflict without one element is satisfiable."""
     assert checked.mission is not None
     assert checked.kernel is not None
     mission, kernel = checked.mission, replace(checked.kernel, preferences=())

@@ -1,4 +1,4 @@
-"""Drawings at random, each with the area that ezdxf's own functions find in it once it has taken the blocks apart."""
+"""Random drawings, each with its area according to ezdxf after exploding the blocks."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from missionc.base.source import Source, Span
 from missionc.frontend.maps.feature import Area, Circle, MapPoint
 from missionc.ir.place_files import FileRequest
 
-ezdxf.options.write_fixed_meta_data_for_testing = True  # the same drawing is the same text at any time
+ezdxf.options.write_fixed_meta_data_for_testing = True  # the same drawing always gives the same text
 
 FINE = 1e-4
-"""Metres that the referee's chords may lie inside of their arcs."""
+"""Maximum distance in metres of the referee's chords inside their arcs."""
 
 DOWN, UP = (0, 0, -1), (0, 0, 1)
 
 
 def asked(text: str, kind: str = "region", limits: Limits | None = None, **words: Any) -> FileRequest:
-    """A declaration that takes places from the text of a drawing."""
+    """Declaration that takes places from the text of a drawing."""
     source = Source("floor.dxf", "", text.encode())
     return FileRequest(kind, (source,), Span(source, 0, 0), limits or Limits(), **words)
 
@@ -43,7 +43,7 @@ def text_of(document: Any) -> str:
 
 
 def polygons_of(shape: Area | Circle | MapPoint) -> shapely.Geometry:
-    """The area of a feature."""
+    """Area of a feature."""
     match shape:
         case Circle(centre, radius):
             return shapely.Point(centre).buffer(radius, quad_segs=256)
@@ -54,7 +54,7 @@ def polygons_of(shape: Area | Circle | MapPoint) -> shapely.Geometry:
 
 
 def random_drawing(generator: np.random.Generator, kind: str = "", deepest: int = 3) -> str:
-    """The text of a drawing in metres: one entity in blocks that are turned, mirrored, stretched and repeated.
+    """Text of a drawing in metres: one entity in rotated, mirrored, stretched and repeated blocks.
 
     Args:
         kind: one of ``ENTITIES``; any of them if it is empty.
@@ -81,7 +81,7 @@ def random_drawing(generator: np.random.Generator, kind: str = "", deepest: int 
 
 
 def referee_area(text: str) -> shapely.Geometry:
-    """The union of all closed outlines and faces: each block transformed by the matrix of its insertion.
+    """Union of all closed outlines and faces, with blocks transformed by the matrix of their insertion.
 
     Insertions are followed level by level, since ``ezdxf`` turns a block within a stretched one wrongly.
     """
@@ -102,7 +102,7 @@ def referee_area(text: str) -> shapely.Geometry:
 
 
 def exploded_area(text: str) -> shapely.Geometry:
-    """The union of all closed outlines and faces, once ``ezdxf`` has taken the blocks apart."""
+    """Union of all closed outlines and faces, after ``ezdxf`` has exploded the blocks."""
     return area_of_entities(recursive_decompose(ezdxf.read(StringIO(text)).modelspace()))
 
 
@@ -142,7 +142,7 @@ def _up_or_down(generator: np.random.Generator) -> dict[str, object]:
 
 
 def _tilted(generator: np.random.Generator) -> dict[str, object]:
-    """An extrusion at an angle of at most 60 degrees to the vertical, in half of all cases."""
+    """Extrusion at an angle of at most 60 degrees to the vertical, in half of all cases."""
     if generator.random() < 0.5:
         return _up_or_down(generator)
     angle, turn = generator.uniform(0.01, 1.0), generator.uniform(0, math.tau)
@@ -229,7 +229,7 @@ def _hatch(layout: BaseLayout, generator: np.random.Generator) -> None:
 
 
 def _wide(layout: BaseLayout, generator: np.random.Generator) -> None:
-    """Corners of at most 60 degrees, at which ezdxf fills the outer wedge as drawings show it."""
+    """Add corners of at most 60 degrees, at which ezdxf fills the outer wedge as in drawings."""
     headings = np.cumsum(generator.uniform(-1, 1, 4))
     places = np.cumsum(3 * np.stack([np.cos(headings), np.sin(headings)], axis=1), axis=0)
     widths = generator.uniform(0.2, 1, 5) if generator.random() < 0.5 else np.repeat(generator.uniform(0.2, 1), 5)
@@ -248,4 +248,4 @@ ENTITIES: dict[str, Callable[[BaseLayout, np.random.Generator], None]] = {
     "spline": _spline,
     "wide": _wide,
 }
-"""What is drawn in the innermost block, by its name."""
+"""Entities of the innermost block, by name."""

@@ -1,7 +1,7 @@
-"""Small missions drawn at random: whole, and hard on whoever turns plans into flights.
+"""Small random missions, valid and hard to turn into flights.
 
-Statics and moving obstacles, which may sweep over the start, stand among one to four
-agents of one or two kinds, in a plane or a volume, sometimes with no room to spare.
+Static and moving obstacles, which may sweep over the start, are among one to four agents of one or two kinds, in a
+plane or a volume, sometimes without any clearance.
 """
 
 from __future__ import annotations
@@ -9,13 +9,16 @@ from __future__ import annotations
 import numpy as np
 
 SIDE, HEIGHT = 6.0, 3.0
-"""Metres: of the world."""
+"""Size of the world, metres."""
 BASE = 1.8
-"""Metres: the start is a square in the world's corner, where no obstacle stands at first."""
+"""Side of the start in metres, a square in the world's corner without obstacles at first."""
 
 
 def random_mission(generator: np.random.Generator) -> str:
-    """The text of a mission; now and then `check` can prove it impossible. The same generator gives the same text."""
+    """Text of a mission, sometimes provably impossible for `check`.
+
+    The same generator gives the same text.
+    """
     volume = bool(generator.random() < 0.3)
     step, steps = _one(generator, [0.5, 1.0, 1.0, 2.0]), int(generator.integers(5, 11))
     horizon = step * steps
@@ -60,7 +63,7 @@ def _goal(generator: np.random.Generator) -> str:
 
 
 def _clear(generator: np.random.Generator, size: float) -> np.ndarray:
-    """A place from which so large a shape does not reach the start."""
+    """Position (2,) in metres at which a shape of this size does not reach the start."""
     while True:
         centre = generator.uniform(size, SIDE - size, 2)
         if centre.max() > BASE + size + 0.5:
@@ -68,7 +71,7 @@ def _clear(generator: np.random.Generator, size: float) -> np.ndarray:
 
 
 def _body(generator: np.random.Generator, volume: bool) -> str:
-    """A shape clear of the start."""
+    """Shape clear of the start."""
     size = generator.uniform(0.2, 0.6)
     centre = _clear(generator, size)
     if volume and generator.random() < 0.3:
@@ -88,7 +91,7 @@ def _body(generator: np.random.Generator, volume: bool) -> str:
 
 
 def _mover(generator: np.random.Generator, volume: bool, horizon: float) -> str:
-    """Over the start or the goal at some time, or to and fro."""
+    """Motion over the start or the goal at some time, or to and fro."""
     size = generator.uniform(0.2, 0.6)
     climb = [0.0] if volume else []
     centre = _clear(generator, size)

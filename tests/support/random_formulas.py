@@ -1,4 +1,6 @@
-"""Formulas of a random mission: every operator, predicate and bound, and windows that often look exactly to the end."""
+"""Formulas of a random mission: all operators, predicates and bounds, with windows that often end exactly at the last
+step.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +12,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Names:
-    """What the formulas of a mission may speak of.
+    """Names for the formulas of a mission.
 
     Args:
-        step: seconds.
+        step: step, seconds.
         regions, beacons, graphs, formations: names.
-        agents: of single agents, ``drone[0]``.
-        teams: of several, with how many each has.
-        hops, metres: whether routes are bounded so.
-        volume: whether the world has a height.
+        agents: names of single agents, ``drone[0]``.
+        teams: teams with several agents, with their sizes.
+        hops, metres: True if routes have such bounds.
+        volume: True if the world has a height.
         lets: names of formulas about one agent that look no step ahead.
-        faces: whether all agents have a heading.
+        faces: True if all agents have a heading.
     """
 
     step: float
@@ -40,7 +42,7 @@ class Names:
 
 
 class Formulas:
-    """Random formulas; ``room`` is how many steps ahead one may look, ``depth`` how many operators are nested."""
+    """Random formulas; ``room`` is the maximum look-ahead in steps, ``depth`` the maximum nesting."""
 
     def __init__(self, generator: np.random.Generator, names: Names) -> None:
         self.random, self.names = generator, names
@@ -58,7 +60,7 @@ class Formulas:
     # ------------------------------------------------------------- about the team
 
     def team(self, room: int, depth: int) -> str:
-        """A formula about the team."""
+        """Formula about the team."""
         kind = self.one(["quantified", "quantified", "quantified", "temporal", "logic", "leaf"])
         if depth <= 0 or kind == "leaf":
             return self._team_leaf(room)
@@ -69,7 +71,7 @@ class Formulas:
         return f"({self.quantified(room, depth)})"
 
     def quantified(self, room: int, depth: int) -> str:
-        """A formula of some of a team, or of one agent."""
+        """Formula about some members of a team, or about one agent."""
         team, size = self.names.teams[int(self.random.integers(len(self.names.teams)))]
         whom = self.one(["every {}", "some {}", "at least {n} {}", self.one(self.names.agents)])
         count = int(self.random.integers(1, size + 1))
@@ -98,7 +100,7 @@ class Formulas:
     # -------------------------------------------------------------- about an agent
 
     def agent(self, room: int, depth: int) -> str:
-        """A formula about one agent."""
+        """Formula about one agent."""
         if depth <= 0:
             return self._leaf()
         kinds = ["temporal", "temporal", "temporal", "logic", "leaf"]
@@ -178,12 +180,12 @@ class Formulas:
         left = room - high
         if word in ("always", "eventually"):
             return f"{word}{bounds} ({part(left, depth - 1)})"
-        # The left side is asked up to the step before the last one of the window, and so of no step where that is now.
+        # The left side is evaluated up to the step before the last one of the window, so at no step if that is now.
         before = (left + 1 if high > 0 else room + 3) if self.odds(0.5) else left
         return f"(({part(before, depth - 1)}) {word}{bounds} ({part(left, depth - 1)}))"
 
     def _window(self, room: int) -> tuple[int, str]:
-        """The last step, and the window as text; one that is open to the end takes all the room."""
+        """Last step and text of a window; one that is open to the end uses the whole look-ahead."""
         high = room if self.odds(0.4) else int(self.random.integers(0, room + 1))
         low = 0 if self.odds(0.5) else int(self.random.integers(0, high + 1))
         if self.odds(0.15):

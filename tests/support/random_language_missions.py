@@ -1,8 +1,7 @@
-"""Whole missions drawn at random from all of the language, small enough to be planned in seconds.
+"""Random missions of the whole language, small enough to be planned in seconds.
 
-``random_flight_missions`` draws such as are hard to fly; these are hard to understand.
-Most are well meant. Some ask for what cannot be, which is to be said and not to
-break anything.
+``random_flight_missions`` has missions that are hard to fly; these are hard to understand. Most are valid. Some are
+impossible, which must be reported without a failure.
 """
 
 from __future__ import annotations
@@ -14,22 +13,22 @@ import numpy as np
 from tests.support.random_formulas import Formulas, Names
 
 SIDE, HEIGHT = 6.0, 3.0
-"""Metres: of the world."""
+"""Size of the world, metres."""
 
 START = 2.2
-"""Metres: agents start in a square in the world's corner, with obstacles elsewhere at first."""
+"""Side of the start in metres, a square in the world's corner without obstacles at first."""
 
 
 @dataclass
 class _Drawn:
-    """What has been declared so far."""
+    """Declarations so far."""
 
     random: np.random.Generator
     volume: bool
     step: float
     steps: int
     clot: bool
-    """Whether bounds are in metres and dynamics such as ``clot`` plans."""
+    """True for bounds in metres and dynamics that ``clot`` plans."""
     lines: list[str] = field(default_factory=list)
     teams: list[tuple[str, int]] = field(default_factory=list)
     agents: list[str] = field(default_factory=list)
@@ -41,7 +40,7 @@ class _Drawn:
         return values[int(self.random.integers(len(values)))]
 
     def point(self, *plane: float, height: float | None = None) -> str:
-        """A point of the world: in a volume, of a height that is given or drawn."""
+        """Point of the world: in a volume, with a given or random height."""
         if self.volume and len(plane) == 2:
             plane = (*plane, self.random.uniform(0.6, 1.8) if height is None else height)
         return "(" + ", ".join(f"{value:.2f}" for value in plane) + ")"
@@ -51,7 +50,7 @@ class _Drawn:
         return float(first), float(second)
 
     def away(self) -> tuple[float, float]:
-        """Somewhere that is not where agents start."""
+        """Random position outside the start."""
         while True:
             first, second = self.anywhere()
             if max(first, second) > START + 0.9:
@@ -59,7 +58,7 @@ class _Drawn:
 
 
 def random_program(generator: np.random.Generator) -> dict[str, str]:
-    """The files of a mission by name, ``m.mission`` first; the same generator gives the same texts."""
+    """Files of a mission by name, ``m.mission`` first; the same generator gives the same texts."""
     draw = _Drawn(
         generator,
         volume=bool(generator.random() < 0.3),
@@ -92,7 +91,7 @@ def random_program(generator: np.random.Generator) -> dict[str, str]:
 
 
 def _files(draw: _Drawn) -> dict[str, str]:
-    """Now and then some declarations are in a file of their own."""
+    """Files of the mission, sometimes with declarations in a file of their own."""
     if draw.odds(0.15):
         places = [line for line in draw.lines if line.startswith(("region", "beacon"))]
         rest = [line for line in draw.lines if line not in places]
@@ -262,7 +261,10 @@ def _place(draw: _Drawn, count: int, corner: tuple[float, float], region: str, o
 
 
 def _ranges(draw: _Drawn) -> str:
-    """Of one pair of teams, one way, perhaps; or among the members of one. What is drawn after it is the same."""
+    """Ranges of a pair of teams in one direction, or among the members of one.
+
+    Later random values do not depend on it.
+    """
     own = np.random.default_rng(len("".join(draw.lines)))
     sizes = dict(draw.teams)
     pairs = [(one, other) for one in sizes for other in sizes if one != other or sizes[one] > 1]
@@ -302,7 +304,7 @@ def _couplings(draw: _Drawn, names: Names) -> Names:
 
 
 def _own_state(draw: _Drawn, names: Names) -> Names:
-    """A resource that everybody has, and a flag that a team has."""
+    """Resource of all agents, and flag of one team."""
     resources, flags = [], []
     if draw.odds(0.3):
         draw.lines += [f"group everybody = {', '.join(draw.agents)}"]
@@ -365,17 +367,17 @@ def _wishes(draw: _Drawn, formulas: Formulas) -> None:
 
 
 def _beside_constant(draw: _Drawn, formulas: Formulas, formula: str) -> str:
-    """The formula, or now and then one that is worth as much or is constant."""
+    """Formula, or sometimes an equivalent or a constant one."""
     if not draw.odds(0.2):
         return formula
-    before = f"[{draw.step:g} s, {2 * draw.step:g} s] ({formulas.team(0, 1)})"  # no step of it is in the mission
+    before = f"[{draw.step:g} s, {2 * draw.step:g} s] ({formulas.team(0, 1)})"  # none of its steps is in the mission
     everybody = f"(every {draw.teams[0][0]}: {draw.teams[0][0]})"
     value = draw.one("true", "false", f"once{before}", f"historically{before}", everybody, f"not {everybody}")
     return f"({formula}) {draw.one('or', 'or', 'and', 'implies')} ({value})"
 
 
 def _tour(draw: _Drawn, formulas: Formulas) -> str:
-    """Two places one after the other, by windows that together end with the mission or before."""
+    """Two places in sequence, with windows that end at or before the mission's end."""
     first = int(draw.random.integers(1, draw.steps + 1))
     second = int(draw.random.integers(0, draw.steps - first + 1)) if draw.odds(0.5) else draw.steps - first
     places = formulas.names.regions

@@ -1,9 +1,8 @@
-"""Hypothesis strategies: small missions, random formulas over every operator, and runs of a few steps.
+"""Hypothesis strategies: small missions, random formulas with every operator, and short runs.
 
-Positions lie on a coarse grid, so that ties (an agent on a border, a link of
-exactly the radius) come up often. Regions, graphs and formations depend on the
-number of agents alone, and so does every strategy: each is made once, because
-making one takes longer than drawing from it.
+Positions lie on a coarse grid, so that ties (an agent on a border, a link of exactly the radius) come up often.
+Regions, graphs and formations depend on the number of agents alone, and so does every strategy: each is made once,
+because making one takes longer than drawing from it.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ MAST = ir.Beacon("mast", (1.0, 0.5), SPAN)
 
 @dataclass(frozen=True)
 class Case:
-    """A mission without goals, one run of it, and a formula to ask of it."""
+    """Mission without goals, with one run and a formula."""
 
     run: Run
     trace: Trace
@@ -84,7 +83,7 @@ def mission_of(size: int, steps: int, *requirements: ir.Requirement) -> ir.Missi
 
 
 OPAQUE: tuple[ir.Shape, ...] = (ir.Box((0.71, 0.63), (1.23, 1.31)), ir.Disc((1.7, 0.3), 0.21))
-"""Shapes of which no line between two places of the grid grazes a corner."""
+"""Shapes whose corners no line between two grid places touches."""
 
 
 @cache
@@ -131,7 +130,7 @@ def formations_of(size: int) -> tuple[ir.Formation, ...]:
 
 
 def trace_of(positions: Sequence[Sequence[tuple[float, ...]]]) -> Trace:
-    """Positions ``[agent][step]``, moved straight from one to the next."""
+    """Trace of positions ``[agent][step]``, straight between steps."""
     position = np.array(positions, dtype=np.float64)
     velocity = np.zeros_like(position)
     if position.shape[1] > 1:
@@ -151,7 +150,7 @@ def run_of(mission: ir.Mission, trace: Trace) -> Run:
 
 @cache
 def positions(size: int, steps: int) -> st.SearchStrategy[list[list[tuple[float, ...]]]]:
-    """Where each agent is at each step, on the grid."""
+    """Positions of each agent at each step, on the grid."""
     coordinate = st.sampled_from([0.0, 0.5, 1.0, 1.5, 2.0])
     places = st.lists(st.tuples(coordinate, coordinate), min_size=steps + 1, max_size=steps + 1)
     return st.lists(places, min_size=size, max_size=size)
@@ -160,7 +159,7 @@ def positions(size: int, steps: int) -> st.SearchStrategy[list[list[tuple[float,
 @cache
 @st.composite
 def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
-    """A run of up to 4 agents and 6 steps, and a formula; with ``first``, one that begins with that operator."""
+    """Run of up to 4 agents and 6 steps, with a formula; with ``first``, one with that outermost operator."""
     size, steps = draw(st.integers(1, 4)), draw(st.integers(1, 6))
     trace = trace_of(draw(positions(size, steps)))
     formula = draw(formulas(size, steps, 3)) if first is None else draw(applied(first, size, steps, 2))
@@ -168,7 +167,7 @@ def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
 
 
 def as_planned(mission: ir.Mission, kernel: Kernel, formula: ir.Formula) -> Kernel:
-    """The kernel as planners get it, for a case that asks for one formula; one that none of them plans is dropped."""
+    """Kernel in the planners' form for a single formula; unsupported formulas are dropped."""
     assume(all(need.feature is not Feature.PAST_BELOW_METRES for need in needs_of(formula)))
     ahead = looking_ahead(mission, kernel, 1_000_000)
     assert not isinstance(ahead, TooLarge)
@@ -178,7 +177,7 @@ def as_planned(mission: ir.Mission, kernel: Kernel, formula: ir.Formula) -> Kern
 @cache
 @st.composite
 def snapshots(draw: st.DrawFn, operator: Operator) -> Case:
-    """Four agents scattered along a strip at one step, and a spatial operator with plain operands and a lower bound."""
+    """Four agents on a strip at one step, and a spatial operator with simple operands and a lower bound."""
     generator = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     places = [(x / 4, y / 4) for x, y in generator.integers((0, 0), (13, 4), (4, 2)).tolist()]
     graph = draw(st.sampled_from(graphs_of(4)[:2]))
@@ -245,7 +244,7 @@ def applied(draw: st.DrawFn, operator: Operator, size: int, budget: int, depth: 
         bounds = draw(lengths(size))
     budgets = [budget] * operator.arity
     if operator.name in ("until", "release") and isinstance(bounds, ir.Window) and bounds.high != 0:
-        # The left side is asked up to the step before the last one of the window.
+        # The left side is evaluated up to the step before the last one of the window.
         budgets[0] += 1
     operands = tuple(draw(formulas(size, each, depth - 1)) for each in budgets)
     if operator.name == "count":
@@ -313,7 +312,7 @@ def resources_of(size: int) -> tuple[ir.Resource, ...]:
 
 @cache
 def own_states(size: int) -> st.SearchStrategy[ir.Formula]:
-    """Predicates that read an agent's steps before."""
+    """Predicates that depend on an agent's earlier steps."""
     place = st.builds(ir.DistanceTo, st.sampled_from(REGIONS))
     level = st.builds(ir.Level, st.sampled_from(resources_of(size)))
     terms = st.lists(
@@ -327,7 +326,7 @@ def own_states(size: int) -> st.SearchStrategy[ir.Formula]:
 @cache
 @st.composite
 def remembering(draw: st.DrawFn, size: int, budget: int, leaf: st.SearchStrategy[ir.Formula]) -> ir.Formula:
-    """An operator of time over predicates of which one reads the steps before."""
+    """Temporal operator over predicates, of which one depends on earlier steps."""
     word = draw(st.sampled_from(["always", "eventually", "until", "release"]))
     low = draw(st.integers(0, budget))
     window = ir.Window(Steps(low), Steps(draw(st.integers(low, budget))), SPAN)

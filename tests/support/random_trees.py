@@ -1,7 +1,6 @@
 """Random trees and texts of the mission language, shared by the property tests.
 
-The trees are well-formed, not well-meant: names stand for nothing and units
-need not fit. ``show`` turns them into texts.
+The trees are well-formed but meaningless: names are undeclared and units need not fit. ``show`` turns them into texts.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from missionc.frontend.syntax.show_tree import show
 
 NOWHERE = Span(Source("made", ""), 0, 0)
 
-# Words that also mean something elsewhere in the language are names as good as any other.
+# Words with another meaning elsewhere in the language are valid names.
 NAMES = ("a", "base", "drone", "east_2", "T", "N", "m", "s", "U", "R", "Rel", "line", "grid", "x", "speed", "radius")
 SOFT = (
     "height",
@@ -42,7 +41,7 @@ UNITS = ("ms", "s", "min", "cm", "m", "km", "deg", "rad", "m/s", "m/s^2", "deg/s
 
 
 def without_spans(node: object) -> object:
-    """A tree as plain tuples, the same for two trees that differ in their spans, and in files that were read, only."""
+    """Tree as plain tuples, equal for two trees that differ only in spans and in files that were read."""
     if isinstance(node, tuple):
         return tuple(without_spans(part) for part in node)
     if is_dataclass(node) and not isinstance(node, type):
@@ -52,7 +51,7 @@ def without_spans(node: object) -> object:
 
 
 def mutated(text: str, generator: np.random.Generator) -> str:
-    """A text with one to four characters or tokens deleted, inserted, doubled or swapped."""
+    """Text with one to four characters or tokens deleted, inserted, doubled or swapped."""
     pieces = re.findall(r"\w+|\s+|.", text) if generator.random() < 0.7 else list(text)
     for _ in range(generator.integers(1, 5)):
         here, there = (int(place) for place in generator.integers(0, len(pieces), 2))
@@ -106,7 +105,7 @@ _amounts = _sums(st.one_of(_numbers, names))
 
 
 def _indexed(least: int) -> st.SearchStrategy[ast.Indexed]:
-    """Members of families, by so many indices or more."""
+    """Members of families, with at least ``least`` indices."""
     indices = st.lists(_amounts, min_size=least, max_size=3).map(tuple)
     return st.builds(ast.Indexed, st.just(NOWHERE), st.sampled_from(NAMES + SOFT), indices, st.just(NOWHERE))
 

@@ -1,4 +1,4 @@
-"""Missions built once more in Python: each node of a syntax tree through the operator or the method that builds it."""
+"""Missions rebuilt in Python: each node of a syntax tree by the operator or the method that builds it."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def _height(node: ast.Height | None) -> Any:
 
 
 def declare(mission: Mission, node: ast.Declaration) -> None:
-    """Add a declaration by the method of its kind; one that no arguments make, as text."""
+    """Add a declaration by the method of its kind, or as text if there is no such method."""
     match node:
         case ast.Param(_, name, value):
             mission.param(show.named(name), quantity(value))
@@ -238,17 +238,17 @@ def _pairs(pairs: tuple[ast.OfPair, ...]) -> dict[Any, Any]:
 
 
 ORDER = ("radius", "altitude", "dynamics", "start", "finish", "vehicle", "flight", "yaw")
-"""In which the items of a team are printed."""
+"""Order of the items of a team in the text."""
 
 
 def in_order(items: tuple[ast.TeamItem, ...]) -> list[str]:
-    """The words of items as a method of ``Mission`` prints them, each once; dynamics and start are always there."""
+    """Words of items in the order of ``Mission``, each once; dynamics and start are always present."""
     words = {_word(each) for each in items} | {"dynamics", "start"}
     return [word for word in ORDER if word in words]
 
 
 def ordered(node: ast.Declaration) -> ast.Declaration:
-    """A declaration, the items of a team in that order."""
+    """Declaration with the items of a team in that order."""
     if not isinstance(node, ast.Team) or not {_word(each) for each in node.items} <= set(ORDER):
         return node
     return replace(node, items=tuple(sorted(node.items, key=lambda item: ORDER.index(_word(item)))))
@@ -286,7 +286,7 @@ def _settings(settings: Any) -> dict[str, Any]:
 
 
 def rebuilt(program: ast.Program) -> Mission:
-    """The mission of a program, declaration by declaration; its name comes first."""
+    """Mission of a program, declaration by declaration; its name comes first."""
     name = next(each.name.text for each in program.declarations if isinstance(each, ast.MissionName))
     mission = Mission(name)
     for each in program.declarations:

@@ -1,4 +1,4 @@
-"""Small missions as text, and what resolve says about them."""
+"""Small missions as text, with their findings from resolve."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ PARTS = {
     "more": "",
     "require": "require arrive: every drone: eventually[0, 10 s] goal",
 }
-"""A mission that checks clean, part by part, a line each."""
+"""Mission that checks without errors, part by part, one line each."""
 
 
 def demo(**parts: str) -> str:
-    """The mission of ``PARTS`` with some of them replaced, or left out where they are empty."""
+    """Mission of ``PARTS`` with some of them replaced, or omitted if empty."""
     assert parts.keys() <= PARTS.keys()
     return "\n".join(part for part in {**PARTS, **parts}.values() if part)
 
@@ -38,7 +38,7 @@ def program(text: str) -> ast.Program:
 
 
 def findings(text: str, overrides: dict[str, str] | None = None, limits: Limits | None = None) -> list[Diagnostic]:
-    """What resolve says; a mission comes out exactly where there is no error."""
+    """Findings of resolve; there is a mission exactly if there is no error."""
     mission, found = resolve(program(text), overrides or {}, limits or Limits())
     errors = [finding for finding in found if finding.severity is Severity.ERROR]
     assert (mission is None) == bool(errors)
@@ -54,14 +54,14 @@ def texts(text: str) -> list[str]:
 
 
 def only(text: str, name: str, overrides: dict[str, str] | None = None) -> Diagnostic:
-    """The one error that a text earns, which has this code."""
+    """Single error of a text, with this code."""
     found = [finding for finding in findings(text, overrides) if finding.severity is Severity.ERROR]
     assert [finding.code.name for finding in found] == [name], [finding.message for finding in found]
     return found[0]
 
 
 def mission(text: str, overrides: dict[str, str] | None = None) -> ir.Mission:
-    """The mission of a text that has no errors."""
+    """Mission of a text without errors."""
     resolved, found = resolve(program(text), overrides or {}, Limits())
     assert resolved is not None, [f"{finding.code.name}: {finding.message}" for finding in found]
     return resolved

@@ -1,4 +1,4 @@
-"""A small flight that is planned anew: its mission, its compiled folder, and what was flown of it."""
+"""A small flight for replanning: its mission, compiled folder, and flown part."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ require home:    every drone: eventually[8 s, end] pad
 
 
 CHANGED = "region look = box (5.4, 0.5) to (6.5, 1.5)\nobstacle debris = disc at (4.2, 4.5) radius 0.2"
-"""A patch of the world in which the plan has to change."""
+"""Patch of the world after which the plan must change."""
 
 
 @cache
 def compiled() -> Compiled:
-    """The shelf as ``smt`` plans it."""
+    """Shelf mission as planned by ``smt``."""
     return compile(Source("shelf.mission", SHELF), backend="smt")
 
 
@@ -50,26 +50,26 @@ def outcome() -> Verified:
 
 
 def flying() -> Flying:
-    """Its plan, as it is flown."""
+    """Its plan in flight."""
     checked, verified = compiled().checked, outcome()
     assert checked.mission is not None
     return Flying(checked, verified.plan.trace, flights_in(checked.mission.agents, dict(verified.files)))
 
 
 def inspector() -> str:
-    """The name of the drone that looks at the far end."""
+    """Name of the drone that inspects the far end."""
     checked, trace = compiled().checked, outcome().plan.trace
     assert checked.mission is not None
     return checked.mission.agents[int(trace.position[:, :, 0].max(axis=1).argmax())].name
 
 
 def folder(place: Path) -> Path:
-    """Its folder, written there."""
+    """Its folder, written to ``place``."""
     return written_to(place, outcome().files)
 
 
 def written_to(place: Path, files: Mapping[str, bytes] | Iterable[tuple[str, bytes]]) -> Path:
-    """A folder of files, written there."""
+    """Folder of files, written to ``place``."""
     for name, content in dict(files).items():
         (place / name).parent.mkdir(parents=True, exist_ok=True)
         (place / name).write_bytes(content)
@@ -77,7 +77,7 @@ def written_to(place: Path, files: Mapping[str, bytes] | Iterable[tuple[str, byt
 
 
 def flown(until: int) -> str:
-    """A table of what was flown until then, seconds, as planned."""
+    """Table of the flight up to ``until`` seconds, as planned."""
     checked, trace = compiled().checked, outcome().plan.trace
     assert checked.mission is not None
     rows = [
@@ -90,7 +90,7 @@ def flown(until: int) -> str:
 
 @cache
 def replanned() -> dict[str, bytes]:
-    """The folder of the plan from 4 s on, in the world as it is changed then."""
+    """Folder of the plan from 4 s on, in the changed world."""
     before = flying()
     assert before.checked.mission is not None
     texts = patched(before.checked, Source("patch", CHANGED), Limits())

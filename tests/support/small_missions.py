@@ -1,4 +1,4 @@
-"""The smallest missions that are whole, for tests about something else."""
+"""The smallest complete missions, for tests about something else."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ team drone[2] {
 solve with smt { nodes = 40 }
 require visit: every drone: eventually[0, 6 s] goal
 """
-"""Planned in a moment."""
+"""Mission that is planned quickly."""
 
 CONFLICT = (
     SMALL.replace("every drone: eventually[0, 6 s] goal", "drone[0]: eventually[0, 6 s] goal")
@@ -26,7 +26,7 @@ require guard: drone[1]: always[0, 6 s] base
 require link: always[0, 6 s] connected(radio)
 """
 )
-"""No motion is a plan of it: base and goal lie further apart than the radio reaches."""
+"""Impossible mission: base and goal are further apart than the radio range."""
 
 DASH = """\
 mission dash
@@ -39,16 +39,16 @@ team drone[1] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start 
 require reach: drone[0]: eventually[5 s, 5 s] goal
 solve with smt
 """
-"""No roadmap that is tried has a plan of it, and there is one: their moves are shorter than its steps may be."""
+"""Possible mission without a plan on the tried roadmaps: its moves are shorter than their steps."""
 
 WRONG = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 9 s] gaol")
-"""One error, MC101."""
+"""Mission with one error, MC101."""
 
 LATE = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 9 s] goal")
-"""One error, MC301."""
+"""Mission with one error, MC301."""
 
 
 def parked(steps: int = 6) -> str:
-    """A trace of ``SMALL`` in CSV: both drones wait at base."""
+    """Trace of ``SMALL`` in CSV: both drones wait at base."""
     rows = [f"drone[{agent}],{step},{0.6 + 0.6 * agent},1" for agent in (0, 1) for step in range(steps + 1)]
     return "agent,t,x,y\n" + "\n".join(rows) + "\n"

@@ -1,4 +1,4 @@
-"""Roadmaps of a few places, what is asked of agents on them, and what a solver says."""
+"""Roadmaps of a few places, goals of agents on them, and answers of a solver."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.support.legal_plans import SPAN
 
 
 def roadmap_of(agents: tuple[int, ...], places: Sequence[tuple[float, ...]], steps: int) -> Roadmap:
-    """Every place can be gone to from every other in one step, and begun and ended in."""
+    """Roadmap on which every place is reachable from every other in one step, and a start and finish."""
     count = len(places)
     moves = np.array([(one, other) for one in range(count) for other in range(count)])
     everywhere = np.arange(count)
@@ -52,7 +52,7 @@ class Asked:
     lowered: Lowered
 
     def fixed(self, states: Sequence[Sequence[int]]) -> tuple[int, ...]:
-        """What says that the agents move so."""
+        """Literals for a given motion of the agents."""
         return tuple(
             int(self.motion.states[agent][step, state])
             for agent, row in enumerate(states)
@@ -68,7 +68,7 @@ class Asked:
 
 
 def asked(mission: ir.Mission, roadmaps: tuple[Roadmap, ...], *goals: Node, most_links: int = 99) -> Asked:
-    """All agents on these roadmaps, each goal under a literal of its own."""
+    """Clauses of all agents on these roadmaps, each goal with a literal of its own."""
     clauses = Clauses(10_000_000)
     motion = lower_motion(roadmaps, all_ways(roadmaps, {}), frozenset(range(len(mission.agents))), clauses)
     named = [Goal(f"goal{number}", goal, SPAN) for number, goal in enumerate(goals)]

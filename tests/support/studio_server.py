@@ -1,4 +1,4 @@
-"""A studio's server in a thread of its own, asked as a browser asks it and as a stranger might."""
+"""A studio's server in a thread, with requests of a browser and of an attacker."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from missionc.tools.studio.text_file import TextFile, opened_text
 from missionc.tools.studio.workplace import Workplace
 
 PATIENCE = 60.0
-"""Seconds: far more than any answer takes."""
+"""Timeout in seconds, far more than any answer takes."""
 
 
 class Page:
-    """What a page does over its socket; ``told`` are the notifications that came."""
+    """Page with its socket; ``told`` are the received notifications."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
@@ -35,7 +35,7 @@ class Page:
         self._numbers = itertools.count(1)
 
     def ask(self, method: str, **params: Any) -> Any:
-        """The result of a request, or its error as ``{"error": …}``."""
+        """Result of a request, or its error as ``{"error": …}``."""
         number = next(self._numbers)
         self.send({"id": number, "method": method, "params": params})
         while True:
@@ -48,7 +48,7 @@ class Page:
         self.socket.send(json.dumps({"jsonrpc": "2.0", **message}))
 
     def hear(self, method: str) -> Any:
-        """The parameters of the next notification of this kind that has not been heard yet."""
+        """Parameters of the next notification of this kind."""
         while True:
             for message in self.told:
                 if message.get("method") == method:
@@ -57,7 +57,7 @@ class Page:
             self.told.append(json.loads(self.socket.recv(PATIENCE)))
 
     def open_text(self, text: str, version: int = 1) -> str:
-        """Begin as a page does, with a text of one's own in the place of the first one; its URI."""
+        """Start like a page, with a text of its own instead of the first one; returns its URI."""
         uri = str(self.ask("studio/begin")["uri"])
         self.ask("initialize", processId=None, rootUri=None, capabilities={})
         self.send({"method": "initialized", "params": {}})
@@ -67,7 +67,7 @@ class Page:
 
 
 class Serving:
-    """``address`` is where the page is, with the token in it."""
+    """Running server; ``address`` is that of the page with its token."""
 
     def __init__(self, home: Path, first: TextFile, plans: Path) -> None:
         self.server = LocalServer(Workplace(home, first, plans, partial(StudioPlanner, 0.0)))
@@ -100,7 +100,7 @@ class Serving:
         return self.server.guard.address
 
     def get(self, path: str | None = None, **headers: str) -> tuple[int, bytes, dict[str, str]]:
-        """Status, content and headers of the answer; ``path`` as it is sent, the page's own where it is left out."""
+        """Status, content and headers of the answer; ``path`` is sent unchanged, by default the page's own."""
         parts = urlsplit(self.address)
         client = http.client.HTTPConnection("127.0.0.1", parts.port or 0, timeout=PATIENCE)
         client.putrequest("GET", parts.path if path is None else path, skip_host="Host" in headers)
@@ -122,7 +122,7 @@ class Serving:
 
 @contextmanager
 def studio(home: Path, text: str, name: str = "a.mission") -> Iterator[Serving]:
-    """A studio with a text that its file in the folder holds."""
+    """Studio with a text from a file in its folder."""
     path = home / name
     path.write_bytes(text.encode("utf-8"))
     first = opened_text(path, Limits())

@@ -1,4 +1,4 @@
-"""Mission texts on their way through the transport backend: checked, with what is asked and what it costs, planned."""
+"""Mission texts in the transport backend: checked, with demands and costs, planned."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from missionc.ir.kernel.nodes import Kernel
 def checked(
     text: str, backend: str = "clot", settings: dict[str, str] | None = None, **overrides: str
 ) -> tuple[Mission, Kernel]:
-    """The mission and its kernel, of a text without errors."""
+    """Mission and kernel of a text without errors."""
     found = driver.check(Source("a.mission", text), overrides={**overrides, **(settings or {})}, backend=backend)
     assert found.mission is not None, [finding.message for finding in found.findings]
     assert found.kernel is not None, [finding.message for finding in found.findings]
@@ -27,14 +27,14 @@ def checked(
 
 
 def costs_and_demand(text: str) -> tuple[Costs, Demand]:
-    """What motions of a mission cost, and what its requirements ask of them while nothing is decided."""
+    """Costs of a mission's motions, and the demands of its requirements before any decision."""
     mission, kernel = checked(text)
     roots = tuple(wanted.formula for wanted in build(kernel).requirements)
     return Costs(mission, splines(mission), Weights(), Spare()), Demand.of(mission, roots, {}, mission.steps)
 
 
 def planned(text: str, seed: int = 0) -> None:
-    """A plan is found, and verified; none more is asked for where that does not hold between the steps."""
+    """Check that a plan is found and verified, at least at the steps."""
     once = ContinuousTime.AT_STEPS
     source = Source("a.mission", text)
     outcome = driver.compile(source, backend="clot", seed=seed, time_limit=Seconds(3600), continuous_time=once).outcome

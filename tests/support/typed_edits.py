@@ -1,4 +1,4 @@
-"""Missions as somebody types them: insertions, deletions and pastes at random places."""
+"""Random edits of missions as by typing: insertions, deletions and pastes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ODD = ("\0", "\ufeff", "\u2028", "é", "𝄞", "\r\n", "\r", '"', "#", "((((", "
 
 
 def typed(text: str, chance: random.Random) -> str:
-    """The text after one edit."""
+    """Text after one edit."""
     place = chance.randrange(len(text) + 1)
     match chance.randrange(6):
         case 0:

@@ -1,4 +1,4 @@
-"""Reports of missions and hand-made motion, and what was packed in them read back."""
+"""Reports of missions with hand-made motion, with their packed data decoded."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ require goal: some drone: eventually[0, 3 s] far
 require chain: every drone: always[0, 4 s] (far implies true reach[hops 0..2 on radio] base)
 prefer calm: always[0, 4 s] not (drone[0]: far)
 """
-"""Drone 0 reaches ``far`` at step 2 in ``MOTION``, drone 1 is between it and drone 2 in ``base``."""
+"""Drone 0 reaches ``far`` at step 2 in ``MOTION``, and drone 1 is between it and drone 2 in ``base``."""
 
 MOTION = [
     [[1.0, 1.0], [4.0, 1.0], [8.0, 1.0], [8.0, 1.0], [8.0, 1.0]],
@@ -48,6 +48,7 @@ MOTION = [
 def plotted(
     text: str, motion: Array | list[list[list[float]]], flights: dict[str, str] | None = None, simulation: str = ""
 ) -> Plotted:
+    """Report data for a mission and a motion, (agents, steps + 1, dim), metres."""
     checked = check(Source("sample.mission", text), backend=ANY_BACKEND)
     assert checked.mission is not None, checked.findings
     assert checked.kernel is not None, checked.findings
@@ -61,7 +62,7 @@ def plotted(
 
 
 def flight(path: Array) -> str:
-    """Straight from place to place, a second for each, as polynomials: (steps + 1, 2)."""
+    """Polynomials that move straight from place to place, one second each: (steps + 1, 2), metres."""
     rows = [",".join(COLUMNS)]
     for start, end in pairwise(path):
         axes = [[value, change, *[0.0] * 6] for value, change in zip(start, end - start, strict=True)]
@@ -70,7 +71,10 @@ def flight(path: Array) -> str:
 
 
 def simulation(motion: Array, off: float) -> str:
-    """What ``simulate`` writes of drones that are ``off`` metres above ``flight``'s, 25 times a second."""
+    """Output of ``simulate`` for drones ``off`` metres above ``flight``, at 25 Hz.
+
+    Motion: (agents, steps + 1, 2), metres.
+    """
     times = np.arange(25 * (motion.shape[1] - 1) + 1) / 25
     steps = np.arange(motion.shape[1])
     names = [f"drone[{agent}]" for agent in range(len(motion))]
@@ -91,7 +95,7 @@ def simulation(motion: Array, off: float) -> str:
 
 
 def unpacked(text: str) -> NDArray[np.int64]:
-    """What ``pack`` was given, read as its description says, digit by digit."""
+    """Numbers given to ``pack``, (numbers,), decoded digit by digit."""
     way, *rest = base64.b64decode(text)
     bits = 7 if way & 4 else 3
     digits = rest if way & 4 else [half for byte in rest for half in (byte & 15, byte >> 4)]
@@ -116,13 +120,13 @@ def unpacked(text: str) -> NDArray[np.int64]:
 
 
 def metres(text: str, rows: int) -> Array:
-    """Values, (rows, steps + 1)."""
+    """Values of the packed rows, (rows, steps + 1), metres."""
     numbers = unpacked(text).reshape(rows, -1)
     return np.where(np.abs(numbers) >= FAR, np.sign(numbers) * np.inf, numbers / PER_METRE)
 
 
 def lane(report: dict[str, Any], words: str) -> dict[str, Any]:
-    """The values of the first lane with these words."""
+    """Values of the first lane with these words."""
     number = next(each["row"] for each in report["lanes"] if each["words"] == words)
     row: dict[str, Any] = report["rows"][number]
     return row

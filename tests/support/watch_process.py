@@ -1,4 +1,4 @@
-"""A command that watches, in a process of its own, and what it has said so far."""
+"""A command in watch mode, in a process of its own, with its output."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 120.0
-"""Seconds: far more than anything here takes, on a machine with other things to do too."""
+"""Timeout in seconds, far more than needed on a busy machine."""
 
 
 def until(true: Callable[[], bool], what: str) -> None:
@@ -25,7 +25,7 @@ def until(true: Callable[[], bool], what: str) -> None:
 
 
 class Watching:
-    """``said`` is what came on both streams."""
+    """Process in watch mode; ``said`` is the output on both streams."""
 
     def __init__(self, folder: Path, words: list[str]) -> None:
         self.folder = folder
@@ -47,7 +47,7 @@ class Watching:
             self.said += line
 
     def says(self, words: str, times: int = 1) -> None:
-        """Wait until it has said this so often."""
+        """Wait until the output has the words this many times."""
         ended = self.process.poll
         until(lambda: self.said.count(words) >= times or ended() is not None, f"`{words}` in\n{self.said}")
         assert self.said.count(words) >= times, self.said
@@ -76,7 +76,7 @@ def watching(folder: Path, *words: str) -> Iterator[Watching]:
 
 
 def save_by_rename(path: Path, text: str) -> None:
-    """As editors do that never leave half a file."""
+    """Save a file by renaming, as editors do that never leave half a file."""
     beside = path.with_name(f".{path.name}.swp")
     beside.write_text(text)
     beside.replace(path)

@@ -1,4 +1,4 @@
-"""A compiled folder with everything in it, made once."""
+"""A compiled folder with all kinds of files, made once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ prefer mild: drone[0]: eventually[0, 4 s] goal
 
 @cache
 def files() -> Files:
-    """Of a folder with everything in it: exports, and a flight in simulation."""
+    """Files of a folder with exports and a simulation."""
     with tempfile.TemporaryDirectory() as name:
         (Path(name) / "a.mission").write_text(MISSION)
         folder = Path(name) / "out"

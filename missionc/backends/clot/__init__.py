@@ -1,4 +1,6 @@
-"""Trajectory optimisation for a team: task scheduling, key frames, Levenberg-Marquardt; Algorithms 1 and 2 as presets.
+"""Trajectory optimisation for a team: task scheduling, key frames, Levenberg-Marquardt.
 
-Nothing is imported here: the cost graph is shown without torch, which planning needs.
+Algorithms 1 and 2 as presets.
+
+This module imports nothing, so that the cost graph can be printed without torch, which planning needs.
 """

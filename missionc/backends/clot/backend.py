@@ -3,12 +3,11 @@
     in   Mission, its kernel
     out  Planned or NotFound
 
-A preset may put Algorithms 1 and 2 between sketch and polish, or in their place (``presets``).
+A preset may insert Algorithms 1 and 2 between sketch and polish, or replace polish by them (``presets``).
 
-Where one schedule leads to no plan, others follow: other options, other orders, other ways
-round; and after every few of them a search from the best one (``run_algorithm_2``), in which agents go
-one by one. All follow from the seed; several may be made at once (``parallel_attempts``). "Impossible" is
-not this backend's to say.
+If one schedule leads to no plan, others follow with other options, orders and paths. After every few of them, a search
+from the best one plans agents one by one (``run_algorithm_2``). All follow from the seed; several may run in parallel
+(``parallel_attempts``). This backend never reports infeasibility.
 
 Source:
     [clot] Problem 1.
@@ -78,21 +77,21 @@ from missionc.ir.kernel.walk import postorder
 
 @dataclass(slots=True)
 class ClotBackend:
-    """Transport and joint polish of smooth motions; never says that there is no plan."""
+    """Transport and joint polish of smooth motions; never reports infeasibility."""
 
     name: str = "clot"
     refutes: bool = False
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """What to say where the device asked for is not there."""
+        """Diagnostic if the required device is missing."""
         return device_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """A joint motion that satisfies every requirement."""
+        """Joint motion that satisfies every requirement."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """The same in turns, of whole attempts."""
+        """The same search in turns, each of whole attempts."""
         yield 0.0
         with one_thread(), enough_memory():
             return (yield from TransportRun(mission, kernel, options, budget).turns())
@@ -109,21 +108,21 @@ class TransportRun:
     budget: Budget
     account: Account = field(default_factory=Account)
     late: bool = False
-    """Whether something was told to end because time was up."""
+    """True if some stage ended because time was up."""
     best: RunCandidate | None = None
     furthest: Searched | None = None
-    """The search that came furthest of those that found no joint motion."""
+    """Furthest search without a joint motion."""
     beside: dict[str, str] = field(default_factory=dict)
-    """What whoever uses this run wants to be kept beside its state."""
+    """Additional state that the caller wants in the checkpoint."""
     first: int = 0
-    """The attempt to begin with."""
+    """Index of the first attempt."""
     search: Searching | None = None
     reached: Reached | None = None
-    """How far that attempt was when the run was interrupted."""
+    """Progress of that attempt when the run was interrupted."""
     work_before: float = 0.0
-    """Units done before the attempt at work, which is repeated if its search is taken up."""
+    """Work units before the current attempt, which is repeated if its search is resumed."""
     spare: tuple[int, Reached] | None = None
-    """A plan, and the attempt that found it before an earlier one has ended: for when there is no time for that one."""
+    """A plan found before an earlier attempt ended, with its attempt, for use if time runs out."""
     preset: Preset = field(init=False)
     graph: Kernel = field(init=False)
     asked: Outline = field(init=False)
@@ -132,7 +131,7 @@ class TransportRun:
 
     @property
     def agent_steps(self) -> int:
-        """How large a motion is."""
+        """Number of agents times steps."""
         return len(self.mission.agents) * self.mission.steps
 
     def __post_init__(self) -> None:
@@ -152,10 +151,10 @@ class TransportRun:
             self.account.notes.append(fewer)
 
     def turns(self, attempt: Callable[[int], Reached | None] | None = None) -> Turns:
-        """What the first attempt that finds a plan leads to. It pauses after each attempt.
+        """Result of the first attempt that finds a plan. It pauses after each attempt.
 
         Args:
-            attempt: makes the attempt of a number; this backend's own where it is left out.
+            attempt: makes the attempt of an index; default: this backend's own.
         """
         attempt, number = attempt or self.attempt, self.first
         while number < clot_settings(self.mission).attempts.schedules:
@@ -178,7 +177,7 @@ class TransportRun:
         return self.not_found(Reason.SOLVER)
 
     def alike(self, number: int) -> range:
-        """The attempts from this one on of which none asks what came of another."""
+        """Attempts from this one on that do not depend on each other."""
         settings = clot_settings(self.mission).attempts
         if self.options.processes == 1 or self.preset.local or self.search is not None or self.reached is not None:
             return range(number, number + 1)
@@ -193,7 +192,7 @@ class TransportRun:
         return Planned(made, self.account.report())
 
     def attempt(self, number: int) -> Reached | None:
-        """One schedule, all the way; what comes of it if that is a plan."""
+        """Carry out one schedule; return its result if that is a plan."""
         settings = clot_settings(self.mission).attempts
         way = self.preset
         generator = np.random.default_rng([self.budget.seed, number])
@@ -221,8 +220,8 @@ class TransportRun:
     def searched(
         self, way: Preset, begun: WarmStart, generator: np.random.Generator, number: int, resumed: Searching | None
     ) -> tuple[Array, ...]:
-        """The joint motions of a search, (agents, steps + 1, dim) each, metres; how far it came is kept."""
-        from missionc.backends.clot.paper.run_algorithm_2 import run_algorithm_2  # a room that few plans enter
+        """Joint motions of a search, (agents, steps + 1, dim) each, metres; its progress is saved."""
+        from missionc.backends.clot.paper.run_algorithm_2 import run_algorithm_2  # clearance that few plans enter
 
         with self.account.stage("search"):
             search = run_algorithm_2(
@@ -250,13 +249,13 @@ class TransportRun:
     def polished(
         self, first: Array, choices: Choices, number: int, way: Preset | None = None, begun: WarmStart | None = None
     ) -> Reached | None:
-        """What polishing makes of a first motion, (agents, steps + 1, dim), metres, if that is a plan.
+        """Result of polishing a first motion, (agents, steps + 1, dim), metres, if that is a plan.
 
         Args:
-            way: a preset, which may leave the polish out.
-            begun: what the motion came of, where it may serve another search.
+            way: preset, which may skip the polish.
+            begun: warm start of the motion, if it may serve another search.
         """
-        # A motion that is nearly a plan is polished again, with these multiples of the usual clearance.
+        # A nearly feasible motion is polished again with these multiples of the usual clearance.
         clearances = (1.0, 3.0, 9.0)
         mission = self.mission
         made = splines(mission)
@@ -282,7 +281,7 @@ class TransportRun:
         return None
 
     def improved(self, reached: Reached, number: int) -> Trace:
-        """What can be made of a plan."""
+        """Improve a plan."""
         control = reached.control
         made = trace(self.mission, splines(self.mission), control)
         if reached.final:
@@ -300,11 +299,11 @@ class TransportRun:
         return better.trace
 
     def wanted(self, choices: Choices, first: Array, more: float = 1.0) -> tuple[Demand, Costs]:
-        """What is asked of a motion, and what it costs.
+        """Demand on a motion, and its costs.
 
         Args:
-            first: the motion that it comes of, (agents, steps + 1, dim), metres.
-            more: so many times the usual to spare of room.
+            first: its initial motion, (agents, steps + 1, dim), metres.
+            more: multiple of the usual additional clearance.
         """
         roots = tuple(wanted.formula for wanted in self.graph.requirements)
         made = splines(self.mission)
@@ -315,12 +314,12 @@ class TransportRun:
         return demand, Costs(self.mission, made, clot_settings(self.mission).weights, roomier)
 
     def accepted(self, control: Array) -> Trace | None:
-        """The motion of control points, (agents, points, dim), metres, if it is a plan."""
+        """Motion of control points, (agents, points, dim), metres, if it is a plan."""
         made = trace(self.mission, splines(self.mission), control)
         return made if attempt(self.mission, self.kernel, made).is_plan else None
 
     def judged(self, polished: Polished, made: Trace, begun: WarmStart | None) -> Trace | None:
-        """The motion, if it is a plan; if not, what is wrong with it is kept where nothing was better."""
+        """The motion if it is a plan; otherwise its violations are kept if no candidate was better."""
         with self.account.stage("accept"):
             come_to = attempt(self.mission, self.kernel, made)
         if come_to.is_plan:
@@ -330,27 +329,27 @@ class TransportRun:
         return None
 
     def consider(self, nearest: Nearest, come_to: Attempt) -> None:
-        """Keeps a candidate where none was better."""
+        """Keep a candidate if no earlier one was better."""
         candidate = RunCandidate(nearest, come_to)
         if self.best is None or candidate.rank < self.best.rank:
             self.best = candidate
 
     def begun(self, number: int, generator: np.random.Generator) -> WarmStart:
-        """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
+        """Schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
         with self.account.stage("sketch"):
             return self.beginnings.begun(number, generator)
 
     def sketched(self) -> None:
-        """A first motion was made."""
+        """Note that a first motion was made."""
         self.account.work += sketch_work(self.agent_steps)
 
     def again(self, number: int, motion: Array | None) -> WarmStart:
-        """What an attempt began with, with another motion, (agents, steps + 1, dim), metres."""
+        """Warm start of an attempt with another motion, (agents, steps + 1, dim), metres."""
         begun = self.begun(number, np.random.default_rng([self.budget.seed, number]))
         return begun if motion is None else replace(begun, motion=motion)
 
     def keep(self, number: int, search: Searching | None = None, reached: Reached | None = None) -> None:
-        """Puts aside what is known by now, unless something was cut short since."""
+        """Save the present knowledge, unless something was cut short since."""
         if self.late or self.budget.on_snapshot is discard_snapshot:
             return
         nearest = None if self.best is None else self.best.nearest
@@ -360,7 +359,7 @@ class TransportRun:
         self.budget.on_snapshot(to_snapshot(state, self.graph))
 
     def take_up(self, state: State) -> None:
-        """Goes back to where another run was."""
+        """Restore the state of another run."""
         self.first, self.search, self.reached = state.number, state.search, state.reached
         self.account.notes.extend(state.notes)
         self.account.work = state.work
@@ -372,10 +371,10 @@ class TransportRun:
             self.best = RunCandidate(state.nearest, attempt(self.mission, self.kernel, made))
 
     def taken_up(self) -> Reached | None:
-        """The plan that the interrupted run had, if it had one.
+        """Plan of the interrupted run, if it had one.
 
         Raises:
-            UnusableSnapshot: it is no plan.
+            UnusableSnapshot: it is not a plan.
         """
         reached, self.reached = self.reached, None
         if reached is not None and self.accepted(reached.control) is None:
@@ -383,12 +382,12 @@ class TransportRun:
         return reached
 
     def in_time(self) -> bool:
-        """Whether to go on: there is time, and nobody has asked to end."""
+        """Return whether time is left, and no signal came."""
         self.late = self.late or time.monotonic() >= self.budget.deadline or stop_requested()
         return not self.late
 
     def tell(self, stage: str, number: int, iteration: int = 0, margin: float = -np.inf) -> None:
-        """Where planning is; ``margin`` is that of the candidate at hand, metres."""
+        """Report progress; ``margin`` is that of the present candidate, metres."""
         best = max(margin, -np.inf if self.best is None else -self.best.nearest.shortfall)
         margin_so_far = None if best == -np.inf else best
         self.budget.on_progress(Progress(stage, number + 1, iteration=iteration, margin=margin_so_far))

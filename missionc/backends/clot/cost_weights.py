@@ -1,9 +1,8 @@
-"""Cost weights of trajectory optimisation, and the robustness margins that it aims at.
+"""Cost weights of trajectory optimisation, and its target margins.
 
-Costs add up over agents and steps. Shortfalls of margins are in metres (of speed and
-acceleration, in the metres they move within a step; of turning, in the metres it leads aside),
-and count squared. Each figure says its unit and what it is for, which is what ``--emit cost-graph``
-prints.
+Costs add up over agents and steps. Shortfalls of margins are in metres and count squared. For speed and acceleration,
+these are the metres moved within a step; for turning, the lateral metres. Each figure has its unit and purpose, which
+``--emit cost-graph`` prints.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from missionc.ir import Mission, Objective
 
 
 def spare(mission: Mission) -> Spare:
-    """What margins of a mission are asked to have to spare."""
+    """Target margins of a mission."""
     standard = clot_settings(mission).spare
     least = standard.share * longest_step(mission)
     return replace(standard, task=max(standard.task, least), bodies=max(standard.bodies, least))
@@ -41,17 +40,17 @@ def with_room(mission: Mission, share: float = 1.0) -> Spare:
 
 
 def longest_step(mission: Mission) -> float:
-    """How far the fastest agent goes within one step, metres."""
+    """Greatest distance of the fastest agent within one step, metres."""
     return float(max(agent.dynamics.top_speed for agent in mission.agents) * mission.step)
 
 
 SHORT = 0.01
-"""The share of the longest step below which the way between neighbouring control points counts by its square."""
+"""Share of the longest step below which the distance of neighbouring control points counts squared."""
 
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """What a plan is made less of, while nothing else has a cost."""
+    """Objective of an improvement, while nothing else has a cost."""
 
     length: float = setting(0.0, "/m^2", "between neighbouring control points")
     bend: float = setting(0.0, "/m^2", "of second differences of control points")
@@ -62,16 +61,16 @@ class Aim:
 
 
 METRES = Aim(length=0.01, bend=0.05, metres=1.0, steps=40, gain=4e-4, cuts=2)
-"""For the distance itself, from a motion of which the squares of its steps are least."""
+"""Distance itself, starting from a motion with minimal squared steps."""
 
 AIMS = {
     Objective.DISTANCE: (Aim(length=1.0, bend=0.05, steps=40, gain=1e-3, cuts=2), METRES),
     Objective.ENERGY: (Aim(bend=1.0, steps=40, gain=1e-3, cuts=2),),
 }
-"""One after the other."""
+"""Objectives, in order."""
 
 STRAIGHT = Aim(length=1.0, bend=1.0, steps=60, gain=2e-3, cuts=2)
-"""For plans from a roadmap, which are far from straight."""
+"""Objective for plans from a roadmap, which are far from straight."""
 
 TIDY = Aim(length=0.2, bend=1.0, steps=2, gain=1e-2)
-"""Where nothing is asked to be least: most of the detours go in the first steps."""
+"""Objective without ``minimize``: the first steps remove most detours."""

@@ -1,11 +1,11 @@
-"""Trajectory repair: the optimiser is warm-started at a motion that nearly keeps a kernel, and polishes one that does.
+"""Trajectory repair: the optimiser starts at a motion that nearly satisfies a kernel, and polishes it.
 
     in   Mission, a kernel and the trace of a motion
     out  Planned or NotFound
 
-What comes nearest to making each requirement hold in the motion, which part of it, at which step and over which link,
-is chosen (``goal_terms.Demand.witness``), and the motion is polished until it holds. What the polished motion chooses
-may be something else: then it is polished again.
+For each requirement, the alternative nearest to holding in the motion (its part, step and link) is chosen
+(``goal_terms.Demand.witness``), and the motion is polished until it holds. If the polished motion chooses differently,
+it is polished again.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from missionc.ir.kernel.nodes import Kernel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Repair:
-    """A backend that begins at a motion, and looks for a plan near to it."""
+    """Backend that starts at a motion, and searches a plan near it."""
 
     motion: Trace
     found: Report = field(default_factory=Report)
-    """Report of the search that found the motion: its clauses, roadmaps and methods are those of the plan near it."""
+    """Report of the search that found the motion: its clauses, roadmaps and methods apply to the nearby plan."""
     name: str = "clot"
     refutes: bool = False
 
@@ -50,11 +50,11 @@ class Repair:
         return None
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """The motion polished until it keeps the kernel, if it comes to that."""
+        """Polish the motion until it satisfies the kernel, if possible."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """The same in one turn."""
+        """The same search in one turn."""
         yield 0.0
         account = Account()
 

@@ -13,12 +13,12 @@ from missionc.base.late_dataclass import dataclass
 from missionc.ir import Mission
 
 MOST = 10**6
-"""Greatest value of what arrays are made for."""
+"""Maximum value of settings that are array sizes."""
 
 
 @dataclass(frozen=True, slots=True)
 class AttemptSettings:
-    """Attempts: schedules that are tried one after the other, each with a polish of its motion."""
+    """Settings of attempts: schedules tried one after the other, each with a polish of its motion."""
 
     schedules: int = setting(40, "schedules", "tried before the answer is that no plan was found", 1, MOST)
     polish: int = setting(60, "iterations", "of one polish; more repair worse motions, and take longer", 1, 10_000)
@@ -33,7 +33,7 @@ class AttemptSettings:
 
 @dataclass(frozen=True, slots=True)
 class ScheduleSettings:
-    """Schedules: tasks, the order of visits, and places to visit."""
+    """Settings of schedules: tasks, the order of visits, and places to visit."""
 
     cells: int = setting(12_000, "cells", "of the grid for distances; more find narrower paths", 16, MOST)
     detour: float = setting(1.4, "", "length of a path with more clearance, over the shortest at most", 1, 100)
@@ -51,7 +51,7 @@ class ScheduleSettings:
 
 @dataclass(frozen=True, slots=True)
 class GuessSettings:
-    """Initial configurations and sketches: the motion that a polish begins with."""
+    """Settings of initial configurations and sketches: the motion with which a polish begins."""
 
     iterations: int = setting(40, "iterations", "of the polish of one configuration", 1, 10_000)
     jitter: float = setting(0.02, "m", "by which a configuration is shaken", 0, 100)
@@ -67,7 +67,7 @@ class GuessSettings:
 
 @dataclass(frozen=True, slots=True)
 class PolishSettings:
-    """The joint polish: Levenberg-Marquardt on the constraints that a motion violates or nearly does."""
+    """Settings of joint polish: Levenberg-Marquardt on the violated or nearly violated constraints."""
 
     damping: float = setting(0.001, "", "against the length term, to begin with", 1e-9, 1000)
     settled: float = setting(0.01, "", "share of the cost that another step has to gain", 0, 1)
@@ -82,7 +82,7 @@ class PolishSettings:
 
 @dataclass(frozen=True, slots=True)
 class ShorteningSettings:
-    """Shortening and smoothing of a plan that was found."""
+    """Settings for shortening and smoothing a plan."""
 
     iterations: int = setting(40, "iterations", "of the polish of a shorter motion", 1, 10_000)
     same: float = setting(0.001, "m", "that a plan has to be shorter by", 0, 1000)
@@ -138,7 +138,7 @@ class Spare:
 
 @dataclass(frozen=True, slots=True)
 class ProbeWeights:
-    """Costs of a moved waypoint in Algorithm 1, which only compares them."""
+    """Weights of a moved waypoint's costs in Algorithm 1, which only compares them."""
 
     title: ClassVar[str] = "probe"
     bodies: float = setting(8.0, "/m", "by which obstacles, bounds and separation lack room")
@@ -153,7 +153,10 @@ class ProbeWeights:
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
-    """The parameters of Algorithm 2. The paper prints only the number of trajectories. [clot] (9), (11), IV-C."""
+    """Parameters of Algorithm 2. The paper prints only the number of trajectories. [clot] (9), (11), IV-C.
+
+    The paper prints only the number of trajectories. [clot] (9), (11), IV-C.
+    """
 
     eta: float = setting(0.2, "", "η of (9): cost for each agent, against progress from 0 to 1")
     gamma: float = setting(0.8, "", "γ of (11)", 1e-9, 1 - 1e-9)
@@ -185,9 +188,9 @@ class Coupling(Enum):
     """Distribution of the waypoints of a candidate over the directions."""
 
     SOFTMAX = auto()
-    """Each waypoint chooses by itself."""
+    """Each waypoint chooses independently."""
     SINKHORN = auto()
-    """Every direction receives the same mass, as equation (7) has it."""
+    """Every direction receives the same mass, as in equation (7)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,7 +231,7 @@ class ClotSettings:
 
 
 def clot_settings(mission: Mission) -> ClotSettings:
-    """Settings that a mission is planned with, apart from the preset."""
+    """Settings of a mission's planning, apart from the preset."""
     return _settings(own_values(mission, CLOT.name))
 
 

@@ -1,4 +1,4 @@
-"""The offer of the transport backend: features and options, without what plans. [clot]"""
+"""Offer of the transport backend: features and options, without the planner. [clot]"""
 
 from __future__ import annotations
 

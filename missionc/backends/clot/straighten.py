@@ -1,12 +1,12 @@
-"""Straightening: a plan from a roadmap becomes one of continuous space that is shorter, calmer and has more room.
+"""Straightening: a plan from a roadmap becomes a shorter, smoother one in continuous space with more clearance.
 
     in   Mission, its kernel and a plan's trace
-    out  a trace that is a plan too, keeps what that keeps and is no longer; the same where none was found
+    out  another plan, with the same satisfied preferences and no longer; the same plan if none was found
 
-What makes each requirement hold in the plan, which part of it, at which step and over which link, is kept
-(``goal_terms.Demand.witness``). Under that the plan is descended to less length and bend, polished for more room where
-there is some, and descended again. Who breaks something then goes as before, all others as they go now.
-How much is done is counted in steps, so that a plan follows from what is given.
+The alternatives that satisfy each requirement in the plan (part, step and link) are fixed
+(``goal_terms.Demand.witness``). With them, the plan is descended to less length and bend, polished for more clearance
+if there is room, and descended again. Agents that then violate a condition return to their previous motion. The effort
+is counted in steps, so that the result is deterministic.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from missionc.verification.monitoring.monitor import monitor
 
 
 def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budget) -> Planned:
-    """A plan from a roadmap, straighter where that is a plan too; while it is made the plan is there as it was."""
+    """Straighten a plan from a roadmap if the result is a plan too; the original is available meanwhile."""
     if mission.steps < 2 or planned.report.cut_short or not attempt(mission, kernel, planned.trace).is_plan:
         return planned
     budget.on_incumbent(planned)
@@ -66,7 +66,7 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
 
 
 def straightened(mission: Mission, kernel: Kernel, plan: Trace, go_on: Callable[[], bool] = lambda: True) -> Trace:
-    """The plan, or a straighter one: a plan that keeps as much and whose agents travel no further."""
+    """The plan, or a straighter one that satisfies as much with no longer paths."""
     return _Straightened(mission, kernel, plan, go_on).best
 
 
@@ -95,7 +95,7 @@ class _Straightened:
         self.stand(least)
 
     def steps(self, most: int) -> int:
-        """Steps of descent or polish, so many at most."""
+        """Number of descent or polish steps, at most ``most``."""
         return min(most, clot_settings(self.mission).shortening.straighten // max(1, self.control.size))
 
     def costs(self, room: Spare) -> Costs:
@@ -104,12 +104,12 @@ class _Straightened:
         return Costs(self.mission, self.made, weights, room)
 
     def descended(self, start: Array, room: Spare) -> Array:
-        """Less length and bend, with no less room than there is."""
+        """Control points with less length and bend, (agents, points, dim), metres, and no less clearance."""
         aim = self.aim
         return descend(start, self.costs(room), self.demand, self.steps(aim.steps), aim.gain, aim.cuts, self.go_on)
 
     def consider_wider(self, room: Spare) -> None:
-        """Polishes for more room, and considers what that descends to, where there is some."""
+        """Polish for more clearance, and consider its descent, if there is room."""
         steps = self.steps(clot_settings(self.mission).shortening.straighten_polish)
         wider = polish(self.control, self.costs(room), self.demand, steps, self.go_on).control
         if (wider != self.control).any():
@@ -129,7 +129,7 @@ class _Straightened:
         return motion if attempt(self.mission, self.kernel, motion).is_plan else None
 
     def stand(self, room: Spare) -> None:
-        """Lets those rest who need not move."""
+        """Let agents rest that need not move."""
         costs, gain = self.costs(room), -clot_settings(self.mission).shortening.wider
         before = Margins.of(self.kernel, costs, self.control, self.best)
 
@@ -143,7 +143,9 @@ class _Straightened:
         self.control, self.best = retime(control, best, self.demand, costs, accept, self.go_on)
 
     def consider(self, tried: Array) -> bool:
-        """Takes a candidate over, without those who break something; whether all of it could be."""
+        """Accept a candidate, (agents, points, dim), metres, without violating agents; return whether it
+        was complete.
+        """
         whole = True
         for _ in range(clot_settings(self.mission).shortening.restores):
             tried = self.calmed(tried)
@@ -160,8 +162,8 @@ class _Straightened:
         return False
 
     def calmed(self, control: Array) -> Array:
-        """The same, where whoever may wait stands rather than move by next to nothing."""
-        still = 1e-3  # share of its longest step, below which an agent that can wait stands
+        """The control points, (agents, points, dim), metres, with tiny motions replaced by waiting."""
+        still = 1e-3  # share of its longest step, below which an agent that can wait is at rest
         calm = control.copy()
         for agent in self.mission.agents:
             if agent.dynamics.has_momentum or not can_wait(agent.dynamics):
@@ -174,7 +176,7 @@ class _Straightened:
         return calm
 
     def no_worse(self, motion: Trace) -> bool:
-        """Whether a plan keeps what the best one keeps and is no longer in any sense that counts."""
+        """Return whether a plan satisfies as much as the best one and is no longer by any objective."""
         before = self.best
         return (
             travelled(motion)
@@ -184,7 +186,7 @@ class _Straightened:
         )
 
     def who(self, come_to: Attempt) -> Flags:
-        """Who breaks something, (agents,)."""
+        """Flags of violating agents, (agents,)."""
         names = {name for fault in come_to.faults for name in fault.agents}
         names |= {name for judged in come_to.violated for name in judged.agents}
         return np.array([agent.name in names for agent in self.mission.agents])

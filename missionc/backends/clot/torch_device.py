@@ -1,4 +1,4 @@
-"""Devices and threads of torch: where the batches of Algorithm 1 are computed."""
+"""Devices and threads of torch for the batches of Algorithm 1."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from missionc.base.diagnostics.model import Diagnostic
 
 
 def available(name: str) -> bool:
-    """Whether torch has a device of that name (``cpu``, ``cuda``) here."""
+    """Return whether torch has a device of that name (``cpu``, ``cuda``) here."""
     return name == "cpu" or (name == "cuda" and torch.cuda.is_available())
 
 
 def device_missing(options: Options) -> Diagnostic | None:
-    """What to say where the options ask for a device that is not there."""
+    """Diagnostic if the selected device is missing."""
     if available(options.device):
         return None
     return Diagnostic(
@@ -34,7 +34,7 @@ def device_missing(options: Options) -> Diagnostic | None:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Within, torch uses one thread; after it, as many as before."""
+    """Use one torch thread within the context, and restore the number afterwards."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
@@ -45,10 +45,10 @@ def one_thread() -> Iterator[None]:
 
 @contextmanager
 def enough_memory() -> Iterator[None]:
-    """Within, what torch says where memory runs out is said as Python says it.
+    """Convert torch's out-of-memory errors to Python's within the context.
 
     Raises:
-        MemoryError: torch was refused memory, on whichever device.
+        MemoryError: torch could not allocate memory on some device.
     """
     try:
         yield
@@ -59,12 +59,12 @@ def enough_memory() -> Iterator[None]:
 
 
 def seeded(seed: int, device: torch.device) -> torch.Generator:
-    """A generator on the device. Any whole number is a seed."""
+    """Random generator on the device. Any integer is a seed."""
     return torch.Generator(device).manual_seed(seed % 2**63)
 
 
 def places(numbers: Sequence[int], device: torch.device) -> Tensor:
-    """Numbers to index with, (numbers,), on the device: a list would be copied there, and waited for, at every use."""
+    """Index tensor, (numbers,), on the device; a list would be copied there, with a wait, at every use."""
     return _places(tuple(numbers), device)
 
 

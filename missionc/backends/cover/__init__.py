@@ -1,1 +1,1 @@
-"""The cover: an over-approximation of a mission, whose refusal is a proof that no motion satisfies it."""
+"""The cover: an over-approximation of a mission, whose refusal proves that no motion satisfies it."""

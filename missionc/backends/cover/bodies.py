@@ -1,7 +1,7 @@
-"""Bodies of obstacles: convex pieces whose distance is known, so that boxes with no room for an agent are left out.
+"""Bodies of obstacles: convex pieces with known distances, to exclude boxes without room for an agent.
 
 in   Mission, Agent
-out  which boxes hold a place where its centre is clear of what stands there
+out  the boxes that contain a clear position of its centre
 """
 
 from __future__ import annotations
@@ -18,14 +18,17 @@ from missionc.ir.distances.convex_pieces import HalfSpace, Piece, pieces
 from missionc.ir.distances.signed_distance import measured_outside
 
 SLACK = 1e-4
-"""Metres by which bodies may be nearer to others and to obstacles than they must: more than verification lets pass."""
+"""Metres by which bodies may be nearer to others and to obstacles than required: above the verification tolerance."""
 
 THIN = 1e-6
-"""Metres: what is thinner is no body."""
+"""Metres: thinner parts are no bodies."""
 
 
 def standing_room(obstacle: Obstacle, agent: Agent, mission: Mission, step: int, low: Array, high: Array) -> Flags:
-    """Which boxes, (..., dim) corners, hold a point where an agent is clear of an obstacle at a step: (...)."""
+    """Flags of boxes, (..., dim) corners, metres, with a clear point for an agent at a step.
+
+    Shape: (...), boolean.
+    """
     time = step * mission.step
     by = displaced(obstacle, time, mission.dimension)
     away = agent.radius + mission.clearance + obstacle.grown(time)
@@ -37,13 +40,13 @@ def standing_room(obstacle: Obstacle, agent: Agent, mission: Mission, step: int,
 
 
 def must_be_apart(mission: Mission, first: int, second: int) -> float:
-    """Metres between the centres of two agents, less the slack."""
+    """Required distance between the centres of two agents minus the slack, metres."""
     return mission.separation + mission.agents[first].radius + mission.agents[second].radius - SLACK
 
 
 @lru_cache(maxsize=1024)
 def bodies(shape: Shape) -> tuple[Shape, ...]:
-    """Shapes that lie in a body and fill it: plain ones where that is possible, so that distances are true ones."""
+    """Shapes whose union is a body: plain ones if possible, so that distances are exact."""
     found: list[Shape] = []
     for piece in pieces(shape):
         plain = _plain(piece)
@@ -57,7 +60,7 @@ def bodies(shape: Shape) -> tuple[Shape, ...]:
 
 
 def _plain(piece: Piece) -> Shape | None:
-    """A piece as a plain shape: one that is alone, or the box common to boxes and half spaces along axes."""
+    """A piece as a plain shape: a single part, or the intersection of boxes and axis-aligned half spaces."""
     match piece:
         case (Box() | Disc() | Ball() | Polygon() as alone,):
             return alone

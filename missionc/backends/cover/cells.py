@@ -1,13 +1,13 @@
-"""Cells: boxes that hold every place where the centre of a kind of agent may be, cut along borders.
+"""Cells: boxes that contain every position of the centre of a kind of agents, cut along borders.
 
     in   Mission, its relaxed kernel, a kind of agent
     out  Cells
 
-The world is halved repeatedly. A box that a border crosses is halved before others, and along the border if the
-border runs along an axis. A box is left out only if no centre in it is clear of the obstacles.
+The world is halved repeatedly. A box that a border crosses is halved before others, and along the border if the border
+runs along an axis. A box is left out only if no centre in it is clear of the obstacles.
 
-A border is a place where a predicate begins or ceases to hold. Each cut lies a little beyond its border, so that the
-cells beyond the cut are surely on the other side.
+A border is a place where the truth of a predicate changes. Each cut lies a little beyond its border, so that the cells
+beyond the cut are surely on the other side.
 
 Source:
     Latombe, "Robot Motion Planning", 1991, chapter 6: approximate cell decomposition.
@@ -34,27 +34,27 @@ from missionc.ir.kernel.nodes import Atom, Kernel, Not
 from missionc.ir.kernel.walk import postorder
 
 BEYOND = 3e-5
-"""Metres from a place where a predicate changes to the cut: more than a predicate may be wrong by."""
+"""Distance of a cut from its border, metres: above the tolerance of a predicate."""
 
 
 @dataclass(frozen=True, slots=True)
 class Border:
-    """All places so many metres outside of a shape; inside, where ``away`` is negative."""
+    """All places ``away`` metres outside of a shape; inside if negative."""
 
     shape: ir.Shape
     away: float
 
     def crosses(self, low: Array, high: Array) -> bool:
-        """Whether the places of a box, (dim,) corners, are on both its sides."""
+        """Return whether a box, (dim,) corners, metres, has places on both its sides."""
         distance = signed_distance_range(self.shape, low, high)
         return bool(distance.low < self.away - BEYOND / 10 and distance.high > self.away + BEYOND / 10)
 
     def edges(self, axis: int) -> Iterator[float]:
-        """Where it runs across an axis."""
+        """Coordinates of the border along an axis."""
         yield from _edges(self.shape, self.away, axis)
 
     def box(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """A box around it within another, (dim,) corners."""
+        """Bounding box of the border within another box, (dim,) corners, metres."""
         begin, end = low.copy(), high.copy()
         for axis in range(len(low)):
             edges = np.clip([*self.edges(axis)], low[axis], high[axis])
@@ -64,14 +64,14 @@ class Border:
 
 
 def borders_of_obstacles(mission: ir.Mission, agent: ir.Agent) -> tuple[Border, ...]:
-    """Those beyond which there is no room beside a standing obstacle, each once."""
+    """Distinct borders without room beyond them, of static obstacles."""
     away = agent.radius + mission.clearance - 2 * SLACK
     standing = (each.shape for each in mission.obstacles if each.constant)
     return tuple(dict.fromkeys(Border(body, away) for shape in standing for body in bodies(shape)))
 
 
 def borders_asked(mission: ir.Mission, kernel: Kernel, agent: ir.Agent) -> tuple[Border, ...]:
-    """Those of places where agents start and finish, and of what is asked, each once."""
+    """Distinct borders of start and finish places, and of the requirements' predicates."""
     found: dict[Border, None] = {}
     for other in mission.agents:
         for place in other.ends:
@@ -93,7 +93,7 @@ def borders_asked(mission: ir.Mission, kernel: Kernel, agent: ir.Agent) -> tuple
 def _of_predicate(
     predicate: ir.Predicate, mission: ir.Mission, agent: ir.Agent
 ) -> Iterator[tuple[ir.Shape, float, float]]:
-    """Shapes, by how many metres they are to be grown, and 1 where it holds inside of that, -1 where outside."""
+    """Shapes of a predicate, their growth in metres, and 1 if it holds inside, -1 if outside."""
     match predicate:
         case ir.Inside(region, body):
             yield region.shape, -agent.radius if body else 0.0, 1.0
@@ -121,7 +121,7 @@ def _of_predicate(
 
 
 def _below(mission: ir.Mission, axis: int, bound: float) -> ir.Box:
-    """A box over all of the world where a coordinate is less than a bound."""
+    """Box over the part of the world with a coordinate below a bound."""
     low, high = mission.world.low, mission.world.high
     far = max(one - other for one, other in zip(high, low, strict=True)) + 1.0
     begin, end = [each - far for each in low], [each + far for each in high]
@@ -158,17 +158,19 @@ def _edges(shape: ir.Shape, away: float, axis: int) -> Iterator[float]:
 
 
 CROSSED = 4.0
-"""A box that a border crosses is halved as if it were so many times as long."""
+"""Factor for the length of a box that a border crosses, when boxes are chosen for halving."""
 
 EDGE = 0.1
-"""A box is cut along a border that is further than this share of its side from its own."""
+"""Share of a side from which a border is far enough from the box's own sides for a cut."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Boxes, (cells, dim) corners each, metres. The last ``points`` are single points: starts and finishes.
+    """Boxes, (cells, dim) corners each, metres.
 
-    ``left_out`` are the corners of the boxes with no room in them, (boxes, dim) each.
+    The last ``points`` are single points: starts and finishes.
+
+    ``left_out`` has the corners of the boxes without room, (boxes, dim) each.
     """
 
     low: Array
@@ -181,31 +183,33 @@ class Cells:
 
     @property
     def middle(self) -> Array:
-        """(cells, dim), metres."""
+        """Centres of the cells: (cells, dim), metres."""
         return (self.low + self.high) / 2
 
     @cached_property
     def distance(self) -> Range:
-        """From some point of one to some point of another: (cells, cells), metres."""
+        """Ranges of distances between points of two cells: (cells, cells), metres."""
         return distance_range(self, self)
 
     @cached_property
     def touching(self) -> Flags:
-        """Which of them have a point in common, (cells, cells)."""
+        """Flags of pairs with a common point, (cells, cells)."""
         return self.distance.low <= 0.0
 
     @cached_property
     def before(self) -> NDArray[np.int32]:
-        """On the shortest chain from a cell to each other, by their middles, the one before that: (cells, cells).
+        """Predecessor on the shortest chain between two cells, by their centres in metres.
 
-        Negative where there is no chain, or where it begins.
+        Shape: (cells, cells), indices.
+
+        Negative without a chain, or at its beginning.
         """
         ways = np.linalg.norm(self.middle[:, None] - self.middle[None], axis=-1) + SLACK
         return np.asarray(dijkstra(csr_array(np.where(self.touching, ways, 0.0)), return_predecessors=True)[1])
 
 
 def distance_range(one: Cells, other: Cells) -> Range:
-    """From some point of a cell to some point of another: (cells of one, cells of the other), metres."""
+    """Ranges of distances between points of two cells: (cells of one, cells of the other), metres."""
     return length_range(
         [
             Range(
@@ -217,7 +221,7 @@ def distance_range(one: Cells, other: Cells) -> Range:
 
 
 def cells_of(mission: ir.Mission, agent: ir.Agent, borders: Sequence[Border], count: int) -> Cells:
-    """So many boxes or fewer over all places where the centre of such an agent may be."""
+    """At most ``count`` boxes over all positions of the centre of such an agent."""
     standing = [each for each in mission.obstacles if each.constant]
     heap: list[tuple[float, int, Array, Array, tuple[Border, ...]]] = []
     left_out: list[tuple[Array, Array]] = []
@@ -246,13 +250,15 @@ def cells_of(mission: ir.Mission, agent: ir.Agent, borders: Sequence[Border], co
 
 
 def _corners(boxes: list[tuple[Array, Array]], dimension: int) -> tuple[Array, Array]:
-    """The corners of boxes, (boxes, dim) each."""
+    """Corners of boxes, (boxes, dim) each, metres."""
     corners = np.array(boxes, dtype=np.float64).reshape(len(boxes), 2, dimension)
     return corners[:, 0], corners[:, 1]
 
 
 def _cut(borders: Sequence[Border], low: Array, high: Array) -> tuple[int, float]:
-    """Along which axis and where a box is cut: along the border nearest to its middle, or through its middle."""
+    """Axis and coordinate, metres, of the cut of a box, (dim,) corners: the border nearest to its middle, or its
+    middle.
+    """
     longest = int((high - low).argmax())
     best = (np.inf, longest, float((low + high)[longest] / 2))
     for axis in range(len(low)):
@@ -260,12 +266,12 @@ def _cut(borders: Sequence[Border], low: Array, high: Array) -> tuple[int, float
         for at in (at for border in borders for at in border.edges(axis)):
             inside = min(at - low[axis], high[axis] - at) / side
             if inside > EDGE:
-                # the longer the side, and the nearer to its middle, the sooner
+                # longer sides and cuts near the middle come first
                 cost = (0.5 - inside) - side / float((high - low).max())
                 best = min(best, (cost, axis, float(at)))
     return best[1], best[2]
 
 
 def with_points(cells: Cells, points: Array) -> Cells:
-    """The cells, and single points, (points, dim), after them."""
+    """The cells followed by single points, (points, dim), metres."""
     return Cells(np.concatenate([cells.low, points]), np.concatenate([cells.high, points]), cells.left_out, len(points))

@@ -1,10 +1,10 @@
-"""The cover of a mission: for each kind of agent cells over all places where it may be, and the moves it may make.
+"""Cover of a mission: cells over all positions, and possible moves, for each kind of agent.
 
     in   Mission, its relaxed kernel
     out  Cover
 
-Its states and moves have the form of roadmaps, so that they are lowered as those are. Where a roadmap holds motions
-that there are, a cover holds all that there are, and more.
+Its states and moves have the form of roadmaps, so that the same lowering applies. A roadmap contains some motions; a
+cover contains all motions, and more.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from missionc.ir import Agent, InitialSet, Mission
 from missionc.ir.kernel.nodes import Kernel
 
 TOUCH = 1e-5
-"""Metres by which a start or finish may be out of its region, or elsewhere than at its point."""
+"""Metres by which a start or finish may be off its region or point."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cover:
-    """``cells`` are what the states of each roadmap stand for.
+    """A cover; ``cells`` are the meaning of each roadmap's states.
 
-    ``strides``: for each roadmap, numbers of steps and from which cell to which an agent may come in so many, (cells,
-    cells) each, where that says more than single moves do. ``never``: for each agent where it cannot be by the time it
-    has, (steps + 1, cells). ``boxes``: corners, (dim,) each, of boxes around what is asked for.
+    ``strides``: for each roadmap, numbers of steps and the cells reachable in them, (cells, cells) each, if stricter
+    than single moves. ``never``: for each agent, cells that it cannot reach in time, (steps + 1, cells). ``boxes``:
+    corners, (dim,) each, of boxes around the requirements' places.
     """
 
     roadmaps: tuple[Roadmap, ...]
@@ -44,12 +44,12 @@ class Cover:
 
     @property
     def states(self) -> int:
-        """How many cells there are."""
+        """Number of cells."""
         return sum(map(len, self.cells))
 
 
 def build_cover(mission: Mission, kernel: Kernel, count: int) -> Cover:
-    """The cover with so many cells for each kind of agent, or fewer, and a cell for each exact start and finish."""
+    """Cover with at most ``count`` cells for each kind of agent, and a cell for each exact start and finish."""
     kinds: dict[object, list[Agent]] = {}
     for agent in mission.agents:
         kinds.setdefault((agent.dynamics, agent.radius, agent.altitude), []).append(agent)
@@ -76,7 +76,7 @@ def _of_kind(
     starts = [_cells_in(cells, agent.start, standing[0]) for agent in agents]
     finishes = [_cells_in(cells, agent.finish, standing[-1]) for agent in agents]
     single = np.arange(len(cells)) >= len(cells) - len(points)
-    standing[:, single] = False  # elsewhere the cells round them stand for them
+    standing[:, single] = False  # otherwise the cells around them represent them
     for ends, step in ((starts, 0), (finishes, steps)):
         for agent, end in zip(agents, ends, strict=True):
             place = agent.start if step == 0 else agent.finish
@@ -105,7 +105,7 @@ def _of_kind(
 
 
 def _standing(mission: Mission, agent: Agent, cells: Cells) -> Flags:
-    """Which cells hold a place that is clear at each step: (steps + 1, cells)."""
+    """Flags of cells with a clear place at each step: (steps + 1, cells)."""
     standing: Flags = np.ones((mission.steps + 1, len(cells)), dtype=np.bool_)
     for obstacle in mission.obstacles:
         steps = (0,) if obstacle.constant else range(mission.steps + 1)
@@ -116,7 +116,7 @@ def _standing(mission: Mission, agent: Agent, cells: Cells) -> Flags:
 
 
 def _cells_in(cells: Cells, place: InitialSet | None, clear: Flags) -> Indices:
-    """The cells that an agent at a place may be in; all of them where it may be anywhere."""
+    """Cells in which an agent at a place may be; all cells without a place."""
     if place is None:
         inside = np.ones(len(cells), dtype=np.bool_)
     elif place.point is not None:
@@ -127,7 +127,7 @@ def _cells_in(cells: Cells, place: InitialSet | None, clear: Flags) -> Indices:
 
 
 def _strides(mission: Mission, agent: Agent, cells: Cells, move: Flags) -> Iterator[tuple[int, Flags]]:
-    """Moves over 2, 4, 8, … steps: over single ones an agent gains up to a cell's size with each."""
+    """Moves over 2, 4, 8, … steps: with single moves, an agent gains up to a cell's size in each."""
     within, steps = move, 2
     while steps <= mission.steps:
         within = (within.astype(np.float32) @ within.astype(np.float32)) > 0
@@ -145,7 +145,7 @@ def _strides(mission: Mission, agent: Agent, cells: Cells, move: Flags) -> Itera
 
 
 def _out_of_reach(mission: Mission, agent: Agent, cells: Cells, start: Indices, finish: Indices) -> Flags:
-    """Where it cannot be, for the way from its start or to its finish is too long: (steps + 1, cells)."""
+    """Flags of cells too far from the start or finish at each step: (steps + 1, cells)."""
     steps = np.arange(mission.steps + 1)
     never: Flags = np.zeros((len(steps), len(cells)), dtype=np.bool_)
     for ends, seconds in ((start, steps * mission.step), (finish, steps[::-1] * mission.step)):

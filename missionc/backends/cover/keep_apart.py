@@ -1,12 +1,12 @@
-"""Separation of bodies on a cover: pairs of cells that two agents never occupy together, and crowded boxes.
+"""Separation of bodies on a cover: excluded pairs of cells, and limits for crowded boxes.
 
     in   Mission, Cover, Motion
-    out  clauses on pairs of cells, on the sides on which two agents pass, and on the number of agents in a box
+    out  clauses on pairs of cells, on the sides of passing agents, and on the number of agents in a box
 
-Two agents are not at the same time in two cells that hold no two points far enough apart. From its starts, a pair of
-agents moves through pairs of cells that touch. It never reaches a pair of cells outside these, whatever its speed.
+Two agents cannot be at the same time in two cells without two points far enough apart. From its starts, a pair of
+agents moves through pairs of cells that touch. It never reaches a pair of cells outside these at any speed.
 
-At no step are more agents in the cells of a box than bodies fit into it.
+At each step, the cells of a box contain at most as many agents as fit into the box.
 
 Source:
     Schwartz and Sharir, "On the piano movers' problem III", 1983: several discs move in a connected part of their
@@ -34,14 +34,14 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 
 MOST_PARTS = 12
-"""Parts along each axis, beyond which nobody counts."""
+"""Maximum number of parts along each axis."""
 
 MOST_CHOICES = 600
-"""Choices of agents of which one too many are said not to be there together, one by one."""
+"""Maximum number of choices of too many agents that are excluded one by one."""
 
 
 def fits(size: Sequence[float], apart: float) -> int:
-    """How many points at least so many metres apart fit into a box with these sides, at most."""
+    """Upper bound of the number of points with pairwise distance ``apart``, metres, in a box with these sides."""
     if apart <= 0:
         return 10**9
     most = math.prod(math.floor(side * math.sqrt(len(size)) / apart) + 1 for side in size)
@@ -58,7 +58,7 @@ def fits(size: Sequence[float], apart: float) -> int:
 
 
 def add_crowding(mission: Mission, cover: Cover, motion: Motion, agents: frozenset[int], clauses: Clauses) -> None:
-    """Adds that in each box of the cover there are no more of these agents than fit.
+    """Add limits on the number of these agents in each box of the cover.
 
     Raises:
         TooLarge: the clauses would pass their limit.
@@ -70,7 +70,9 @@ def add_crowding(mission: Mission, cover: Cover, motion: Motion, agents: frozens
 
 
 def rooms(mission: Mission, cover: Cover, agents: frozenset[int]) -> Iterator[tuple[Array, Array, int]]:
-    """Boxes of the cover, corners (dim,) each, metres, that fewer of these agents fit into than there are; how many."""
+    """Boxes of the cover, corners (dim,) each, metres, that fit fewer of these agents than there are,
+    with the number.
+    """
     if len(agents) < 2:
         return
     apart = min(must_be_apart(mission, one, other) for one, other in combinations(sorted(agents), 2))
@@ -81,7 +83,10 @@ def rooms(mission: Mission, cover: Cover, agents: frozenset[int]) -> Iterator[tu
 
 
 def _inside(cover: Cover, motion: Motion, agent: int, low: Array, high: Array, clauses: Clauses) -> Literals:
-    """Literals that an agent in a cell within the box implies, at each step: (steps + 1,)."""
+    """Literals implied by an agent in a cell within the box, at each step: (steps + 1,).
+
+    The corners are (dim,), metres.
+    """
     cells = cover.cells[int(motion.roadmap_of[agent])]
     within = np.all((cells.low >= low) & (cells.high <= high), axis=1)
     there = motion.states[agent][:, within]
@@ -94,16 +99,16 @@ def _inside(cover: Cover, motion: Motion, agent: int, low: Array, high: Array, c
 
 
 MOST_PAIRS = 400_000
-"""Pairs of cells whose connections are looked at, for two agents."""
+"""Maximum number of pairs of cells whose connections are analysed for two agents."""
 
 
 def may_be_together(mission: Mission, cells: tuple[Cells, Cells], agents: tuple[int, int]) -> Flags:
-    """In which pairs of cells two agents may be at the same time, (cells of one, cells of the other)."""
+    """Flags of pairs of cells that two agents may occupy together, (cells of one, cells of the other)."""
     return distance_range(*cells).high >= must_be_apart(mission, *agents)
 
 
 def add_separation(mission: Mission, cover: Cover, motion: Motion, agents: frozenset[int], clauses: Clauses) -> None:
-    """Adds that no two of these agents are nearer than they may be, nor get past each other where there is no room.
+    """Add the separation of these agents, including that they cannot pass each other without room.
 
     Raises:
         TooLarge: the clauses would pass their limit.
@@ -123,10 +128,12 @@ def add_separation(mission: Mission, cover: Cover, motion: Motion, agents: froze
 def together_ever(
     mission: Mission, cells: tuple[Cells, Cells], agents: tuple[int, int], starts: tuple[Flags, Flags]
 ) -> Flags:
-    """In which pairs of cells two agents may ever be together: (cells of one, cells of the other).
+    """Flags of pairs of cells that two agents may ever occupy together.
+
+    Shape: (cells of one, cells of the other).
 
     Args:
-        starts: in which cells each of them may be at the first step, (cells,).
+        starts: possible cells of each at the first step, (cells,).
     """
     together = may_be_together(mission, cells, agents)
     if together.all() or together.size > MOST_PAIRS:
@@ -154,7 +161,7 @@ def together_ever(
 
 
 def _add(clauses: Clauses, motion: Motion, one: int, other: int, together: Flags) -> None:
-    """If the one is in a cell, the other is in one that goes with it: at every step."""
+    """Add for every step: if the first agent is in a cell, the second is in a compatible one."""
     for step in range(motion.steps + 1):
         here, there = motion.states[one][step], motion.states[other][step]
         rows, columns = np.flatnonzero(here != FALSE), np.flatnonzero(there != FALSE)

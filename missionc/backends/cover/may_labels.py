@@ -1,7 +1,7 @@
-"""May labels: the cells and pairs of cells in which a predicate may hold, and those in which it may fail.
+"""May labels: cells and pairs of cells in which a predicate may hold, and may fail.
 
-They follow from the ranges of measured values, such as a distance, of agents known only by their cells. So do the pairs
-of cells from which agents may see each other, past the obstacles.
+They follow from the ranges of measured values, such as distances, over the agents' cells. The pairs of cells with a
+possible line of sight past obstacles follow likewise.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from missionc.ir import (
 )
 
 INSIDE = 1e-5
-"""Metres inside of a body's border, from where on it hides what is behind."""
+"""Depth inside a body, metres, from which it blocks a line of sight."""
 
 
 @dataclass(frozen=True, slots=True)
 class SightLink(Compare):
-    """A bound on the distance of two agents who see each other on a graph."""
+    """Bound on the distance of two agents that see each other on a graph."""
 
     terms: tuple[tuple[float, Feature], ...]
     constant: float
@@ -48,7 +48,7 @@ class SightLink(Compare):
 
 
 def hidden(graph: Sight, one: Cells, other: Cells) -> Flags:
-    """Which cells see nothing of which others: (cells of one, cells of the other)."""
+    """Flags of pairs of cells without any line of sight: (cells of one, cells of the other)."""
     found: Flags = np.zeros((len(one), len(other)), dtype=np.bool_)
     for body in (body for shape in graph.shapes for body in bodies(shape)):
         if isinstance(body, Box):
@@ -59,7 +59,7 @@ def hidden(graph: Sight, one: Cells, other: Cells) -> Flags:
 
 
 def _hides(body: Box, axis: int, at: float, one: Cells, other: Cells) -> Flags:
-    """Which lines from below a plane to above it cross it within a body: (cells of one, cells of the other)."""
+    """Flags of lines that cross a plane within a body: (cells of one, cells of the other)."""
     hides: Flags = (one.high[:, None, axis] < at) & (other.low[None, :, axis] > at)
     least, most = (_share(at - one_end, other_end - at) for one_end, other_end in _ends(axis, one, other))
     for across in range(len(body.low)):
@@ -71,7 +71,7 @@ def _hides(body: Box, axis: int, at: float, one: Cells, other: Cells) -> Flags:
 
 
 def _ends(axis: int, one: Cells, other: Cells) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """The coordinates between which the least share of a line, and the greatest, lies before a plane."""
+    """Coordinates for the least and the greatest share of a line before a plane: (cells,) arrays, metres."""
     return (
         (one.high[:, None, axis], other.high[None, :, axis]),
         (one.low[:, None, axis], other.low[None, :, axis]),
@@ -79,7 +79,10 @@ def _ends(axis: int, one: Cells, other: Cells) -> tuple[tuple[Array, Array], tup
 
 
 def _share(before: Array, after: Array) -> Array:
-    """The share of a line before a plane; anything where it does not cross it."""
+    """Dimensionless share of a line before a plane, (...), from the distances.
+
+    Arbitrary without a crossing.
+    """
     whole = before + after
     return np.clip(np.divide(before, whole, out=np.zeros_like(whole), where=whole > 0), 0.0, 1.0)
 
@@ -89,26 +92,26 @@ def _between(first: Array, second: Array, axis: int, share: Array) -> Array:
 
 
 Boxes = tuple[Array, Array]
-"""The lowest and the highest corners of boxes, (..., dim) each, metres."""
+"""Lowest and highest corners of boxes, (..., dim) each, metres."""
 
 
 def margin_range(
     predicate: Predicate, mission: Mission, places: Mapping[int, Boxes], speed: Range | None = None
 ) -> Range:
-    """The margins that a predicate may have of the first of some agents that are anywhere in boxes: (...).
+    """Range of a predicate's margins for the first of some agents anywhere in boxes: (...).
 
     Args:
-        speed: of the first of them, m/s, where that is known.
+        speed: speed of the first agent, m/s, if known.
 
     Raises:
-        ValueError: it is about another agent, or about more than where agents are.
+        ValueError: it is about another agent, or about more than positions.
     """
     margin: Range = predicate.margin(_CellView(mission, places, speed))
     return margin
 
 
 class _CellView:
-    """Measures of the first of a few agents; nothing is known of any other."""
+    """Measures of the first of a few agents; other agents are unknown."""
 
     def __init__(self, mission: Mission, places: Mapping[int, Boxes], speed: Range | None) -> None:
         self.known_speed = speed
@@ -138,13 +141,13 @@ class _CellView:
         return length_range([self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension)])
 
     def of_place(self, value: Callable[[Any, Array], Array]) -> Range:
-        """By its value in the middle of the box, and how far the corners are from there."""
+        """Range from the value at the middle of the boxes, (..., dim), metres, and the half diagonal: (...)."""
         low, high = self.place(None)
         middle, reach = np.asarray(value(np, (low + high) / 2)), np.linalg.norm(high - low, axis=-1) / 2
         return outward(middle - reach, middle + reach)
 
     def apart(self, first: int | None, second: int) -> Range:
-        """How far two agents are apart: different ones never less than their bodies need."""
+        """Distance of two agents; different ones have at least the required separation."""
         distance = length_range(self._between(first, second))
         first = self.agent.index if first is None else first
         if first == second:
@@ -159,7 +162,7 @@ class _CellView:
         return length_range([each - offset for each, offset in zip(between, edge.target, strict=True)])
 
     def _between(self, first: int | None, second: int) -> list[Range]:
-        """The coordinates of the second from the first."""
+        """Coordinates of the second agent relative to the first."""
         (low, high), (other_low, other_high) = self.place(first), self.place(second)
         axes = range(self.dimension)
         return [Range(other_low[..., each] - high[..., each], other_high[..., each] - low[..., each]) for each in axes]
@@ -191,14 +194,14 @@ class _CellView:
 
 
 BORDER = 1e-5
-"""Metres by which a predicate that fails may pass for true, and one that holds for false."""
+"""Metres by which a failing predicate may count as true, and a true one as failing."""
 
 
 class MayLabels(Labels):
-    """Labels of cells; both a predicate and its negation may hold in one.
+    """Labels of cells; a predicate and its negation may both be possible in one cell.
 
     Args:
-        cells: those that the states of each roadmap stand for.
+        cells: cells of each roadmap's states.
     """
 
     def __init__(self, mission: Mission, roadmaps: tuple[Roadmap, ...], cells: tuple[Cells, ...]) -> None:
@@ -208,11 +211,11 @@ class MayLabels(Labels):
         self._blind: dict[Hashable, Flags] = {}
 
     def of_places(self, predicate: Predicate) -> bool:
-        """Never: of one cell it may hold and fail, and of an agent in it only one of them."""
+        """Return False: in one cell a predicate may hold at one place and fail at another."""
         return False
 
     def moves(self, predicate: Predicate, number: int, holds: bool, *, at_end: bool) -> Flags:
-        """During which moves it may hold, or fail, in the cell they start from or, ``at_end``, end in: (moves,)."""
+        """Flags of moves in whose first, or with ``at_end`` last, cell it may hold, or fail: (moves,)."""
         key = predicate, number, at_end
         if key not in self._ranges:
             cells, (source, target) = self.cells[number], self.roadmaps[number].moves.T
@@ -225,7 +228,7 @@ class MayLabels(Labels):
         return _may(self._ranges[key], holds, (len(self.roadmaps[number].moves),))
 
     def states_where(self, predicate: Predicate, number: int, truth: bool) -> Flags:
-        """In which cells it may hold, or fail: (cells,)."""
+        """Flags of cells in which it may hold, or fail: (cells,)."""
         cells = self.cells[number]
         key = predicate, number
         if key not in self._ranges:
@@ -234,7 +237,7 @@ class MayLabels(Labels):
         return _may(self._ranges[key], truth, (len(cells),))
 
     def pairs_where(self, predicate: Predicate, agents: tuple[int, int], first: int, second: int, truth: bool) -> Flags:
-        """With the two agents in which cells it may hold of the first, or fail: (cells, cells)."""
+        """Flags of pairs of cells in which it may hold, or fail, for the first agent: (cells, cells)."""
         key = predicate, agents, first, second
         one, other = self.cells[first], self.cells[second]
         if key not in self._ranges:

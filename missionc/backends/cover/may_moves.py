@@ -1,8 +1,8 @@
 """May moves and may turns: the cells that an agent may reach from a cell in a number of steps.
 
-A move between two cells is kept if some point of one is no further from some point of the other than the agent moves
-in that time, and no nearer than it must move, and if a chain of cells connects them on which no point is too far from
-both. No motion of the agent makes a move that is left out.
+A move between two cells is kept under two conditions. Some points of both are no further apart than the agent can move
+in that time, and no nearer than it must move. A chain of cells connects them on which no point is too far from both. No
+motion makes an excluded move.
 
 A turn bounds the later position of an agent of bounded acceleration by its position now and the one equally long
 before. Over a time t before and after, its path bends by at most its acceleration times t squared.
@@ -26,25 +26,27 @@ from missionc.geometry.distance_ranges import Range, length_range
 from missionc.ir import Dynamics, Mission
 
 MORE = 1e-5
-"""The share by which an agent may be faster or slower than its dynamics say, and so many metres: more than
-verification lets pass."""
+"""Share, and metres, by which an agent may be faster or slower than its dynamics: above the verification tolerance."""
 
 NEAR = 120
-"""Cells within reach of one, up to which every chain between two is looked at by itself."""
+"""Number of cells within reach up to which every chain is examined."""
 
 
 def furthest(dynamics: Dynamics, seconds: float) -> float:
-    """How far such an agent gets at most in some time, metres; with momentum, as if it were at top speed at once."""
+    """Greatest distance of such an agent after some time, metres.
+
+    With momentum, as if at top speed at once.
+    """
     return (dynamics.top_speed * (1 + MORE) + MORE) * seconds + MORE
 
 
 def nearest(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
-    """How far such an agent gets at least in so many steps, metres: one that keeps turning the same way.
+    """Least distance of such an agent after ``steps`` steps, metres, for the sharpest constant turn.
 
-    In a volume nothing bounds how steeply it climbs and falls, so that after two steps it may be where it was.
+    In a volume, climbs are unbounded, so that after two steps it may be at the same place.
 
     Source:
-        Schur's comparison theorem for polygons; nothing is said of those that may turn by half a turn and more.
+        Schur's comparison theorem for polygons; no bound for turns of half a turn or more.
     """
     slowest = 0.0 if dynamics.has_momentum else dynamics.lowest_speed
     turn = dynamics.top_turn * step + MORE
@@ -55,7 +57,7 @@ def nearest(dynamics: Dynamics, step: float, steps: int, dimension: int) -> floa
 
 
 def may_move(cells: Cells, least: float, most: float) -> Flags:
-    """From which cell to which, (cells, cells), there may be a motion of so many metres at least and at most."""
+    """Flags of pairs of cells, (cells, cells), joined by a possible motion between ``least`` and ``most`` metres."""
     distance = cells.distance
     near = (distance.low <= most) & (distance.high >= least)
     if len(cells) == 0 or bool(_connected(cells.touching)):
@@ -64,12 +66,15 @@ def may_move(cells: Cells, least: float, most: float) -> Flags:
 
 
 def _connected(touching: Flags) -> bool:
-    """Whether the cells fill a box: then every straight way is clear, and chains say nothing more."""
+    """Return whether the cells fill a box: then every straight path is clear, and chains add nothing."""
     return bool(touching.all())
 
 
 def _joined(distance: Array, touching: Flags, before: NDArray[np.int32], most: float) -> Flags:
-    """To which cells of those within reach a chain of cells leads along which a motion may be short enough."""
+    """Flags of cells that a chain with short enough motions joins: (cells, cells).
+
+    ``distance`` is (cells, cells), metres.
+    """
     within = distance <= most
     few = within.sum(axis=1) <= NEAR
     joined = _led_to(distance, before, most, few)
@@ -88,12 +93,13 @@ def _joined(distance: Array, touching: Flags, before: NDArray[np.int32], most: f
 
 
 def _led_to(distance: Array, before: NDArray[np.int32], most: float, few: Flags) -> Flags:
-    """From which cells to which the shortest chain leads, over cells within reach: (cells, cells).
+    """Flags of cells joined by the shortest chain, over cells within reach: (cells, cells).
 
-    Most cells that may be reached are so along it, which is seen sooner than along any other.
+    Most reachable cells are reached along it, and it is the fastest to test.
 
     Args:
-        few: (cells,): no cell of the chain may be too far from both its ends.
+        distance: (cells, cells), metres.
+        few: (cells,): True if no cell of the chain may be too far from both its ends.
     """
     led: Flags = np.zeros(distance.shape, dtype=np.bool_)
     begin, end = np.nonzero(distance <= most)
@@ -110,7 +116,10 @@ def _led_to(distance: Array, before: NDArray[np.int32], most: float, few: Flags)
 
 
 def _met(links: Flags, allowed: Flags, here: int) -> Flags:
-    """Who is reached in each row, over links and what is allowed in that row, from ``here`` on: (rows, near)."""
+    """Flags of cells reached in each row from ``here``, over links and the row's allowed cells.
+
+    Shape: (rows, near).
+    """
     reached: Flags = np.zeros(allowed.shape, dtype=np.bool_)
     reached[:, here] = True
     weight = links.astype(np.float32)
@@ -122,16 +131,16 @@ def _met(links: Flags, allowed: Flags, here: int) -> Flags:
 
 
 MOST_CELLS = 60
-"""Cells up to which every two are looked at, with every third."""
+"""Maximum number of cells for triples."""
 
 SHAKEN = 1e-5
-"""Metres for each step by which places may be off: more than verification lets pass."""
+"""Metres for each step by which places may be off: above the verification tolerance."""
 
 
 def add_turns(
     mission: Mission, cells: tuple[Cells, ...], motion: Motion, cast: frozenset[int], clauses: Clauses
 ) -> None:
-    """Adds that nobody turns more sharply than its acceleration lets it, in 1, 2, 4, … steps.
+    """Add limits on turns by the agents' accelerations, over 1, 2, 4, … steps.
 
     Raises:
         TooLarge: the clauses would pass their limit.
@@ -145,9 +154,9 @@ def add_turns(
 
 
 def may_turn(mission: Mission, cells: Cells, dynamics: Dynamics) -> Iterator[tuple[int, Flags]]:
-    """Numbers of steps, and to which third cell an agent may come so many after the second, and they after the first.
+    """Numbers of steps, with flags of possible triples of cells at these intervals.
 
-    Flags are (cells, cells, cells); nothing is said where they are all set.
+    Flags are (cells, cells, cells); numbers without exclusions are left out.
     """
     if not math.isfinite(dynamics.top_acceleration) or not 0 < len(cells) <= MOST_CELLS:
         return
@@ -162,7 +171,7 @@ def may_turn(mission: Mission, cells: Cells, dynamics: Dynamics) -> Iterator[tup
 
 
 def _may_follow(cells: Cells, bend: float) -> Flags:
-    """Whether the third cell may come after the first two, as long after as between them: (cells, cells, cells)."""
+    """Flags of possible third cells after two others at equal intervals: (cells, cells, cells)."""
     bent = []
     for axis in range(cells.low.shape[1]):
         low, high = cells.low[:, axis], cells.high[:, axis]

@@ -1,4 +1,4 @@
-"""May visits: two places that an agent does not both come to, for the way from its start by both is too long."""
+"""May visits: pairs of places that an agent cannot both visit, because the path is too long."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def add_visits(
     lengths: Mapping[int, float],
     clauses: Clauses,
 ) -> None:
-    """Adds that nobody is ever in two cells that are too far from its start and from each other.
+    """Add that no agent is ever in two cells too far from its start and from each other.
 
     Args:
-        lengths: of some agents, the most metres that they go; of all it is what they go at top speed at most.
+        lengths: maximum path length of some agents, metres; by default that of top speed.
 
     Raises:
         TooLarge: the clauses would pass their limit.
@@ -49,11 +49,13 @@ def add_visits(
 
 
 def too_far_apart(mission: Mission, cells: Cells, agent: int, starts: Flags, lengths: Mapping[int, float]) -> Flags:
-    """In which two cells an agent is never: (cells, cells); on the diagonal, in which one it is never.
+    """Flags of pairs of cells that an agent cannot both visit: (cells, cells).
+
+    The diagonal is for single cells.
 
     Args:
-        starts: in which cells it may be at the first step, (cells,).
-        lengths: as of ``add_visits``.
+        starts: possible cells at the first step, (cells,).
+        lengths: as for ``add_visits``.
     """
     most = furthest(mission.agents[agent].dynamics, mission.steps * mission.step)
     if agent in lengths:

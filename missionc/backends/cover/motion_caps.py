@@ -1,10 +1,9 @@
-"""Motion caps: requirements that bound an agent's speed, or the length of its way, from the first step to the last.
+"""Motion caps: requirements that bound an agent's speed or path length over the whole mission.
 
     in   Mission, Kernel
     out  Caps
 
-On a cover each step may gain an agent the size of a cell; what bounds its motion as a whole holds over many steps at
-once.
+On a cover, each step may gain the size of a cell. Bounds on the whole motion apply over many steps at once.
 """
 
 from __future__ import annotations
@@ -19,9 +18,11 @@ from missionc.ir.kernel.nodes import Atom, Kernel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Caps:
-    """``mission`` has agents no faster than they may ever be; ``lengths``: of some, the most metres they may go.
+    """Caps.
 
-    ``causes``: the requirements that say so.
+    ``mission`` has the speed limits over the whole time; ``lengths``: maximum path lengths of some agents, metres.
+
+    ``causes``: the requirements that imply them.
     """
 
     mission: Mission
@@ -30,7 +31,7 @@ class Caps:
 
 
 def motion_caps(mission: Mission, kernel: Kernel) -> Caps:
-    """What requirements of all the time say of speeds, and of resources that are used up along the way."""
+    """Derive caps from permanent requirements on speeds and on resources used along the path."""
     speeds: dict[int, float] = {}
     lengths: dict[int, float] = {}
     causes: set[str] = set()
@@ -58,6 +59,6 @@ def motion_caps(mission: Mission, kernel: Kernel) -> Caps:
 
 
 def _lasts(conjunct: Conjunct, mission: Mission) -> bool:
-    """Whether it must hold at every step."""
+    """Return whether it must hold at every step."""
     steps = conjunct.steps
     return steps is not None and steps.start == 0 and (steps.stop is None or steps.stop > mission.steps)

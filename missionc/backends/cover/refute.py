@@ -1,15 +1,15 @@
-"""Refutation on covers: proof that no motion satisfies the requirements, and lower bounds of the duration.
+"""Refutation on covers: proof of infeasibility, and lower bounds of the duration.
 
     in   Mission, Kernel
-    out  Refuted with the requirements that the proof rests on, Inconclusive or Open
+    out  Refuted with the requirements of the proof, Inconclusive or Open
 
-Coarse covers come first. On each cover, single agents are examined first, then pairs, then the team. What is
+Coarse covers come first. On each cover, single agents are examined first, then pairs, then the team. A formula that is
 unsatisfiable on a cover is unsatisfiable for every motion. A motion that a cover admits may still be impossible. A
-cover that is too large decides neither.
+cover that is too large leaves the question open.
 
-The least duration is a number of steps that every plan takes. Bisection searches it between a known lower bound and
-the steps of a known plan: can every agent be still from some step on? An agent that is still stays in its cell, so a
-refusal holds for every motion that is over by that step.
+The least duration is a number of steps that every plan needs. Bisection searches it between a known lower bound and the
+steps of a known plan. The question is whether every agent can be at rest from some step on. A resting agent stays in
+its cell, so a refusal holds for every motion that ends by that step.
 """
 
 from __future__ import annotations
@@ -46,25 +46,25 @@ from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import All, At, Goal, Kernel, Node
 
 CLAUSES = 600_000
-"""Clauses of a question, beyond which it is not asked."""
+"""Maximum number of clauses of a question."""
 
 PAIRED = 1 / 2_500_000
-"""Units of work of a pair of cells that two agents may be in together at a step."""
+"""Units of work for a pair of cells that two agents may occupy together at a step."""
 
 CONFLICTS = 20_000
-"""Conflicts of a question, after which it is left open, or earlier where its work is done."""
+"""Maximum number of conflicts of a question; less if its work is done."""
 
 
 @dataclass(slots=True, eq=False)
 class Question:
-    """One question.
+    """One question to the solvers.
 
     Args:
-        together: who must keep apart and is asked; where it is nobody, everybody is asked, each as if alone.
-        solvers: those that are asked; what they knew before is forgotten.
-        admitted: whether the cover holds an answer, once it was asked.
-        smallest: whether it holds one of every proper subset of what a refusal rests on.
-        motion: the variables of who is where, once it was lowered.
+        together: agents with separation; if empty, all agents are included, each as if alone.
+        solvers: solvers to use; they forget earlier problems.
+        admitted: True if the cover admits a motion, after the question was asked.
+        smallest: True if it admits every proper subset of a refusal's requirements.
+        motion: variables of the agents' positions, after lowering.
     """
 
     caps: Caps
@@ -80,7 +80,7 @@ class Question:
 
     @property
     def pair_work(self) -> float:
-        """Units of work that it takes to say who may be where together."""
+        """Units of work to find the possible joint positions."""
         kinds = zip(self.cover.cells, self.cover.roadmaps, strict=True)
         count = {agent: len(cells) for cells, roadmap in kinds for agent in roadmap.agents}
         pairs = sum(count[one] * count[other] for one, other in combinations(self.together, 2))
@@ -88,21 +88,21 @@ class Question:
 
     @property
     def cast(self) -> frozenset[int]:
-        """Those who are asked."""
+        """Agents of the question."""
         return self.together or frozenset(range(len(self.caps.mission.agents)))
 
     @property
     def ways(self) -> tuple[Flags, ...]:
-        """For each agent where it can be, (steps + 1, cells)."""
+        """Possible cells of each agent, (steps + 1, cells)."""
         return all_ways(self.cover.roadmaps, self.cover.never)
 
     @property
     def labels(self) -> MayLabels:
-        """What may hold in the cover's cells, and what may fail."""
+        """Labels of the cover's cells."""
         return MayLabels(self.caps.mission, self.cover.roadmaps, self.cover.cells)
 
     def refused(self) -> frozenset[str] | None:
-        """The requirements that a refusal rests on; None where there is none, or it would take too much to know."""
+        """Requirements of a refusal; None if there is none, or it would take too much work."""
         budget = self.budget
         if self.account.work + self.pair_work > budget.work:
             return None
@@ -118,11 +118,11 @@ class Question:
             return None
 
     def lowered(self) -> tuple[Clauses, tuple[int, ...]]:
-        """The clauses, and a literal to assume for each requirement.
+        """Clauses, and a literal to assume for each requirement.
 
         Raises:
-            TooLarge: there would be more than may be asked.
-            Unexpressible: cells do not decide what is asked.
+            TooLarge: the clauses would exceed the limit.
+            Unexpressible: cells do not decide a requirement.
         """
         mission, cover = self.caps.mission, self.cover
         clauses = Clauses(CLAUSES)
@@ -150,7 +150,7 @@ class Question:
         return frozenset(goal.name for goal, literal in zip(self.goals, asked, strict=True) if literal in core)
 
     def core(self, clauses: Clauses, asked: tuple[int, ...]) -> tuple[int, ...] | None:
-        """The literals among those asked for that a refusal rests on; None where there is none."""
+        """Assumed literals of a refusal; None without a refusal."""
         with self.account.stage("cover"):
             before, left = self.solvers.conflicts, self.budget.work - self.account.work
             self.solvers.add(clauses)
@@ -162,7 +162,7 @@ class Question:
 
 
 def _add_strides(cover: Cover, motion: Motion, cast: frozenset[int], clauses: Clauses) -> None:
-    """Adds that each agent gets no further in several steps than it may."""
+    """Add limits on the distance of each agent over several steps."""
     for roadmap, strides in zip(cover.roadmaps, cover.strides, strict=True):
         for steps, may in strides:
             source, target = np.nonzero(may)
@@ -174,20 +174,22 @@ def _add_strides(cover: Cover, motion: Motion, cast: frozenset[int], clauses: Cl
 
 
 CELLS = 8, 40, 160, 480
-"""The cells of each cover, for each kind of agent."""
+"""Numbers of cells of each cover, for each kind of agent."""
 
 MOST_PAIRS = 10
-"""Pairs of agents up to which each is asked by itself."""
+"""Number of pairs of agents up to which each pair is a separate question."""
 
 SQUARED = 1 / 10_000_000
-"""Units of work of a pair of cells: how far apart they are, and whether a chain leads from one to the other."""
+"""Units of work for a pair of cells: their distance, and the chain between them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refuted:
-    """No motion of the agents satisfies these requirements at its steps; with none, they cannot move as they must.
+    """Proof that no motion satisfies these requirements at its steps.
 
-    ``smallest``: asked the same of every proper subset of them, the cover admits it. ``question`` is what was refused.
+    Without requirements, the agents cannot move at all.
+
+    ``smallest``: the cover admits every proper subset. ``question`` is the refused question.
     """
 
     conflict: tuple[str, ...]
@@ -201,7 +203,7 @@ class Refuted:
 
 @dataclass(frozen=True, slots=True)
 class Inconclusive:
-    """A cover of so many cells holds what would be a plan if cells were places: of plans that says nothing."""
+    """A cover with this many cells admits a motion, which proves nothing about plans."""
 
     cells: int
 
@@ -221,7 +223,7 @@ Answer: TypeAlias = Refuted | Inconclusive | Open
 
 
 def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, solver: str = "auto") -> Answer:
-    """What covers show of the requirements within the budget's work, which is of this alone."""
+    """Result of covers for the requirements within the budget's work, which belongs to this function alone."""
     with Solvers(for_refusals(solver), budget.memory_bytes, budget.seed, budget.deadline, presolve=0) as solvers:
         return _refuted(mission, kernel, budget, account, solvers)
 
@@ -234,7 +236,7 @@ def _refuted(mission: Mission, kernel: Kernel, budget: Budget, account: Account,
     took = 0.0
     for before, count in pairwise((CELLS[0], *CELLS)):
         if over(budget, account) or time.monotonic() + took * (count / before) ** 2 > budget.deadline:
-            break  # it is done, or the next cover would come too late
+            break  # the work is done, or the next cover would come too late
         began = time.monotonic()
         with account.stage("cover"):
             cover = build_cover(caps.mission, weaker, count)
@@ -261,21 +263,21 @@ def _refuted(mission: Mission, kernel: Kernel, budget: Budget, account: Account,
 
 
 def squared_work(cover: Cover) -> float:
-    """Units of work that it takes to build a cover."""
+    """Units of work to build a cover."""
     return SQUARED * sum(len(cells) ** 2 for cells in cover.cells)
 
 
 def over(budget: Budget, account: Account) -> bool:
-    """Whether the budget's work is done, or its time is up."""
+    """Return whether the budget's work is done, or its time is up."""
     return account.work >= budget.work or time.monotonic() >= budget.deadline
 
 
 def questions(
     mission: Mission, kernel: Kernel, everybody: frozenset[int]
 ) -> Iterator[tuple[frozenset[int], tuple[Goal, ...]]]:
-    """Who is asked to keep apart, and what is asked: of each alone, of each two of a few, of all.
+    """Sets of agents with separation, and their requirements: each agent, each pair of a few, all.
 
-    Two of whom one has nowhere to be are asked nothing by themselves.
+    Pairs with an agent without possible positions are left out.
     """
     goals = kernel.requirements
     yield frozenset(), _about(goals, 1, everybody)
@@ -292,7 +294,7 @@ def questions(
 
 
 def _about(goals: tuple[Goal, ...], most: int, among: frozenset[int]) -> tuple[Goal, ...]:
-    """What the requirements ask of so many of these agents at most by name, whatever others do."""
+    """Requirements that name at most ``most`` of these agents, independent of others."""
     made = []
     for goal in goals:
         parts: list[Node] = []
@@ -309,11 +311,12 @@ def _about(goals: tuple[Goal, ...], most: int, among: frozenset[int]) -> tuple[G
 def least_duration(
     mission: Mission, kernel: Kernel, least: int, lasts: int, budget: Budget, account: Account, solver: str = "auto"
 ) -> int:
-    """The steps that every plan takes, as far as covers show within the budget's work, which is of this alone.
+    """Lower bound of the steps of every plan from covers, within the budget's work, which belongs to this function
+    alone.
 
     Args:
-        least: a number of steps that every plan takes.
-        lasts: what a plan takes.
+        least: known lower bound of the steps.
+        lasts: number of steps of a known plan.
     """
     weaker, caps = relaxed(mission, kernel), motion_caps(mission, kernel)
     everybody = frozenset(range(len(mission.agents)))
@@ -331,7 +334,7 @@ def least_duration(
 
 
 def _asked(question: Question, least: int, lasts: int) -> int:
-    """The steps that every answer to a question takes, as far as its cover shows."""
+    """Lower bound of the steps of every answer to a question on its cover."""
     budget, account = question.budget, question.account
     account.work += question.pair_work
     if over(budget, account):
@@ -353,7 +356,7 @@ def _asked(question: Question, least: int, lasts: int) -> int:
 
 
 def add_rests(cover: Cover, motion: Motion, clauses: Clauses) -> Literals:
-    """For each step, (steps + 1,), a literal that implies that everybody is still from it on.
+    """For each step, (steps + 1,), a literal that implies that all agents rest from it on.
 
     Raises:
         TooLarge: the clauses would pass their limit.
@@ -372,7 +375,9 @@ def add_rests(cover: Cover, motion: Motion, clauses: Clauses) -> Literals:
 
 
 def _same_place(cover: Cover, number: int) -> Flags:
-    """Which cells, (cells, cells), may be those of one place: each itself, and a point with the cells round it."""
+    """Flags of cells, (cells, cells), that may represent one place: each itself, and a point with its surrounding
+    cells.
+    """
     cells = cover.cells[number]
     point = np.all(cells.low == cells.high, axis=1)
     same: Flags = (cells.distance.low <= TOUCH) & (point[:, None] | point[None, :])

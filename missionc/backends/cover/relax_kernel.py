@@ -1,10 +1,10 @@
-"""Relaxed formulas: what follows from the requirements and is about nothing but where one agent is, or two.
+"""Relaxed formulas: consequences of the requirements about the positions of one or two agents.
 
     in   Kernel
     out  Kernel, weaker, without links and routes
 
-A link between two agents is asked for as a bound on their distance, a route as links one after the other, each agent
-by name. What depends on motion, on the steps before or on more than two places at once may hold and may fail.
+A link between two agents becomes a bound on their distance, and a route a sequence of links between named agents.
+Conditions on motion, earlier steps or more than two places may hold and may fail.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from missionc.ir.kernel.walk import bottom_up, rebuilt
 from missionc.ir.pair_ranges import all_ranges, range_of
 
 MOST_PAIRS = 300
-"""Pairs of agents times links of a route, beyond which its links are not looked at one by one."""
+"""Maximum number of pairs of agents times links of a route for an expansion."""
 
 
 def relaxed(mission: ir.Mission, kernel: k.Kernel) -> k.Kernel:
-    """The requirements, weaker, without links and routes, and of what motion was and is without most."""
+    """Weaker requirements without links and routes, and mostly without motion and the past."""
     weaker = without_metres(kernel)
     speeds = mission.steps > 0 and not any(agent.dynamics.has_momentum for agent in mission.agents)
     required = replace(weaker, preferences=())
@@ -52,7 +52,9 @@ def _relaxed(node: k.Node, parts: tuple[k.Node, ...], *, speeds: bool) -> k.Node
 
 
 def _of_places(predicate: ir.Predicate, *, speeds: bool) -> bool:
-    """Whether the places of two agents at most decide it; or those where one is, and is next, for its speed."""
+    """Return whether the positions of at most two agents decide it, or one agent's positions at two steps for its
+    speed.
+    """
     if isinstance(predicate, ir.Flagged):
         return True
     if predicate.reads_past or predicate.reads_heading or predicate.graph is not None:
@@ -63,7 +65,7 @@ def _of_places(predicate: ir.Predicate, *, speeds: bool) -> bool:
 
 
 def _neighbour(graph: ir.Graph, body: k.Node, every: bool) -> k.Node:
-    """The body holds of some agent that may be linked; ``every``: of each that must be."""
+    """The body for some agent that may be linked; with ``every``, for each agent that must be."""
     inner, outer = (k.Any, k.All) if not every else (k.All, k.Any)
     cases: list[k.Node] = []
     for agent in graph.agents:
@@ -78,7 +80,7 @@ def _neighbour(graph: ir.Graph, body: k.Node, every: bool) -> k.Node:
 
 
 def _linked(graph: ir.Graph, sender: int, receiver: int, holds: bool) -> k.Node:
-    """That there may be a link from the one, of which it is asked, to the other; that there may be none."""
+    """Formula that a link from one agent, for which it is evaluated, to another may exist, or may be absent."""
     match graph:
         case ir.BeaconCover(beacons=beacons):
             of_each, of_all = (k.All, k.Any) if holds else (k.Any, k.All)
@@ -115,9 +117,10 @@ def nearer(one: int, other: int, metres: float) -> k.Atom:
 
 
 def _route(graph: ir.Graph, through: k.Node, end: k.Node, hops: int, every: bool) -> k.Node:
-    """Some route of so many links that there may be leads there, or each that must be.
+    """Formula that some possible route of at most ``hops`` links leads there, or each certain one.
 
-    Source: [strel] Definition 5, unrolled.
+    Source:
+        [strel] Definition 5, unrolled.
     """
     if hops * len(graph.agents) ** 2 > MOST_PAIRS:
         return end if every else _within(graph, end, hops)
@@ -129,7 +132,7 @@ def _route(graph: ir.Graph, through: k.Node, end: k.Node, hops: int, every: bool
 
 
 def _within(graph: ir.Graph, end: k.Node, hops: int) -> k.Node:
-    """The end holds of some agent, which is no further away than so many of the longest links."""
+    """Formula that the end holds for some agent within ``hops`` longest links."""
     if isinstance(graph, ir.BeaconCover):
         return YES
     reach = hops * float(max(all_ranges(graph), default=0.0))
@@ -143,7 +146,7 @@ def _within(graph: ir.Graph, end: k.Node, hops: int) -> k.Node:
 
 
 def _connected(graph: ir.Graph) -> k.Node:
-    """A route to everybody from the first."""
+    """Formula of routes from the first agent to all others."""
     first, *others = graph.agents
     return k.All(tuple(k.At(first, route) for route in _to_each(graph, others)))
 

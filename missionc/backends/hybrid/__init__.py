@@ -1,1 +1,1 @@
-"""Hybrid planning: SAT on roadmaps for what is counted, trajectory optimisation for what is measured."""
+"""Hybrid planning: SAT on roadmaps for discrete conditions, trajectory optimisation for metric ones."""

@@ -3,16 +3,16 @@
     in   Mission, its kernel
     out  Planned or NotFound
 
-The discrete relaxation leaves out what is measured and has a coarser clock. Formations and lengths in metres are
-rarely met from node to node, so they count as satisfied in either polarity. Every plan of the mission satisfies the
-relaxation, up to the rounding of windows.
+The discrete relaxation omits metric conditions and has a coarser clock. Formations and lengths in metres rarely hold at
+nodes, so they count as satisfied in either polarity. Every plan of the mission satisfies the relaxation, up to the
+rounding of windows.
 
-Z3 chooses which agents relay over which links and when. Its motion is resampled to the mission's own clock, and
-polish starts from it. Z3's choices are kept for the requirements that a roadmap can judge. If a plan leads nowhere,
-other plans of Z3 follow, and now and then a sketch of the optimal-transport backend.
+Z3 chooses the relays, their links and their times. Its motion is resampled to the mission's own clock, and polish
+starts from it. Z3's choices are kept for the requirements that a roadmap can judge. If polish fails, other plans of Z3
+follow, and sometimes a sketch of the optimal-transport backend.
 
-A roadmap without a plan proves nothing about the world between its nodes, so this backend never reports that a
-mission is impossible.
+A roadmap without a plan proves nothing about the world between its nodes, so this backend never reports that a mission
+is impossible.
 """
 
 from __future__ import annotations
@@ -48,19 +48,22 @@ from missionc.ir.kernel.normal_form import YES, constant, folded
 from missionc.ir.kernel.walk import awaited, bottom_up, postorder
 
 SLACK = 1e-9
-"""The share of a step that rounding alone may make of a whole number of them."""
+"""Rounding tolerance of a whole number of steps, as a share of a step."""
 
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """``ticks`` of the roadmap for the ``steps`` of the mission. ``careful``: windows may become longer by rounding."""
+    """``ticks`` of the roadmap for the ``steps`` of the mission.
+
+    ``careful``: windows may grow by rounding.
+    """
 
     steps: int
     ticks: int
     careful: bool = True
 
     def window(self, low: int, high: int | None, every: bool) -> tuple[int, int | None]:
-        """A window in ticks: no shorter for what holds at ``every`` step of it, within it for what holds at some."""
+        """A window in ticks: covering for ``every``, contained for some."""
         first, last = low * self.ticks / self.steps, None if high is None else high * self.ticks / self.steps
         if every:
             begin, end = floor(first + SLACK), None
@@ -76,14 +79,14 @@ class Clock:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Discrete:
-    """``whole``: by name, the requirements in which nothing is measured."""
+    """Discrete requirements. ``whole``: by name, those without metric conditions."""
 
     kernel: Kernel
     whole: frozenset[str]
 
 
 def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
-    """What a roadmap of so many ``ticks`` can be asked for of a mission of so many ``steps``."""
+    """Relaxation of the kernel with ``steps`` steps for a roadmap with ``ticks`` ticks."""
     goals = _goals(kernel, Clock(steps, ticks))
     ahead = steps_ahead(goal.formula for goal in goals)
     if any(ahead[goal.formula] > ticks for goal in goals):
@@ -117,9 +120,9 @@ def _relaxed(node: Node, parts: tuple[Node, ...], clock: Clock) -> Node:
 
 
 def on_clock(mission: Mission, ticks: int) -> Mission:
-    """The mission with ``ticks`` steps of equal length, its agents without momentum and heading.
+    """The mission with ``ticks`` steps of equal length, for agents without momentum and heading.
 
-    Nothing is preferred and nothing made least.
+    It has no preferences and no objective.
     """
     step = Seconds(mission.horizon / ticks)
     agents = tuple(replace(each, dynamics=first_order(each.dynamics, step)) for each in mission.agents)
@@ -127,9 +130,9 @@ def on_clock(mission: Mission, ticks: int) -> Mission:
 
 
 def first_order(dynamics: Dynamics, step: float) -> Dynamics:
-    """Dynamics whose velocity may jump, at a pace that these can follow.
+    """First-order dynamics at a pace that these dynamics can follow.
 
-    Of an agent with momentum that is the mean speed of a way from rest to rest that takes ``REST`` steps.
+    For an agent with momentum, this is the mean speed of a path from rest to rest in ``REST`` steps.
 
     Args:
         step: seconds.
@@ -142,7 +145,7 @@ def first_order(dynamics: Dynamics, step: float) -> Dynamics:
 
 
 def positions(mission: Mission, motion: Trace) -> Array:
-    """Where a motion on any clock has the mission's agents at its own steps, (agents, steps + 1, dim), metres."""
+    """Positions of a motion on any clock at the mission's own steps, (agents, steps + 1, dim), metres."""
     time = np.arange(mission.steps + 1) * mission.step
     last = motion.position.shape[1] - 2
     tick = np.clip(np.floor(time / motion.step).astype(np.int64), 0, last)
@@ -157,21 +160,21 @@ def positions(mission: Mission, motion: Trace) -> Array:
 
 @dataclass(slots=True)
 class HybridBackend:
-    """Z3 for what is counted, transport and polish for what is measured."""
+    """Z3 for discrete conditions, transport and polish for metric ones."""
 
     name: str = "hybrid"
     refutes: bool = False
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """What to say where the solver or the device asked for is not there."""
+        """Diagnostic if the required solver or device is missing."""
         return solver_missing(options) or device_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
-        """A joint motion that satisfies every requirement."""
+        """Joint motion that satisfies every requirement."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
-        """The same in turns, of whole attempts."""
+        """The same search in turns, each of whole attempts."""
         yield 0.0
         with one_thread(), enough_memory():
             return (yield from Run(mission, kernel, options, budget).turns())
@@ -182,7 +185,7 @@ BACKEND = HybridBackend()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """A first motion, (agents, steps + 1, dim), metres, and what it decides."""
+    """First motion, (agents, steps + 1, dim), metres, and its choices."""
 
     position: Array
     choices: Choices
@@ -201,7 +204,7 @@ class Run:
 
     @property
     def refused(self) -> str:
-        """Why Z3 is asked no more; empty while it is."""
+        """Reason why Z3 is no longer used; empty while it is."""
         return self.smooth.beside.get("refused", "")
 
     @refused.setter
@@ -209,7 +212,7 @@ class Run:
         self.smooth.beside["refused"] = why
 
     def __post_init__(self) -> None:
-        most_ticks = 30  # of the clock on the roadmap, which is coarser for a longer mission
+        most_ticks = 30  # on the roadmap's clock, which is coarser for longer missions
         self.smooth = Smooth(self.mission, self.kernel, self.options, self.budget)
         ticks = min(self.mission.steps, most_ticks)
         self.asked = discrete(self.kernel, self.mission.steps, ticks)
@@ -224,7 +227,7 @@ class Run:
         return replace(outcome, statement="; ".join(part for part in (outcome.statement, self.refused) if part))
 
     def attempt(self, number: int) -> Reached | None:
-        own = 3  # first motions of which one is clot's own sketch, while the solver finds others
+        own = 3  # number of first motions of which one is clot's own sketch, while the solver finds others
         start = None if self.refused or number % own == own - 1 else self.start(number)
         if start is None:
             return self.smooth.attempt(number)
@@ -234,7 +237,7 @@ class Run:
         return replace(reached, solved=then_polished(start.solved, self.mission.names))
 
     def start(self, number: int) -> Start | None:
-        """A plan of Z3's for what is discrete, with the choices it makes, if there is one."""
+        """Plan of Z3 for the discrete part, with its choices, if there is one."""
         discrete = 20.0  # units of work for one plan on the roadmap
         account, budget = self.smooth.account, self.budget
         self.smooth.tell("discrete", number)
@@ -265,10 +268,10 @@ class Run:
             return Start(first, self.decided(first, number), report.solved)
 
     def decided(self, first: Array, number: int) -> Choices:
-        """Z3's choices where nothing is measured; elsewhere a schedule's, at times far from Z3's own.
+        """Z3's choices for discrete requirements; for others a schedule's, sometimes far from Z3's own.
 
         Args:
-            first: its motion, (agents, steps + 1, dim), metres.
+            first: Z3's motion, (agents, steps + 1, dim), metres.
         """
         mission = self.mission
         made = splines(mission)

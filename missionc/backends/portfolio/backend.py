@@ -1,10 +1,10 @@
-"""The portfolio, top to bottom: its engines take turns of growing length, and the first plan is the answer.
+"""The portfolio: its engines take turns of growing length, and the first plan is the answer.
 
     in   Mission, its kernel
     out  Planned, Impossible or NotFound
 
-Whose turn it is follows from the work that each has done, never from seconds. That roadmaps hold no plan ends only
-the engine that says so: the others have some turns more, and where they find nothing, it is the answer.
+The turns depend on the work of each engine, never on seconds. A refusal by roadmaps ends only that engine: the others
+have some more turns, and if they find nothing, the refusal is the answer.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 FIRST, LONGER = 4.0, 2.0
-"""The units of ``work`` that each engine may have done after its first turn; so many times as many after the next."""
+"""Units of ``work`` of each engine after its first turn, and the factor for each further turn."""
 
 ATTEMPTS, TIMES = 3, 2.0
-"""Where roadmaps hold no plan, each other engine has so many attempts and so many times the work of the refusal. One
-that repeats another has its first turn alone, and none after a refusal."""
+"""After a refusal by roadmaps: attempts of each other engine, and its work as a multiple of the refusal's. An engine
+that repeats another has only its first turn, and none after a refusal."""
 
 WORST = (api.Reason.TIME, api.Reason.MEMORY, api.Reason.SIZE, api.Reason.SOLVER, api.Reason.NO_ROADMAP)
-"""Reasons for no answer: that of the portfolio is the first of these that an engine gave."""
+"""Reasons without an answer: the portfolio reports the first of these that an engine gave."""
 
 
 @dataclass(frozen=True, slots=True)
 class Engine:
-    """A backend that takes turns: its name, what loads it, and whether it makes the attempts of another one as well."""
+    """A backend in turns: its name, its loader, and whether it also makes the attempts of another."""
 
     name: str
     load: Callable[[], api.Backend]
@@ -49,8 +49,8 @@ class PortfolioBackend:
     """Several engines in turns.
 
     Args:
-        engines: in the order of their turns. Each is loaded for its first, so that who is not needed costs nothing.
-        lacking: what is said of engines that are not installed.
+        engines: in the order of their turns. Each is loaded at its first turn, so that unused ones cost nothing.
+        lacking: notes about engines that are not installed.
     """
 
     engines: Sequence[Engine]
@@ -59,15 +59,15 @@ class PortfolioBackend:
     refutes: bool = False
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """Nothing: who is missing was left out."""
+        """None: missing engines were left out."""
         return None
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
-        """The first plan that an engine finds; else what they say together."""
+        """First plan that an engine finds; else their combined answer."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
-        """The same, in turns: those of the engines."""
+        """The same search in turns of the engines."""
         with ExitStack() as stack:
             runs = [Run(each, mission, kernel, options, budget) for each in self.engines]
             for run in runs:
@@ -88,9 +88,9 @@ class Run:
     budget: api.Budget
     search: api.Turns | None = None
     count: int = 0
-    """Turns taken."""
+    """Number of turns."""
     attempts: int = 0
-    """Times it paused: the attempts of one that works in attempts."""
+    """Number of pauses: the attempts of an engine that works in attempts."""
     work: float = 0.0
     seconds: float = 0.0
     said: api.Outcome | None = None
@@ -100,10 +100,10 @@ class Run:
         return self.engine.name
 
     def turn(self, most: float, refused: float = math.inf) -> None:
-        """Until that much work is done, or it says something; or it had its chance, where roadmaps were refused.
+        """Run until ``most`` work is done, or there is an answer, or its chance after a refusal is used.
 
         Args:
-            refused: the units of work that the refusal took; infinite where there is none.
+            refused: work units of the refusal; infinite without one.
         """
         begin = time.perf_counter()
         self.count += 1
@@ -123,13 +123,13 @@ class Run:
             self.seconds += time.perf_counter() - begin
 
     def had_chance(self, refused: float) -> bool:
-        """Whether it has tried long enough, where roadmaps were refused with so many units of work."""
+        """Return whether it has tried long enough after a refusal that took ``refused`` work units."""
         if self.engine.repeats:
             return self.work >= FIRST or refused < math.inf
         return self.attempts >= ATTEMPTS and self.work >= TIMES * refused
 
     def begun(self) -> api.Turns:
-        """Its search, before its first turn."""
+        """Start its search, before its first turn."""
         backend = self.engine.load()
         budget = self.budget
         told = replace(
@@ -143,27 +143,27 @@ class Run:
         return search
 
     def named(self, plan: api.Planned) -> api.Planned:
-        """The plan as one of this engine's."""
+        """The plan under the name of this engine."""
         return replace(plan, report=replace(plan.report, engine=self.name))
 
     def close(self) -> None:
-        """Ends it where it is."""
+        """Stop the search."""
         if self.search is not None:
             self.search.close()
 
     @property
     def failed(self) -> api.NotFound | None:
-        """That it found nothing, if that is what it said."""
+        """Its answer if it found nothing."""
         return self.said if isinstance(self.said, api.NotFound) else None
 
     @property
     def refusal(self) -> api.Impossible | None:
-        """That its roadmaps hold no plan, if that is what it said."""
+        """Its answer if its roadmaps contain no plan."""
         return self.said if isinstance(self.said, api.Impossible) else None
 
     @property
     def says(self) -> str:
-        """What it came to, in words."""
+        """Text of its result."""
         match self.said:
             case api.Planned():
                 return "plan found"
@@ -174,12 +174,12 @@ class Run:
 
     @property
     def tried(self) -> api.Tried:
-        """What it did."""
+        """Record of its turns."""
         return api.Tried(self.name, self.count, round(self.work, 3), Seconds(self.seconds), self.says)
 
 
 def in_turns(runs: list[Run]) -> api.Turns:
-    """What the first of them that plans says; else what all say together."""
+    """First plan of a run; else the combined answer."""
     granted, most = (yield 0.0), FIRST
     while waiting := _waiting(runs):
         ready = [run for run in waiting if run.work < most]
@@ -191,7 +191,7 @@ def in_turns(runs: list[Run]) -> api.Turns:
         if isinstance(run.said, api.Planned):
             return _with_accounts(run.named(run.said), runs)
         if run.failed is not None and run.failed.reason is api.Reason.TIME:
-            for other in waiting:  # each looks at the clock at once, and says how near it came
+            for other in waiting:  # each checks the clock at once, and reports its best candidate
                 if other.said is None and other.search is not None:
                     other.turn(math.inf)
             break
@@ -200,18 +200,18 @@ def in_turns(runs: list[Run]) -> api.Turns:
 
 
 def _refused(runs: list[Run]) -> float:
-    """The units of work after which roadmaps were refused; infinite where they were not."""
+    """Work units at a refusal by roadmaps; infinite without one."""
     return min((run.work for run in runs if run.refusal is not None), default=math.inf)
 
 
 def _waiting(runs: list[Run]) -> list[Run]:
-    """Those that have turns left, in their order."""
+    """Runs with turns left, in their order."""
     refused = _refused(runs)
     return [run for run in runs if run.said is None and not run.had_chance(refused)]
 
 
 def _together(runs: list[Run]) -> api.Impossible | api.NotFound:
-    """What those say together that found nothing: a refusal of roadmaps where nobody else ran out of time."""
+    """Combined answer without a plan: a refusal by roadmaps if no other engine ran out of time."""
     failed = [(run, run.failed) for run in runs if run.failed is not None]
     reasons = [said.reason for _, said in failed]
     for run in runs:
@@ -231,7 +231,7 @@ def _together(runs: list[Run]) -> api.Impossible | api.NotFound:
 
 
 def _with_accounts(outcome: api.Outcome, runs: list[Run]) -> api.Outcome:
-    """With what each engine did; the seconds of the others are told by their names."""
+    """The outcome with the record of each engine; the seconds of others have their names."""
     report = outcome.report
     others = [(run.name, Seconds(run.seconds)) for run in runs if run.count and run.name != report.engine]
     report = replace(

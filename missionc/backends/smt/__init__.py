@@ -1,1 +1,4 @@
-"""SAT-based planning on roadmaps: flat clauses for Z3's finite-domain solver or CaDiCaL; prioritized planning first."""
+"""SAT-based planning on roadmaps: flat clauses for Z3's finite-domain solver or CaDiCaL.
+
+Prioritized planning first.
+"""

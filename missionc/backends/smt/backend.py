@@ -3,7 +3,7 @@
     in   Mission, its kernel
     out  Planned, Impossible or NotFound
 
-Where a roadmap holds no plan, finer ones are tried before that is the answer.
+If a roadmap contains no plan, finer ones are tried before the mission is reported infeasible on roadmaps.
 
 Source:
     [strel] Algorithm 2.
@@ -53,23 +53,23 @@ from missionc.ir.wording import all_listed
 
 @dataclass(slots=True)
 class SmtBackend:
-    """Z3 or CaDiCaL on one list of clauses; its plans are checked for collisions until they have none."""
+    """Z3 or CaDiCaL on one list of clauses; plans are checked for collisions until there are none."""
 
     name: str = "smt"
     refutes: bool = True
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """What to say where the solver asked for is not there."""
+        """Diagnostic if the required solver is missing."""
         return solver_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """A joint motion on roadmaps that satisfies every requirement."""
+        """Joint motion on roadmaps that satisfies every requirement."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """The same in turns: a roadmap, with as many clauses and conflicts as there is work for."""
+        """The same search in turns: one roadmap each, with clauses and conflicts within the work."""
         if options.preset in SMT.presets:
-            from missionc.backends.smt.paper.paper_run import plan_as_published  # for those who ask for it
+            from missionc.backends.smt.paper.paper_run import plan_as_published  # for callers that request them
 
             yield 0.0
             return plan_as_published(mission, kernel, budget, apart=options.preset != ROADMAP_PRESETS[0])
@@ -82,22 +82,22 @@ BACKEND = SmtBackend()
 @dataclass(slots=True)
 class Run(PacedRun):
     tried: list[int] = field(default_factory=list)
-    """The nodes of each roadmap tried."""
+    """Numbers of nodes of the roadmaps tried."""
     refused: list[int] = field(default_factory=list)
-    """The nodes of each roadmap that was shown to hold no plan."""
+    """Numbers of nodes of the roadmaps proved to contain no plan."""
     conflicting: set[str] = field(default_factory=set)
-    """Requirements that one or the other refusal rests on: on each of the roadmaps refused they conflict."""
+    """Requirements of some refusal: they conflict on each of the refused roadmaps."""
     roadmaps: list[tuple[Roadmap, ...]] = field(default_factory=list)
-    """Those that were shown to hold no plan: that of shortest ways, then sampled ones, the finest last."""
+    """Roadmaps proved to contain no plan: that of shortest paths, then sampled ones, the finest last."""
     planner: PrioritizedPlanner | None = None
     """Prioritized planning on the last roadmap."""
     problem: Problem | None = None
-    """The problem of all agents on the last roadmap, once it was lowered."""
+    """Problem of all agents on the last roadmap, once it is lowered."""
     layer: str = ""
-    """What is under way, in words; empty before the first roadmap."""
+    """Text of the current stage; empty before the first roadmap."""
     given: Kernel = field(init=False)
     measured: frozenset[str] = field(init=False)
-    """The goals about lengths in metres, which are rounded: a refusal that rests on one of them proves nothing."""
+    """Goals about lengths in metres, which are rounded: a refusal that uses one of them proves nothing."""
 
     def __post_init__(self) -> None:
         self.given, self.kernel = self.kernel, bounded_above(self.kernel)
@@ -131,7 +131,7 @@ class Run(PacedRun):
                 self.layer, self.planner, self.problem = f"building {what}", None, None
                 with self.account.stage("roadmap"):
                     roadmaps = attempt.build()
-                if isinstance(roadmaps, NoRoadmap):  # on these samples: a finer one may have what is missing
+                if isinstance(roadmaps, NoRoadmap):  # on these samples: a finer roadmap may contain a plan
                     missing = roadmaps.statement
                     continue
                 if attempt.sampled:
@@ -149,7 +149,7 @@ class Run(PacedRun):
                 self.conflicting.update(result.conflict)
                 self.roadmaps.insert(len(self.roadmaps) if attempt.sampled else 0, roadmaps)
             if not attempt.sampled or isinstance(result, Inconclusive):
-                continue  # samples have more, and are what the answer speaks of
+                continue  # samples have more nodes, and the answer is about them
             refused = result
             self.refused.append(attempt.nodes)
         if missing or not self.tried:
@@ -164,7 +164,7 @@ class Run(PacedRun):
         return Impossible(deletion.conflict, statement, self.account.report(), smallest=deletion.smallest)
 
     def soonest(self, planned: Planned, others: Iterator[Attempt]) -> Planned:
-        """The plan of least duration on this roadmap and on others, in as much work as that plan took."""
+        """Plan of least duration on this roadmap and others, within as much work as that plan took."""
         if self.mission.objective is not Objective.DURATION or self.kernel.preferences or self.options.brief:
             return planned
         left, tried = max(self.settings.work.sooner, self.account.work), 1
@@ -195,7 +195,7 @@ class Run(PacedRun):
         return replace(planned, report=replace(planned.report, seconds=spent.seconds, work=spent.work, notes=notes))
 
     def smallest(self, refused: NoPlan) -> tuple[Deletion, NoPlan]:
-        """The smallest conflict that the work allows, and its refusal by the last roadmap."""
+        """Smallest conflict within the work, and its refusal by the last roadmap."""
         conflict = tuple(goal.name for goal in self.given.requirements if goal.name in self.conflicting)
         if self.options.brief:
             return Deletion(conflict), refused
@@ -226,7 +226,7 @@ class Run(PacedRun):
             return Inconclusive(f"the solver cannot express {error}")
 
     def refused_alone(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> NoPlan | None:
-        """A refusal of one requirement for what single agents can do, where no clauses are asked for."""
+        """Refusal of one requirement by single-agent analysis, unless clauses are requested."""
         if self.options.certify or self.options.captures or self.options.require_solver:
             return None
         goals = [goal for goal in self.kernel.requirements if goal.name not in self.measured]
@@ -239,7 +239,7 @@ class Run(PacedRun):
     def with_all_links(
         self, roadmaps: tuple[Roadmap, ...], solvers: Solvers
     ) -> Pausing[Outcome | NoPlan | Inconclusive]:
-        """A plan from one problem with all agents, first with short routes, then with as many links as there may be."""
+        """Plan from one problem with all agents, first with short routes, then with all links."""
         ways = all_ways(roadmaps, {})
         refused = (yield from self.without_metres(roadmaps, ways, solvers)) if self.measured else None
         if refused is not None:
@@ -257,7 +257,7 @@ class Run(PacedRun):
     def without_metres(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], solvers: Solvers
     ) -> Pausing[NoPlan | None]:
-        """A refusal of what follows from the requirements without any metres, if the work of a turn shows one."""
+        """Refusal of consequences of the requirements without metres, within the work of a turn."""
         requirements, agents = without_metres(self.given).requirements, range(len(self.mission.agents))
 
         def build(setting: Setting) -> Problem:
@@ -276,7 +276,7 @@ class Run(PacedRun):
     def smaller(
         self, core: tuple[int, ...], requirements: tuple[Goal, ...], asked: tuple[int, ...], search: LazyConstraints
     ) -> tuple[int, ...]:
-        """The core after deletion; first without what is in no conflict so far, so that the roadmaps agree on one."""
+        """The core after deletion; literals in no conflict so far go first, so that the roadmaps agree on one."""
         if self.options.brief:
             return core
         pairs = zip(requirements, asked, strict=True)
@@ -285,7 +285,7 @@ class Run(PacedRun):
             return minimise(tuple(sorted(core, key=known.__contains__)), search)
 
     def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Planned | NoPlan | None]:
-        """A plan made for few agents at a time, if there is one: with the work of a turn, then with all it may take."""
+        """Plan for a few agents at a time, if there is one: first within a turn's work, then within the limit."""
         mission, kernel, settings = self.mission, self.kernel, self.settings
         solved = CLAUSE + 2 * QUESTION + 3000 * CLAUSE_CONFLICT  # per clause: build, simplify and solve
         better = bool(kernel.preferences) or mission.objective is not Objective.NONE
@@ -318,7 +318,7 @@ class Run(PacedRun):
     def few_at_a_time(
         self, roadmaps: tuple[Roadmap, ...], solvers: Solvers, share: float, most: float, setting: Setting
     ) -> tuple[PrioritizedPlan, Trace | None]:
-        """A try with so many units of work, of which there may be the most for what makes it better; what it found."""
+        """Result of one attempt with ``share`` work units, and up to ``most`` for improvements."""
         done = self.account.work
         plan = PrioritizedPlan(setting, self.kernel, roadmaps, solvers, done + share, done + most)
         return plan, plan.find()
@@ -326,10 +326,10 @@ class Run(PacedRun):
     def with_everyone(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers
     ) -> Pausing[Outcome | NoPlan | Inconclusive | TooFewLinks]:
-        """A plan from one problem with all agents.
+        """Plan from one problem with all agents.
 
         Args:
-            ways: for each agent where it can be, (steps + 1, states).
+            ways: possible states of each agent, (steps + 1, states).
         """
         kernel, account = self.kernel, self.account
         everyone = frozenset(range(len(self.mission.agents)))

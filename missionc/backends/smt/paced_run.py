@@ -1,4 +1,4 @@
-"""A run in turns: what it has spent, how long it may go on, and the solvers and problems it pays for."""
+"""A run in turns: its account, its limits, and its solvers and problems."""
 
 from __future__ import annotations
 
@@ -27,33 +27,33 @@ from missionc.ir.kernel.nodes import Kernel
 Made = TypeVar("Made")
 
 Pausing: TypeAlias = Generator[float, float, Made]
-"""What pauses as ``Turns`` do, and ends with something else."""
+"""Generator that pauses like ``Turns`` and ends with another result."""
 
 
 @dataclass(slots=True)
 class PacedRun:
-    """A search that counts what it does, and pauses where that comes to what it was granted."""
+    """Search that counts its work, and pauses when it reaches the granted amount."""
 
     mission: Mission
     kernel: Kernel
-    """As roadmaps are asked for it: lengths in metres in stronger form than those of the mission."""
+    """Kernel for roadmaps: lengths in metres are in stronger form than in the mission."""
     options: Options
     budget: Budget
     account: Account = field(default_factory=Account)
     most: float = math.inf
-    """The units of work after which the roadmap at hand is left for the next."""
+    """Work units after which the current roadmap is left for the next."""
     granted: float = 0.0
-    """The units of work up to which this turn goes."""
+    """Work units up to which this turn may run."""
 
     @property
     def settings(self) -> SmtSettings:
         return smt_settings(self.mission)
 
     def pause(self, needed: float = 0.0) -> Pausing[None]:
-        """Until more than so many units of work are left to do, if there are fewer.
+        """Pause until more than ``needed`` work units remain, if there are fewer.
 
         Raises:
-            TimeOver: there is no time left to do it in.
+            TimeOver: no time is left.
         """
         while self.account.work + needed >= self.granted:
             self.granted = yield max(self.account.work, self.granted)
@@ -61,14 +61,14 @@ class PacedRun:
             raise TimeOver
 
     def within_clauses(self, attempt: Callable[[Setting], Made], price: float = CLAUSE) -> Pausing[Made]:
-        """What the attempt comes to, with as many clauses as there is work for; later with more, if those are too few.
+        """Result of the attempt with as many clauses as the work allows; later with more, if needed.
 
         Args:
-            price: units of work that a clause takes in it.
+            price: work units per clause.
 
         Raises:
-            TooLarge: the clauses would pass their limit, whatever the work.
-            WorkExceeded: they take more work than this roadmap may.
+            TooLarge: the clauses would exceed their limit for any work.
+            WorkExceeded: they take more work than this roadmap may use.
         """
         most, needed = self.budget.limits.clauses, 0.0
         while True:
@@ -85,7 +85,7 @@ class PacedRun:
                     raise WorkExceeded from error
 
     def effort(self, search: LazyConstraints) -> Effort | None:
-        """What a question may take in this turn, of the portfolio or of the solver; None for as much as it needs."""
+        """Effort of a question in this turn of the portfolio or of the solver; None for no limit."""
         settings = self.settings
         work = min(self.granted, self.most) - self.account.work
         if search.solvers.takes_turns:
@@ -100,7 +100,7 @@ class PacedRun:
         return Solvers(self.options.solver, memory, self.budget.seed, self.budget.deadline, presolve=presolve)
 
     def record(self, problem: Problem | None, rounds: int, solvers: Solvers) -> None:
-        """The sizes of the largest problem there was, if there was any, and the rounds of all."""
+        """Record the sizes of the largest problem, if any, and the rounds of all."""
         solvers.close()
         sizes, texts = self.account.sizes, self.account.texts
         clauses = Clauses(1) if problem is None else problem.search.clauses

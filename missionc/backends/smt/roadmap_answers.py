@@ -1,4 +1,4 @@
-"""Answers about the roadmaps at hand that are no plan, and what ends their turn before there is an answer."""
+"""Answers about roadmaps other than plans, and reasons for the end of their turn."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ from missionc.ir.wording import all_listed
 
 @dataclass(frozen=True, slots=True)
 class NoPlan:
-    """Proven: these roadmaps hold no plan. The requirements that rests on, and what was refused."""
+    """Proof that these roadmaps contain no plan, with its requirements and the refused goals."""
 
     conflict: tuple[str, ...]
     clauses: Clauses
     core: tuple[int, ...]
-    """The literals of the requirements in conflict."""
+    """Literals of the requirements in conflict."""
 
 
 class WorkExceeded(Exception):
-    """What comes next takes more work than the roadmap at hand may."""
+    """The next stage takes more work than the current roadmap may use."""
 
 
 class TimeOver(Exception):
-    """There is no time left for what comes next."""
+    """No time is left for the next stage."""
 
 
 @dataclass(frozen=True, slots=True)
 class TooFewLinks:
-    """No plan was found, with routes shorter than the mission allows."""
+    """No plan was found with routes shorter than the mission allows."""
 
 
 @dataclass(frozen=True, slots=True)
 class Inconclusive:
-    """Neither a plan nor a refusal, in the work that these roadmaps may take, or for what no solver can be asked."""
+    """Neither a plan nor a refusal within the work, or because a solver cannot express the problem."""
 
     why: str = ""
 
 
 def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = None, flown: bool = False) -> str:
-    """The words of a refusal by roadmaps of so many nodes, or by the user's own, for these requirements in conflict.
+    """Text of a refusal by roadmaps with these numbers of nodes, or by the user's own.
 
     Args:
-        flown: agents come to speed and slow down on the user's own as their vehicles fly.
+        flown: True if agents accelerate and brake on the user's roadmap like their vehicles.
     """
     what = cannot_hold(conflict)
     sampled = f"roadmaps of {all_listed([str(nodes) for nodes in tried])} nodes"
@@ -52,7 +52,7 @@ def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = N
 
 
 def cannot_hold(conflict: tuple[str, ...]) -> str:
-    """That these requirements cannot; with none, that the agents cannot even move."""
+    """Text that these requirements cannot hold; without any, that the agents cannot even move."""
     names = all_listed([f"`{name}`" for name in conflict])
     return {0: "the agents have no feasible motion", 1: f"{names} cannot be satisfied"}.get(
         len(conflict), f"{names} cannot be satisfied together"

@@ -11,12 +11,12 @@ from missionc.base.late_dataclass import dataclass
 from missionc.ir import Mission
 
 MOST = 10**6
-"""Greatest value of what arrays are made for."""
+"""Maximum value of settings that are array sizes."""
 
 
 @dataclass(frozen=True, slots=True)
 class RoadmapSettings:
-    """Sampled roadmaps."""
+    """Settings of sampled roadmaps."""
 
     nodes: int = setting(110, "nodes", "of the first roadmap; more find narrow paths, and need more clauses", 1, MOST)
     neighbors: int = setting(6, "nodes", "that a node is connected to; more shorten plans, for more clauses", 1, 256)
@@ -42,7 +42,7 @@ class RoadmapSettings:
 
 @dataclass(frozen=True, slots=True)
 class ShortestPathSettings:
-    """The roadmap of shortest paths between named places."""
+    """Settings of the roadmap of shortest paths between named places."""
 
     clearance: float = setting(0.006, "", "spare clearance of paths, as a share of the longest side of the world", 0, 1)
     clearance_radii: float = setting(0.25, "radii", "of spare clearance, if that is more", 0, 100)
@@ -67,7 +67,7 @@ class ShortestPathSettings:
 
 @dataclass(frozen=True, slots=True)
 class WorkSettings:
-    """Work of each method, in units of about one second of one core. More finds better plans, and takes longer."""
+    """Work of each method, in units of about one second of one core. More work finds better plans."""
 
     shortest_paths: float = setting(20.0, "units", "on the roadmap of shortest paths, before sampled ones")
     prioritized: float = setting(30.0, "units", "of prioritized planning on one roadmap")
@@ -87,7 +87,7 @@ class WorkSettings:
 
 @dataclass(frozen=True, slots=True)
 class SolverSettings:
-    """Questions to the SAT solver."""
+    """Settings of questions to the SAT solver."""
 
     all_agents: int = setting(100_000, "moves", "in all, below which an objective is solved for all agents at once", 0)
     links: int = setting(8, "links", "of a route in the first question; the next one has no bound", 1, MOST)
@@ -108,7 +108,7 @@ class SolverSettings:
 
 @dataclass(frozen=True, slots=True)
 class PrioritizedSettings:
-    """Prioritized planning: one agent, or a few, at a time."""
+    """Settings of prioritized planning: one agent, or a few, at a time."""
 
     group: int = setting(8, "agents", "planned together; more find tighter plans, and take longer", 1, MOST)
     repairs: int = setting(6, "rounds", "of replanning for agents that break a requirement", 1, MOST)
@@ -134,7 +134,7 @@ class PrioritizedSettings:
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
-    """Single-agent search, and joint search of two agents. Costs are in longest moves."""
+    """Settings of single-agent search, and joint search of two agents. Costs are in longest moves."""
 
     haste: float = setting(0.25, "moves", "that a step costs; more makes agents wait at their goals", 0, 100)
     exact: float = setting(0.01, "moves", "of excess cost in the first search", 0, 100)
@@ -154,7 +154,7 @@ class SearchSettings:
 
 @dataclass(frozen=True, slots=True)
 class ShorteningSettings:
-    """Shortening of a plan that was found."""
+    """Settings for shortening a plan."""
 
     rounds: int = setting(4, "paths", "tried for each agent; more find shorter plans", 0, MOST)
     work: int = setting(30_000_000, "entries", "of tables, after which no shorter path is tried")
@@ -165,7 +165,7 @@ class ShorteningSettings:
 
 @dataclass(frozen=True, slots=True)
 class PaperSettings:
-    """The presets `paper` and `paper-apart`, with the nodes of `roadmap`. [strel]"""
+    """Settings of the presets `paper` and `paper-apart`, with the nodes of `roadmap`. [strel]"""
 
     neighbors: int = setting(10, "states", "that a state is connected to", 1, 10_000)
     start_samples: int = setting(5, "states", "of a start region", 0, 10_000)
@@ -187,7 +187,7 @@ class SmtSettings:
 
 
 def smt_settings(mission: Mission) -> SmtSettings:
-    """Settings that a mission is planned with: the defaults, then its ``solve with`` clause, then ``--set``."""
+    """Settings of a mission's planning: the defaults, then its ``solve with`` clause, then ``--set``."""
     return _settings(mission.solve.options, own_values(mission, SMT.name))
 
 

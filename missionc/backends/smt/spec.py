@@ -1,4 +1,4 @@
-"""The offer of the smt backend: features and options, without what plans. [strel]"""
+"""Offer of the smt backend: features and options, without the planner. [strel]"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""Subset questions: whether some of the requirements alone can hold on one of the roadmaps that hold no plan of all.
+"""Subset questions: whether some requirements alone are satisfiable on roadmaps without a full plan.
 
 in   the roadmaps of a run that found no plan, and a conflict there
-out  the smallest conflict that the work allows: what cannot hold on any of them, and whether all but one can on some
+out  the smallest conflict within the work: unsatisfiable on all of them, and whether each proper subset is
+         satisfiable on some
 
 Each question is answered for a single agent first, then by a SAT problem of the whole team, then by prioritized
 planning, and limited in units of work.
@@ -35,12 +36,12 @@ from missionc.ir.kernel.nodes import Goal, Kernel
 
 @dataclass(frozen=True, slots=True)
 class Holds:
-    """A roadmap holds a plan."""
+    """A roadmap contains a plan."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """Neither a plan nor a refusal, in the work there was for it."""
+    """Neither a plan nor a refusal within the work."""
 
 
 Answer: TypeAlias = Holds | NoPlan | Unknown
@@ -49,7 +50,7 @@ Answer: TypeAlias = Holds | NoPlan | Unknown
 def infeasible_alone(
     goals: Iterable[Goal], mission: Mission, roadmaps: tuple[Roadmap, ...], account: Account
 ) -> list[str]:
-    """The requirements that cannot hold on these roadmaps for what single agents can do there, each by itself."""
+    """Requirements that single-agent analysis alone refutes on these roadmaps, each separately."""
     if whole_moves(roadmaps) > smt_settings(mission).solver.relaxation_moves:
         return []
     everyone = frozenset(range(len(mission.agents)))
@@ -60,13 +61,13 @@ def infeasible_alone(
 
 @dataclass(slots=True, eq=False)
 class SubsetQuestions:
-    """The questions of a run whose roadmaps hold no plan.
+    """Questions of a run whose roadmaps contain no plan.
 
     Args:
-        kernel: the requirements as these roadmaps were asked for them.
-        unproven: requirements that are asked for in stronger form, so that a refusal which rests on one proves nothing.
-        roadmaps: those that were shown to hold no plan, small ones first.
-        certify: answer with clauses that a proof can be made of.
+        kernel: requirements in the form used on these roadmaps.
+        unproven: requirements in stronger form, so that a refusal that uses one proves nothing.
+        roadmaps: roadmaps without a plan, small ones first.
+        certify: True to use clauses that allow a proof.
     """
 
     mission: Mission
@@ -79,7 +80,7 @@ class SubsetQuestions:
     certify: bool = False
     most: float = field(init=False)
     longest: float = field(init=False)
-    """Seconds of the longest question so far; of the first, what a roadmap took before."""
+    """Seconds of the longest question so far; initially those of a roadmap before."""
 
     def __post_init__(self) -> None:
         settings = smt_settings(self.mission).work
@@ -91,13 +92,13 @@ class SubsetQuestions:
         self.longest = sum(self.account.seconds.values()) / max(1, len(self.roadmaps))
 
     def smallest(self, conflict: tuple[str, ...], last: NoPlan) -> tuple[Deletion, NoPlan]:
-        """The conflict after deletion, and its refusal by the last roadmap, which is ``last`` at first."""
+        """Conflict after deletion, and its refusal by the last roadmap, initially ``last``."""
         deletion = Deletion(conflict)
         while (name := deletion.question()) is not None and self.affordable:
             begin = time.monotonic()
             try:
                 answer = self.ask(deletion.without(name))
-            except MemoryError:  # the refusal that there is stays the answer
+            except MemoryError:  # the existing refusal remains the answer
                 answer = Unknown()
             match answer:
                 case Holds():
@@ -112,12 +113,12 @@ class SubsetQuestions:
 
     @property
     def affordable(self) -> bool:
-        """Whether there is work left to do, and more time than a question takes: an answer must not be lost for it."""
+        """Return whether work is left, and more time than a question takes, so that no answer is lost."""
         timely = time.monotonic() + 2 * self.longest < self.budget.deadline
         return timely and self.account.work < self.most and self.solvers.alive
 
     def ask(self, names: tuple[str, ...]) -> Answer:
-        """Whether these requirements alone can hold on one of the roadmaps; if not, what their refusals rest on."""
+        """Answer whether these requirements alone hold on some roadmap; if not, the core of the refusals."""
         goals = tuple(goal for goal in self.kernel.requirements if goal.name in names)
         core, settled, last = set[str](), True, None
         for roadmaps in self.roadmaps:
@@ -134,29 +135,29 @@ class SubsetQuestions:
         return replace(last, conflict=tuple(goal.name for goal in goals if goal.name in core))
 
     def on(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
-        """Whether these roadmaps hold a plan of the goals."""
+        """Answer whether these roadmaps contain a plan for the goals."""
         try:
             return self.proved(self.alone(roadmaps, goals) or self.together(roadmaps, goals))
         except (TooLarge, Unexpressible):
             return self.few_at_a_time(roadmaps, goals)
 
     def proved(self, answer: Answer) -> Answer:
-        """The answer, unless it is a refusal of more than is asked."""
+        """The answer, unless it is a refusal of stronger requirements."""
         doubtful = isinstance(answer, NoPlan) and not self.unproven.isdisjoint(answer.conflict)
         return Unknown() if doubtful else answer
 
     def alone(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> NoPlan | None:
-        """A refusal of one goal for what single agents can do."""
+        """Refusal of one goal by single-agent analysis."""
         if self.certify:
             return None
         names = infeasible_alone(goals, self.mission, roadmaps, self.account)
         return NoPlan((names[0],), Clauses(1), ()) if names else None
 
     def together(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
-        """A plan or a refusal from one problem of all agents; a plan for few agents at a time, if that is too much.
+        """Plan or refusal from one problem of all agents; else a plan for a few agents at a time.
 
         Raises:
-            TooLarge: the clauses take more work than there is left.
+            TooLarge: the clauses take more work than is left.
             Unexpressible: a predicate is about too many agents at once.
         """
         share = smt_settings(self.mission).work.question_share * (self.most - self.account.work)
@@ -177,7 +178,7 @@ class SubsetQuestions:
         return self.few_at_a_time(roadmaps, goals)
 
     def few_at_a_time(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
-        """A plan by prioritized planning, if it finds one; that it finds none says nothing."""
+        """Plan by prioritized planning, if found; otherwise nothing is proved."""
         if self.mission.steps == 0 or not self.affordable:
             return Unknown()
         share = smt_settings(self.mission).work.question_share * (self.most - self.account.work)
@@ -189,6 +190,6 @@ class SubsetQuestions:
             return Unknown()
 
     def setting(self, share: float) -> Setting:
-        """What problems share, with as many clauses as so many units of work allow."""
+        """Common setting of problems, with as many clauses as ``share`` work units allow."""
         clauses = min(self.budget.limits.clauses, max(1, int(share / CLAUSE)))
         return Setting(self.mission, self.budget, self.account, clauses)

@@ -1,4 +1,4 @@
-"""The state of a search that ended without an answer: what was under way, and the candidate nearest to a plan."""
+"""State of a search that ended without an answer: its stage, and the closest infeasible candidate."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 FEW = "planning a few agents at a time"
-"""What is under way in prioritized planning."""
+"""Name of the stage of prioritized planning."""
 
 
 def under_way(mission: Mission, layer: str, planner: PrioritizedPlanner | None, problem: Problem | None) -> str:
-    """The layer at which the search ended, and how far that had come."""
+    """Stage at which the search ended, with its progress."""
     if problem is not None:
         search = problem.search
         least = f" (at least {counted(search.fewest, 'conflict')} between agents)" if search.fewest else ""
@@ -31,7 +31,7 @@ def under_way(mission: Mission, layer: str, planner: PrioritizedPlanner | None, 
 def nearest(
     mission: Mission, kernel: Kernel, planner: PrioritizedPlanner | None, problem: Problem | None
 ) -> Attempt | None:
-    """The candidate in which least is wrong: each satisfies what another breaks, and none is a plan."""
+    """Candidate with the fewest violations; each candidate satisfies parts that others violate."""
     traces = [] if planner is None or planner.nearest is None else [planner.nearest]
     if problem is not None and problem.search.nearest is not None:
         traces.append(lift(problem.search.nearest, problem.motion.own_roadmaps, mission))

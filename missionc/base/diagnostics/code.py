@@ -1,4 +1,4 @@
-"""Diagnostic codes: each is given out for ever, and has its page, ``docs/errors/MCnnn.md``."""
+"""Diagnostic codes: permanent, each with its page, ``docs/errors/MCnnn.md``."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """A stable name for a kind of finding, and the phrase that heads its page.
+    """Stable name of a kind of finding, with the title of its page.
 
-    ``about_planning``: the mission has a meaning, and only a plan for it is impossible. A recorded flight is judged all
-    the same, and the finding is a warning there.
+    ``about_planning``: the mission has a meaning, and only a plan for it is impossible. For a recorded flight, which
+    can still be monitored, the finding is a warning.
     """
 
     name: str
@@ -219,7 +219,7 @@ FAMILIES: dict[str, str] = {
     "7": "output and traces",
     "9": "internal errors",
 }
-"""What the codes are about that share their first digit."""
+"""Topic of the codes with each first digit."""
 
 RETIRED = frozenset({"MC403"})
-"""Numbers that once meant something, and are not given to anything else."""
+"""Retired numbers, which are never reused."""

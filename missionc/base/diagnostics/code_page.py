@@ -7,7 +7,7 @@ from missionc.base.resources import folder
 
 
 def explain(code: Code) -> str:
-    """The page of a code, Markdown.
+    """Page of a code, Markdown.
 
     Raises:
         FileNotFoundError: the installation is incomplete.

@@ -1,4 +1,4 @@
-"""Defects of the compiler as findings: an error that no stage foresaw, and where it happened.
+"""Defects of the compiler as findings: an unexpected error, and its place in the code.
 
 says MC410 MC411 MC412 MC413 MC602 MC603 MC613 MC901
 """
@@ -33,7 +33,7 @@ def extension_error(error: ExtensionError, span: Span | None = None) -> Diagnost
     """Report an extension that cannot be used.
 
     Args:
-        span: the words of the mission that use it.
+        span: place in the mission that uses it.
     """
     return Diagnostic(error.code, error.message, Label(span) if span else None, help=error.help)
 
@@ -42,7 +42,7 @@ def improvement_failed(step: str, error: Exception) -> Diagnostic:
     """Report an error in a step that follows the answer of a command, a verified plan or a refusal.
 
     Args:
-        step: the subject of a sentence.
+        step: step, as the subject of a sentence.
     """
     memory = exhausted(error)
     of_extension = attributed(error)

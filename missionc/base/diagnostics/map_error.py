@@ -1,4 +1,4 @@
-"""Map errors: findings about a file of places or samples, raised where it is read."""
+"""Map errors: findings about a file of places or samples, raised by its reader."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.base.source import Source, Span
 
 
 class MapError(Exception):
-    """A file, or a part of it, that nothing can be made of."""
+    """Error for a file, or a part of it, that cannot be used."""
 
     def __init__(self, code: Code, message: str, span: Span, way_out: str) -> None:
         super().__init__(message)

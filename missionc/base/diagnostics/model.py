@@ -1,4 +1,4 @@
-"""A diagnostic as a value: what is wrong, where, why, and one fix. Rendering is elsewhere."""
+"""A diagnostic as a value: the error, its place, the reason, and one fix. Rendering is elsewhere."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.base.source import Span
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A place, and what to say beside it (may be empty at the primary place)."""
+    """Place with the text next to it (may be empty at the primary place)."""
 
     span: Span
     message: str = ""
@@ -18,7 +18,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Text that may replace a span to mend the finding."""
+    """Text that may replace a span to fix the finding."""
 
     span: Span
     replacement: str
@@ -26,12 +26,11 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding.
+    """Single finding.
 
-    ``message`` is one phrase in the user's numbers and units, without a final
-    stop; ``labels`` are the other places that make it wrong; ``help`` is one
-    way out in the imperative. ``primary`` is absent only where the finding is
-    about no text (an unreadable file, say). ``as_warning``: a warning here, whatever the severity of its code.
+    ``message`` is one phrase in the user's numbers and units, without a final stop; ``labels`` are the other places
+    that cause it; ``help`` is one remedy in the imperative. ``primary`` is None only if the finding is not about a text
+    (for example, an unreadable file). ``as_warning``: a warning here, whatever the severity of its code.
     """
 
     code: Code
@@ -49,11 +48,11 @@ class Diagnostic:
 
     @property
     def words(self) -> str:
-        """The message, why, and a way out, for who shows the place otherwise; a line each."""
+        """Message, reason and remedy, one line each, for output that shows the place separately."""
         return "\n".join([self.message, *self.notes, *([f"help: {self.help}"] if self.help else [])])
 
     def __str__(self) -> str:
-        from missionc.base.diagnostics.render import render_text  # few say a finding by itself
+        from missionc.base.diagnostics.render import render_text  # rarely needed
 
         return render_text([self], False).removesuffix("\n")
 
@@ -62,5 +61,5 @@ class Diagnostic:
 
 
 def has_errors(findings: list[Diagnostic]) -> bool:
-    """Whether any finding stops the compilation."""
+    """Return whether any finding stops the compilation."""
     return any(finding.severity is Severity.ERROR for finding in findings)

@@ -3,9 +3,8 @@
     in   Diagnostic
     out  text in the manner of rustc, or plain dictionaries
 
-A span over several lines is underlined on its first. Columns are those of a
-terminal: a tab is four, a wide character two, a combining one none. What a
-terminal would act on is written out (``sanitize``).
+A span over several lines is underlined on its first line. Columns are those of a terminal: a tab is four, a wide
+character two, a combining one none. Control characters are escaped (``sanitize``).
 """
 
 from __future__ import annotations
@@ -23,18 +22,18 @@ from missionc.base.source import Source, Span
 
 TAB = 4
 LONGEST = 140
-"""Characters of one source line that are shown at most; the rest of a longer line is cut."""
+"""Maximum number of characters of a source line that are shown; longer lines are cut."""
 BEFORE = 30
-"""Characters kept before the first label of a line that is cut."""
+"""Number of characters kept before the first label of a line that is cut."""
 
 LEAST_WIDTH = 20
-"""Columns that a wrapped sentence has at least, however narrow the terminal is."""
+"""Minimum number of columns of a wrapped sentence on a narrow terminal."""
 
 RED, YELLOW, BLUE, CYAN, BOLD = "31;1", "33;1", "34;1", "36;1", "1"
 
 
 class Label(Protocol):
-    """A place, and what to say beside it."""
+    """Place with the text next to it."""
 
     @property
     def span(self) -> Span: ...
@@ -44,7 +43,7 @@ class Label(Protocol):
 
 
 class Finding(Protocol):
-    """What is read of a ``Diagnostic``."""
+    """Attributes of a ``Diagnostic`` that renderers read."""
 
     @property
     def code(self) -> Code: ...
@@ -70,7 +69,7 @@ class Finding(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """An underline on one line: display columns from ``start`` up to, not at, ``end``."""
+    """Underline on one line: display columns from ``start`` to ``end`` (exclusive)."""
 
     start: int
     end: int
@@ -80,7 +79,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Paint:
-    """How words are coloured; ``colour`` False leaves them alone."""
+    """Colouring of words; ``colour`` False disables it."""
 
     colour: bool
     severity: str
@@ -93,19 +92,19 @@ class Paint:
 
 
 def render_text(findings: Sequence[Finding], colour: bool, width: int = 0) -> str:
-    """The findings as people read them, a blank line between two; each ends with a line end.
+    """Findings as text for people, separated by a blank line; each ends with a line end.
 
     Args:
-        width: columns at which sentences wrap, and the mission's lines are cut; 0 for none.
+        width: column at which sentences wrap and the mission's lines are cut; 0 for no limit.
     """
     return "\n".join(_finding(finding, colour, width) for finding in findings)
 
 
 def wrapped(text: str, width: int, indent: int, first: int = 0) -> str:
-    """A line of text wrapped at so many columns, its further lines indented; as it is where ``width`` is 0.
+    """Line of text wrapped at ``width`` columns, with further lines indented; unchanged if ``width`` is 0.
 
     Args:
-        first: columns that are taken before it.
+        first: columns that are used before it.
     """
     if not width or len(text) + first <= width:
         return text
@@ -121,7 +120,7 @@ def wrapped(text: str, width: int, indent: int, first: int = 0) -> str:
 
 
 def counts(findings: Iterable[Finding]) -> str:
-    """``2 errors, 1 warning``"""
+    """Numbers of findings as text: ``2 errors, 1 warning``."""
     severities = [finding.severity for finding in findings]
     parts = [
         f"{number} {severity.value}{'s' if number > 1 else ''}"
@@ -132,7 +131,7 @@ def counts(findings: Iterable[Finding]) -> str:
 
 
 def render_json(findings: Sequence[Finding]) -> list[dict[str, object]]:
-    """The findings as plain values; lines and columns from 1, ``end_column`` just past the last character."""
+    """Findings as plain values; lines and columns from 1, ``end_column`` is exclusive."""
     return [
         {
             "code": finding.code.name,
@@ -148,7 +147,7 @@ def render_json(findings: Sequence[Finding]) -> list[dict[str, object]]:
 
 
 def _labels(finding: Finding) -> list[Label]:
-    """What stands beside the places, the primary one included where it says anything."""
+    """Labels of the places, including the primary one if it has text."""
     primary = [finding.primary] if finding.primary and finding.primary.message else []
     return [*primary, *finding.labels]
 
@@ -184,13 +183,13 @@ def _finding(finding: Finding, colour: bool, width: int) -> str:
 
 
 def _hanging(head: str, indent: int, text: str, width: int) -> str:
-    """Text after a head, its further lines indented below the first."""
+    """Text after a head, with further lines indented below the first."""
     lines = [wrapped(line, width, indent, indent) for line in plain(text).split("\n")]
     return f"{head} " + ("\n" + " " * indent).join(lines)
 
 
 def _snippets(finding: Finding, labels: list[Label], gutter: int, longest: int, paint: Paint) -> list[str]:
-    """For each file, a line that says where, then its labelled lines in order."""
+    """For each file, a line with its name, then its labelled lines in order."""
     by_source: dict[str, list[Label]] = {}
     for label in labels:
         by_source.setdefault(label.span.source.name, []).append(label)
@@ -225,7 +224,7 @@ def _source_lines(
 def _marked(
     source: Source, number: int, labels: list[Label], primary: Label | None, gutter: int, longest: int, paint: Paint
 ) -> list[str]:
-    """One source line, and under it its underlines and what they say."""
+    """One source line, with its underlines and their texts below it."""
     text = source.line(number)
     begin = source.line_starts[number - 1]
     cut, excerpt = _excerpt(text, min(label.span.start for label in labels) - begin, longest)
@@ -249,7 +248,7 @@ def _marked(
 
 
 def _underline(marks: list[Mark], paint: Paint) -> list[str]:
-    """The underlines of one line; the rightmost message stands beside them, the others hang below, right to left."""
+    """Underlines of one line; the rightmost message is next to them, the others hang below, right to left."""
     width = max(mark.end for mark in marks)
     row = [" "] * width
     for mark in sorted(marks, key=lambda mark: mark.primary):
@@ -271,7 +270,7 @@ def _underline(marks: list[Mark], paint: Paint) -> list[str]:
 
 
 def _excerpt(text: str, first: int, longest: int) -> tuple[int, str]:
-    """Where the shown part of a line begins, and that part."""
+    """Offset and text of the shown part of a line."""
     if len(text) <= longest:
         return 0, text
     cut = max(0, min(first - BEFORE, len(text) - longest))
@@ -282,7 +281,7 @@ def _excerpt(text: str, first: int, longest: int) -> tuple[int, str]:
 
 
 def _cells(text: str) -> tuple[str, list[int]]:
-    """The text as shown, and the display column at which each character, and the end, stands."""
+    """Displayed text, and the display column of each character and of the end."""
     shown: list[str] = []
     columns = [0]
     for letter in text:

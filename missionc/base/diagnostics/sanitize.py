@@ -1,7 +1,7 @@
-"""Sanitizing of untrusted text from a mission, a file name or a flag: harmless for a terminal and its reader.
+"""Sanitizing of untrusted text from a mission, a file name or a flag for terminals.
 
-A terminal acts on some characters instead of showing them: it moves its cursor, changes its title, or turns the order
-of a line around. They are written as Python writes them, ``\\x1b``. A document for programs has them as JSON does.
+A terminal interprets some characters instead of showing them: they move its cursor, change its title, or reverse the
+order of a line. They are escaped as in Python, ``\\x1b``. A document for programs has them as in JSON.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ import unicodedata
 UNUSUAL = re.compile(r"[^\t\n\x20-\x7e]")
 
 ACTED_ON = frozenset(("Cc", "Cf", "Cs", "Zl", "Zp"))
-"""Categories of Unicode: controls, formats (the overrides of direction among them), surrogates, other line ends."""
+"""Unicode categories of control characters, formats (with direction overrides), surrogates and other line ends."""
 
 
 def plain(text: str) -> str:
-    """The text with every character that a terminal acts on, line ends and tabs aside, written out."""
+    """Text with all control characters escaped, except line ends and tabs."""
     return UNUSUAL.sub(lambda match: _written(match[0]), text)
 
 
 def plain_line(text: str) -> str:
-    """The same for what has to stay one line, such as the name of a file."""
+    """Text with all control characters escaped, for single lines such as the name of a file."""
     return plain(text).replace("\n", "\\n")
 
 
 def as_json(document: object) -> str:
-    """A document as indented JSON: every text exact, what a terminal acts on escaped.
+    """Document as indented JSON: texts are exact, with control characters escaped.
 
     Raises:
-        ValueError: a number is not finite.
+        ValueError: the document contains a number that is not finite.
     """
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
     return UNUSUAL.sub(lambda match: json.dumps(match[0])[1:-1] if _acted_on(match[0]) else match[0], text)

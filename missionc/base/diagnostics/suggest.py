@@ -1,4 +1,4 @@
-"""Spelling suggestions by edit distance: the name that a writer most likely meant."""
+"""Spelling suggestions by edit distance: the name that an author most likely meant."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Iterable
 
 
 class Nothing:
-    """No name is near enough to be worth saying."""
+    """Result if no name is similar enough."""
 
 
 NOTHING = Nothing()
 
 
 def edits(first: str, second: str) -> int:
-    """How many letters to add, drop, change or swap with a neighbour to turn one word into the other."""
+    """Number of letters to add, drop, change or swap with a neighbour to turn one word into the other."""
     above: list[int] = []
     last = list(range(len(second) + 1))
     for row, letter in enumerate(first, start=1):
@@ -28,13 +28,16 @@ def edits(first: str, second: str) -> int:
 
 
 def suggestion(word: str, names: Iterable[str], otherwise: str) -> str:
-    """The question whether the nearest name was meant, or else what to do ``otherwise``."""
+    """Question whether the most similar name was meant, or else the advice ``otherwise``."""
     near = nearest(word, names)
     return f"did you mean `{near}`?" if isinstance(near, str) else otherwise
 
 
 def nearest(word: str, names: Iterable[str]) -> str | Nothing:
-    """The name with the fewest edits from the word, the first of equals; NOTHING where over a third of it differs."""
+    """Name with the fewest edits from the word, the first among equals.
+
+    NOTHING if over a third of it differs.
+    """
     lowered = word.lower()
     allowed = max(1, len(word) // 3) if len(word) > 1 else 0
     best: tuple[int, str | Nothing] = (allowed + 1, NOTHING)

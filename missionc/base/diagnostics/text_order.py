@@ -1,4 +1,4 @@
-"""The order of diagnostics as they are given out: that of the text."""
+"""Order of diagnostics in the output: that of the text."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from missionc.base.diagnostics.model import Diagnostic
 
 
 def in_text_order(findings: list[Diagnostic]) -> list[Diagnostic]:
-    """By place in the text, file by file in the order first met; those without a place first."""
+    """Findings by place in the text, file by file in order of appearance.
+
+    Those without a place come first.
+    """
     files: dict[int, int] = {}
     keyed = []
     for finding in findings:

@@ -1,4 +1,4 @@
-"""Findings about a text that is read with one index after another: each is said once, with the indices it is for."""
+"""Findings about a text that is repeated for several indices: each is reported once, with its indices."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from missionc.base.diagnostics.model import Diagnostic, Fix
 from missionc.base.source import Span, Turn
 
 MOST = 3
-"""Members that are named one by one."""
+"""Maximum number of members that are named individually."""
 
 
 def once_for_all_turns(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """The findings, in their order; those of one code at one place are one, which says with which indices it is so.
+    """Findings in order; those of one code at one place are merged into one with their indices.
 
-    A fix stays where it mends every reading of the text: where each brings the same.
+    A fix stays if it is the same for all indices.
     """
     alike: dict[object, list[Diagnostic]] = {}
     times: Counter[object] = Counter()
@@ -45,7 +45,7 @@ def _one(findings: list[Diagnostic]) -> Diagnostic:
 
 
 def _share(turns: tuple[Turn, ...]) -> Fraction:
-    """The share of one reading in all of a text, if each choice of an index counts the same: they add up to 1."""
+    """Fraction of one repetition in all of a text, with equal weight for each value of an index: they add up to 1."""
     return Fraction(1, prod(turn.high - turn.low + 1 for turn in turns))
 
 

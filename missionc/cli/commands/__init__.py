@@ -1,1 +1,1 @@
-"""Commands of ``missionc``, a module for each, with its ``command``."""
+"""Commands of ``missionc``, one module each, with its ``command``."""

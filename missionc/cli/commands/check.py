@@ -1,4 +1,4 @@
-"""``missionc check FILE…``: static checks of missions, every problem of them; nothing is solved."""
+"""``missionc check FILE…``: static checks of missions, which report all errors without solving."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ from missionc.output.folder.file_names import MOST_ALTERNATIVES
 from missionc.output.plot.figure_request import KINDS, MAP, MAPS, FigureRequest
 
 PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin", "processes", "stretch")
-"""Options of a plan that say how it is found, of every command that plans."""
+"""Options of all planning commands that control the search for a plan."""
 
 
 @click.command("compile", cls=GroupedCommand)
@@ -154,7 +154,7 @@ def command(
         **given,
     )
     if watch:
-        from missionc.cli.watch.loop import watch as again  # for those who ask for it
+        from missionc.cli.watch.loop import watch as again  # only on request
 
         return again(request, no_open)
     return run_request(request).status

@@ -1,4 +1,4 @@
-"""``missionc demo``: the mission that comes with the compiler, planned, and its report in the browser."""
+"""``missionc demo``: the included example mission, planned, with its report in the browser."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.output.folder.file_names import REPORT
 
 MISSION = "wildfire"
 
-# Where the user is, and not in the system's folder for temporary files: browsers in a sandbox cannot read there.
+# The working directory rather than the system's temporary folder, which sandboxed browsers cannot read.
 FOLDER = "missionc-demo"
 
 
@@ -35,6 +35,6 @@ def command(output: Path | None, no_open: bool) -> Status:
 
 
 def _fresh() -> Path:
-    """The first of the demo's folders that is not there yet."""
+    """First of the demo's folder names that does not exist yet."""
     names = chain([FOLDER], (f"{FOLDER}-{number}" for number in count(2)))
     return next(path for path in map(Path, names) if not path.exists() and not path.is_symlink())

@@ -1,4 +1,4 @@
-"""``missionc explain``: the page of a diagnostic code, or a mission said back."""
+"""``missionc explain``: the page of a diagnostic code, or a mission in plain sentences."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _mission(file: Path, name: str | None, overrides: dict[str, str], limits: Pa
 
 
 def _unicode() -> bool:
-    """Whether standard output can show a drawing's blocks."""
+    """Return whether standard output can show a drawing's block characters."""
     try:
         "█░─".encode(sys.stdout.encoding or "ascii")
     except (UnicodeEncodeError, LookupError):

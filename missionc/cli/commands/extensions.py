@@ -1,4 +1,4 @@
-"""``missionc extensions``: installed extensions, and whether each can be used.
+"""``missionc extensions``: installed extensions with their status.
 
 says MC410 MC411 MC412
 """
@@ -22,7 +22,7 @@ HOMES = (
     "missionc.ir.dynamics",
     "missionc.output.export.form_names",
 )
-"""The modules that have a registry."""
+"""Modules with a registry."""
 
 
 @click.command("extensions")

@@ -1,4 +1,4 @@
-"""``missionc fly FOLDER --in simulation``: the loop of flying, watching and planning anew, closed in simulation."""
+"""``missionc fly FOLDER --in simulation``: closed loop of flight, monitoring and replanning in simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``missionc fmt FILE…``: the formatter, missions in their one layout."""
+"""``missionc fmt FILE…``: the formatter for the standard layout of missions."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def command(
 
 
 def _read(path: Path, limits: Limits) -> tuple[str, str] | list[Diagnostic]:
-    """A file's text, and in the one layout; what it includes is not looked at: each file has its own."""
+    """Text of a file, and its standard layout; included files are not read."""
     source = read_standard_input(limits) if path == STANDARD_INPUT else read_source(path, str(path), limits)
     if isinstance(source, Diagnostic):
         return [source]
@@ -75,7 +75,7 @@ def _read(path: Path, limits: Limits) -> tuple[str, str] | list[Diagnostic]:
 
 
 def _rewrite(path: Path, before: str, text: str, limits: Limits) -> Diagnostic | None:
-    """The file with this text, unless somebody saved it since it was read; what went wrong, if anything did."""
+    """Write the text to the file unless it was changed since it was read; returns an error, if any."""
     now = read_source(path, str(path), limits)
     if isinstance(now, Diagnostic):
         return now

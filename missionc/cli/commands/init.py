@@ -71,7 +71,7 @@ def _list(form: str) -> Status:
 
 
 def _next(target: Path, template: Template) -> list[str]:
-    """What to run now, and what to install for it."""
+    """Next commands to run, and packages to install for them."""
     lines = ["next steps"]
     spec = BACKENDS[_backend(template)]
     if spec.package and find_spec(spec.package) is None:
@@ -95,7 +95,7 @@ def _backend(template: Template) -> str:
 
 
 def _name_refused(name: str) -> Diagnostic | None:
-    """What forbids the name as that of a mission; absent where nothing does."""
+    """Finding for an invalid name of a mission; None for a valid one."""
     if reserved(name):
         message = f"{quoted(name)} is a keyword and cannot be the name of a mission"
         return Diagnostic(NAME_NOT_ALLOWED, message, None, help=f"choose another name, such as `{name}_1`")
@@ -110,7 +110,7 @@ def _name_refused(name: str) -> Diagnostic | None:
 
 
 def _like(name: str) -> str:
-    """A name that is one, near to what was asked for."""
+    """Valid name similar to the requested one."""
     letters = re.sub(r"[^A-Za-z0-9_]+", "_", name)[:40].strip("_") or "patrol"
     return letters if nameable(letters) else f"mission_{letters}"
 

@@ -27,7 +27,7 @@ def command(stdio: bool) -> Status:
             {},
         )
         return Status.MISSION_ERRORS
-    # Loaded when an editor asks, and never by another command.
+    # Loaded on request of an editor only.
     from missionc.tools.language_server.server import serve
 
     serve()

@@ -1,4 +1,4 @@
-"""``missionc monitor FILE TRACE``: a trace judged by the mission's formulas, recorded or while it is flown."""
+"""``missionc monitor FILE TRACE``: evaluation of a mission's formulas on a recorded or live trace."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def command(
 
 @dataclass(frozen=True, slots=True)
 class Live:
-    """What goes with ``--live``, each under the name of its flag."""
+    """Options of ``--live``, each under the name of its flag."""
 
     udp: tuple[str, int] | None = None
     mcap: Path | None = None
@@ -140,12 +140,12 @@ class Live:
     no_open: bool = False
 
     def first(self) -> str:
-        """The first flag that was given."""
+        """First flag that was given."""
         given = next(each.name for each in fields(self) if getattr(self, each.name) != each.default)
         return f"--{given.replace('_', '-')}"
 
     def fit(self) -> None:
-        """Refuse flags that do not go together."""
+        """Reject incompatible flags."""
         if self.no_open and not self.page:
             raise click.UsageError("`--no-open` has no effect without `--page`; remove it")
         if self.topic and not self.mcap:
@@ -176,7 +176,7 @@ def _live(file: Path, overrides: dict[str, str], limits: Limits, tolerance: floa
     if isinstance(lines, Diagnostic):
         say([*checked.findings, lines], [], form, {})
         return Status.MISSION_ERRORS
-    from missionc.cli import live_monitor  # numpy, which no other use of this module loads before it has to
+    from missionc.cli import live_monitor  # numpy, which this module otherwise loads only on demand
 
     live_monitor.tell_findings(checked.findings, form)
     shown = FlightPage(session.mission, checked.kernel) if asked.page else None
@@ -186,7 +186,7 @@ def _live(file: Path, overrides: dict[str, str], limits: Limits, tolerance: floa
 
 
 def _lines(asked: Live, mission: Mission, limits: Limits) -> Iterator[str] | Diagnostic:
-    """Where the samples come from, or why none can."""
+    """Source of the samples, or the reason why there is none."""
     if asked.udp is not None:
         host, port = asked.udp
         try:

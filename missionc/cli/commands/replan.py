@@ -1,4 +1,4 @@
-"""``missionc replan FOLDER --flown TRACE``: the rest of a mission planned anew while it is flown."""
+"""``missionc replan FOLDER --flown TRACE``: replanning of the rest of a mission during its flight."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_SECONDS = 3_600
 
 
 def speed(value: str) -> tuple[str, float]:
-    """``AGENT=SPEED``, in m/s."""
+    """Parse ``AGENT=SPEED``, in m/s."""
     name, text = options.pair(value)
     try:
         most = float(text)
@@ -86,7 +86,7 @@ def command(
     form: str,
 ) -> Status:
     """Replan the rest of a mission from the current state."""
-    from missionc.cli import replan_summary  # with all that plans
+    from missionc.cli import replan_summary  # loads all of the planner
     from missionc.compiler.replan.request import Way
     from missionc.tools.api.replan_folder import replan_folder
 

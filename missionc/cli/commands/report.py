@@ -1,4 +1,4 @@
-"""``missionc report FOLDER [OTHER]``: the page of a compiled folder, or of two plans of a mission, from their files."""
+"""``missionc report FOLDER [OTHER]``: the report of a compiled folder, or of two plans, from its files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``missionc simulate FOLDER``: the written polynomials flown by a simulated quadrotor."""
+"""``missionc simulate FOLDER``: flights of a simulated quadrotor along the written polynomials."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from missionc.tools.sweep.run_sweep import Pool
 
 DRAWN = 20
-"""Flights whose paths are drawn."""
+"""Number of flights whose paths are drawn."""
 
 
 @click.command("simulate", cls=GroupedCommand)
@@ -135,7 +135,7 @@ def _spread(
     workers: Callable[[], AbstractContextManager[Pool | Diagnostic]],
     journal: Path | None,
 ) -> Simulated | Diagnostic:
-    """The same flights, on other processes or machines; or why they are not flown there."""
+    """Run the same flights on other processes or machines, or return the reason why that fails."""
     from missionc.tools.replay.simulate_folder import simulate
     from missionc.tools.sweep import flights_journal
     from missionc.tools.sweep.spread_trials import NotFlown, SpreadTrials
@@ -157,7 +157,7 @@ def _spread(
 
 
 def _refused(path: Path, trace: Path | None, plot: Path | None, journal: Path | None) -> Diagnostic | None:
-    """What forbids writing, said before anything is flown."""
+    """Finding for an output that cannot be written, known before any flight."""
     if not (trace or plot or journal):
         return None
     from missionc.output.folder.overlap import WrittenPath, overlapping
@@ -176,7 +176,7 @@ def _refused(path: Path, trace: Path | None, plot: Path | None, journal: Path | 
 
 @contextmanager
 def _progress(silent: bool, trials: int) -> Iterator[Callable[[int], None]]:
-    """Where to say how many flights are over: a line on a terminal, nowhere else."""
+    """Listener for the number of finished flights: a line on a terminal, otherwise silent."""
     if silent or not sys.stderr.isatty():
         yield lambda done: None
         return

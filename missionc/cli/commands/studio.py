@@ -1,4 +1,4 @@
-"""``missionc studio [FILE]``: a page on this machine in which a mission is written, seen and compiled.
+"""``missionc studio [FILE]``: a local page for writing, viewing and compiling a mission.
 
 says MC002 MC004 MC009 MC404
 """
@@ -46,14 +46,14 @@ def command(file: Path | None, no_open: bool) -> Status:
     if isinstance(first, Diagnostic):
         say([first], [], "text", {})
         return Status.MISSION_ERRORS
-    from missionc.tools.studio.serve import serve  # by what only the extra brings
+    from missionc.tools.studio.serve import serve  # loaded from the extra only
 
     serve(home, first, StudioPlanner, lambda address: _say(address, no_open))
     return Status.DONE
 
 
 def _first(path: Path | None, home: Path) -> TextFile | Diagnostic:
-    """The text of the file; a template where there is none yet."""
+    """Text of the file, or of a template if there is no file yet."""
     if path and os.path.lexists(path):
         return opened_text(path, Limits())
     template = templates()[DEFAULT]

@@ -1,4 +1,4 @@
-"""``missionc vehicles [NAME]``: the vehicle profiles that a team may be flown by."""
+"""``missionc vehicles [NAME]``: vehicle profiles for teams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``missionc verify FOLDER``: verification of a compiled folder, before it is flown."""
+"""``missionc verify FOLDER``: verification of a compiled folder before its flight."""
 
 from __future__ import annotations
 

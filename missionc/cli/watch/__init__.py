@@ -1,8 +1,8 @@
-"""Watch mode: missions that are checked and planned again on every save.
+"""Watch mode: missions are checked and planned again on every save.
 
-saves      which files have changed, and come to rest
-missions   missions with what they include, checked again
-planner    plans in a process of its own, and can be told to stop
+saves      files that have changed and are complete
+missions   missions with their includes, checked again
+planner    planning in a separate process, which can be stopped
 live       the report as a page that follows
 loop       all of it together, for ``compile --watch``
 """

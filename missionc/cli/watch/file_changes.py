@@ -1,7 +1,6 @@
-"""File polling: changes of a few files, looked for ten times a second, which works on every system.
+"""File polling: checks a few files for changes ten times a second, on every system.
 
-What counts is what lies under a name, so it does not matter how an editor saves: in place, by
-another file renamed into its place, or by deleting it first.
+Files are compared by name, so an editor may save in place, by renaming another file, or by deleting the file first.
 """
 
 from __future__ import annotations
@@ -12,20 +11,20 @@ from collections.abc import Iterable
 from typing import TypeAlias
 
 EVERY = 0.1
-"""Seconds between two looks."""
+"""Seconds between two checks."""
 
 REST = 0.15
-"""Seconds without a change after which a burst of saves is over."""
+"""Seconds without a change after which a series of saves is complete."""
 
 ABSENCE = 1.0
-"""Seconds for which a file may be gone while an editor puts another into its place."""
+"""Seconds for which a file may be missing while an editor replaces it."""
 
 Mark: TypeAlias = tuple[int, ...]
-"""The mark of a file's content: another one after every save, empty where there is no file."""
+"""Fingerprint of a file's content, which changes with every save; empty for a missing file."""
 
 
 class Saves:
-    """Since ``watch`` was told of a file, whether it was saved."""
+    """Tracker of saves of watched files."""
 
     def __init__(self) -> None:
         self._marks: dict[str, Mark] = {}
@@ -33,13 +32,13 @@ class Saves:
         self._since = 0.0
 
     def watch(self, names: Iterable[str]) -> bool:
-        """From now on watch these files and no others; whether there are new ones among them."""
+        """Watch exactly these files from now on; returns whether some are new."""
         before = self._marks
         self._marks = {name: before[name] if name in before else _mark(name) for name in names}
         return not before.keys() >= self._marks.keys()
 
     def saved(self) -> bool:
-        """Whether something was saved since this was last true, and nothing has moved for a moment."""
+        """Return whether a file was saved since the last True, and no change is in progress."""
         marks = {name: _mark(name) for name in self._marks}
         if marks == self._marks:
             self._moving = {}

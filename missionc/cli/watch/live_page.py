@@ -1,7 +1,7 @@
 """A local web server for a live report: the report in a frame, a banner above it, and server-sent events.
 
-The report in the frame is the file as it was written, byte for byte. The page around it listens to
-one stream of events (server-sent events) and loads the frame anew when there is another report.
+The frame shows the written file, byte for byte. The page around it listens to one stream of server-sent events and
+reloads the frame when there is another report.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ POLICY = (
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 SILENCE = 10.0
-"""Seconds after which a stream without news is used once, to notice that nobody listens any more."""
+"""Seconds after which an idle stream is used once, to detect a closed page."""
 
 State = Literal["checking", "planning", "planned", "wrong"]
 
 
 @dataclass(frozen=True, slots=True)
 class News:
-    """What a page shows: how things stand, the findings, and which report."""
+    """Content of a page: status, findings, and report."""
 
     mission: str
     state: State = "checking"
     says: str = ""
     report: int = 0
-    """How many there have been."""
+    """Number of reports so far."""
 
 
 class LivePage:
-    """A context in which the page is served, to whoever is on this machine."""
+    """Context in which the page is served on this machine."""
 
     def __init__(self, mission: str) -> None:
         self._news = News(mission)
@@ -65,7 +65,7 @@ class LivePage:
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """How a browser that means this page calls it; another name leads here only by a trick of a stranger's page."""
+        """Host names of this page in a browser; any other name indicates an attack by a foreign page."""
         return tuple(f"{name}:{self._server.server_port}" for name in NAMES)
 
     @property
@@ -73,14 +73,14 @@ class LivePage:
         return self._report
 
     def tell(self, state: State, says: str = "", report: bytes = b"") -> None:
-        """Every open page how things stand; without a new report it keeps the one it has."""
+        """Send the status to every open page; without a new report it keeps the old one."""
         with self._changed:
             self._news = replace(self._news, state=state, says=says, report=self._news.report + bool(report))
             self._report = report or self._report
             self._changed.notify_all()
 
     def news(self, known: News | None) -> News:
-        """What there is to show, as soon as it is other than what is known; the same after a while without news."""
+        """Next content that differs from ``known``, or the same after a timeout."""
         with self._changed:
             self._changed.wait_for(lambda: self._news != known, SILENCE)
             return self._news

@@ -1,4 +1,4 @@
-"""The loop of ``compile --watch``: on every save a check and a new plan, and the open report follows."""
+"""The loop of ``compile --watch``: checks and replans on every save, and updates the open report."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from missionc.cli.watch.watched_missions import Missions, heading
 from missionc.output.folder.file_names import REPORT
 
 FIRST = BACKENDS.built_in[0]
-"""The backend to make ready for, as long as nothing is known of the mission."""
+"""Backend to prepare for before anything is known about the mission."""
 
 
 def watch(request: CompileRequest, no_open: bool) -> Status:
-    """Goes on until it is interrupted; returns only where the folder to write is not the compiler's."""
+    """Run until interrupted; returns only if the folder to write is not the compiler's."""
     missions = Missions([request.name], lambda: [check(request)])
-    ours: set[Path] = set()  # folders that were not there before
+    ours: set[Path] = set()  # folders that did not exist before
     with Planner() as planner, LivePage(Path(request.name).name) as live:
         planner.ready(FIRST)
         say_line(said(live.address, no_open, live.address))
@@ -45,7 +45,7 @@ def watch(request: CompileRequest, no_open: bool) -> Status:
 
 
 def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: LivePage, ours: set[Path]) -> None:
-    """Check; and begin to plan, unless there are errors to mend first."""
+    """Check a mission, and begin to plan unless there are errors."""
     (checked,) = missions.checked()
     if not checked.ok or checked.choice is None:
         findings = list(checked.findings)
@@ -53,7 +53,7 @@ def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: 
         live.tell("wrong", render_text(findings, False))
         return
     folder = folder_of(request, checked)
-    # Also a plan that is stopped may have got as far as being written, and nobody hears of it.
+    # A stopped plan may also have been written, without a message.
     if not os.path.lexists(folder):
         ours.add(folder)
     planner.start(replace(request, output=folder, force=request.force or folder in ours), checked.choice.backend)
@@ -61,7 +61,7 @@ def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: 
 
 
 def _show(ended: Ended, live: LivePage) -> None:
-    """A new report where there is one; else the last one stays, with the findings above it."""
+    """Show a new report if there is one; otherwise keep the last one, with the findings above it."""
     if ended.status == Status.DONE:
         live.tell("planned", report=(Path(ended.output) / REPORT).read_bytes())
     else:

@@ -1,8 +1,7 @@
-"""A planner process for one compilation after the other: the newest request counts, the one before is stopped.
+"""A planner process for successive compilations: a new request stops the one before.
 
-Its results go to the terminal, as those of ``compile`` do, or only to whoever asks for them (``aloud``).
-A process is ready before it is needed: loading what plans takes about a second, in which nobody
-should have to wait. It leaves Ctrl-C on the terminal to its parent, and ends with it.
+Its results go to the terminal, as in ``compile``, or only to the caller (``aloud``). A process is prepared in advance,
+since loading the planner takes about a second. It leaves Ctrl-C on the terminal to its parent, and ends with it.
 """
 
 from __future__ import annotations
@@ -31,14 +30,14 @@ if TYPE_CHECKING:
     from missionc.backends.api import Progress
 
 PATIENCE = (0.5, 2.0)
-"""Seconds to tidy up after a first SIGTERM, and to end after a second one."""
+"""Seconds for cleanup after a first SIGTERM, and for the end after a second one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """The end of a request: the status, the findings as text and as they are, and the folder written.
+    """End of a request: status, findings as text and as values, and the written folder.
 
-    ``lines`` is the summary of the plan, or of why there is none, but for the files.
+    ``lines`` is the summary of the plan or of its absence, without the files.
     """
 
     status: int
@@ -53,7 +52,7 @@ class Ended:
 
 
 class Planner:
-    """A context in which requests are carried out; afterwards nothing is under way."""
+    """Context in which requests are carried out; at its end nothing is running."""
 
     def __init__(self, aloud: bool = True) -> None:
         self._aloud = aloud
@@ -62,7 +61,7 @@ class Planner:
 
     @property
     def progress(self) -> str:
-        """Where the request under way is, in a line; empty where nobody knows, and of one that is done aloud."""
+        """Progress of the current request in one line; empty if unknown, or if it prints itself."""
         return self._child.progress if self._child is not None else ""
 
     def __enter__(self) -> Self:
@@ -72,14 +71,14 @@ class Planner:
         self._end()
 
     def ready(self, backend: str) -> None:
-        """Have a process that has loaded what plans such a mission, and waits."""
+        """Prepare a process that has loaded the planner for such a mission."""
         if self._child is not None and self._child.backend != backend:
             self._end()
         if self._child is None:
             self._child = _Child(backend, self._aloud)
 
     def start(self, request: CompileRequest, backend: str) -> None:
-        """Begin with a request, and leave the one before."""
+        """Begin a request, and abandon the one before."""
         self.stop()
         self.ready(backend)
         assert self._child is not None
@@ -87,14 +86,14 @@ class Planner:
         self._at_work = True
 
     def ended(self) -> Ended | None:
-        """The end of the request under way, once it has ended."""
+        """End of the current request, once it has ended."""
         if self._child is None or not self._at_work or (ended := self._child.answer()) is None:
             return None
         self.stop()
         return ended
 
     def stop(self) -> None:
-        """Leave what is under way, and be ready. What is half-written then, the next plan tidies up."""
+        """Stop the current request and prepare another process. The next plan cleans up unfinished files."""
         if self._child is not None and self._at_work:
             backend = self._child.backend
             self._end()
@@ -107,7 +106,7 @@ class Planner:
 
 
 class _Child:
-    """One process, for one request."""
+    """One process for one request."""
 
     def __init__(self, backend: str, aloud: bool) -> None:
         self.backend = backend
@@ -115,7 +114,7 @@ class _Child:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
         self._process: SpawnProcess = context.Process(target=_work, args=(theirs, backend, aloud))
-        # No signal may meet a child that is not ready for it.
+        # No signal may reach a child that is not ready for it.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, HANDLED)
         try:
             self._process.start()
@@ -127,7 +126,7 @@ class _Child:
         self._pipe.send(request)
 
     def answer(self) -> Ended | None:
-        """Its answer, if it has one; one in its place where it ended without."""
+        """Answer of the process, or a replacement if it ended without one."""
         try:
             while self._pipe.poll():
                 answer = self._pipe.recv()
@@ -140,7 +139,7 @@ class _Child:
         return None
 
     def end(self) -> None:
-        """The first SIGTERM lets it tidy up, the second one ends it wherever it is, as on the command line."""
+        """End the process: a first SIGTERM lets it clean up, a second one ends it at once, as on the command line."""
         self._pipe.close()
         for patience in PATIENCE:
             self._process.terminate()
@@ -159,7 +158,7 @@ def _work(pipe: Connection, backend: str, aloud: bool) -> None:
             _load(backend)
             pipe.send(_run_request(pipe.recv(), None if aloud else _teller(pipe)))
     except (Stopped, EOFError, BrokenPipeError):
-        return  # nobody waits for an answer any more
+        return  # the answer is no longer needed
 
 
 def _load(backend: str) -> None:
@@ -173,7 +172,7 @@ def _load(backend: str) -> None:
 
 
 def _teller(pipe: Connection) -> Callable[[Progress], None]:
-    """A listener that tells the parent how far it is, not more often than anybody reads it."""
+    """Listener that reports progress to the parent, at the rate at which it is read."""
     next_time = 0.0
 
     def tell(progress: Progress) -> None:
@@ -186,7 +185,7 @@ def _teller(pipe: Connection) -> Callable[[Progress], None]:
 
 
 def _run_request(request: CompileRequest, listen: Callable[[Progress], None] | None) -> Ended:
-    """Aloud, as on the command line, where nobody listens."""
+    """Run a request, with output as on the command line if there is no listener."""
     from missionc.cli.compile_request import carry_out, run_request
     from missionc.cli.summary import compiled_lines
 

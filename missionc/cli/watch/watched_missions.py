@@ -1,4 +1,4 @@
-"""Watched missions: checked again when one of their files is saved, those they include among them."""
+"""Watched missions: checked again when one of their files or includes is saved."""
 
 from __future__ import annotations
 
@@ -14,9 +14,11 @@ from missionc.compiler.front_end import Checked
 
 
 class Missions:
-    """Args:
-    files: of the missions.
-    check: says what there is to find in them now.
+    """Missions with their checks.
+
+    Args:
+        files: files of the missions.
+        check: function that checks them.
     """
 
     def __init__(self, files: list[str], check: Callable[[], list[Checked]]) -> None:
@@ -24,7 +26,7 @@ class Missions:
         self._saves.watch(files)
 
     def checked(self) -> list[Checked]:
-        """What there is to find in them. A file that is new among them was read before it was watched: once more."""
+        """Check the missions; repeated if a new file was read before it was watched."""
         while True:
             checked = self._check()
             included = [name for each in checked for name in (*(source.name for source in each.sources), *each.unread)]
@@ -32,12 +34,12 @@ class Missions:
                 return checked
 
     def saved(self) -> bool:
-        """Whether there is a save to look at."""
+        """Return whether there is a save to process."""
         return self._saves.saved()
 
 
 def watch_missions(missions: Missions, answer: Callable[[list[Checked]], object]) -> NoReturn:
-    """Answers for the missions as they are, and again after every save; until it is interrupted."""
+    """Process the missions now and after every save, until interrupted."""
     click.echo("watching the missions and their included files; Ctrl-C stops")
     while True:
         answer(missions.checked())
@@ -47,5 +49,5 @@ def watch_missions(missions: Missions, answer: Callable[[list[Checked]], object]
 
 
 def heading() -> None:
-    """What stands between two rounds."""
+    """Print a separator between two rounds."""
     click.echo(f"\n{datetime.now():%H:%M:%S} file saved")

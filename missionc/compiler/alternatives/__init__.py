@@ -1,1 +1,1 @@
-"""Alternative plans: further ones of the same mission that differ in an option, an order or a side, ranked."""
+"""Alternative plans: ranked plans of one mission that differ in an option, an order or a side."""

@@ -1,10 +1,9 @@
-"""Comparison of the options of a mission: a plan's options and orders are forbidden in turn, and the best plan is kept.
+"""Comparison of a mission's options: options and orders of a plan are forbidden in turn, and the best plan is kept.
 
-    in   a plan, of a backend that chose among options before it planned
-    out  the same plan or a better one; its notes say what the others come to
+    in   a plan of a backend that chooses options before planning
+    out  the same plan or a better one, with notes on the others
 
-What cannot be better by a lower bound is not planned. The work is bounded, and counted, so that one seed gives one
-plan.
+A lower bound excludes options that cannot be better. The work is bounded and counted, so that one seed gives one plan.
 """
 
 from __future__ import annotations
@@ -46,12 +45,12 @@ def with_best_option(
     watch: Stopwatch,
     log: StageLog,
 ) -> Compiled:
-    """A compilation whose plan is the best of those with other options and orders.
+    """Compilation with the best plan over other options and orders.
 
     Args:
-        first: the compilation of the plan that was found first.
-        checked: the mission that was planned.
-        planned: that plan.
+        first: compilation of the first plan.
+        checked: planned mission.
+        planned: first plan.
         certify: verifies a better plan and makes its files.
         engine: as for ``compare_options``.
         moment: as for ``compare_options``.
@@ -84,8 +83,8 @@ def compare_options(
     """The best of a plan and of those with other options and orders.
 
     Args:
-        engine: the name of the backend that planned.
-        moment: when what is still at work is interrupted, on the clock of ``time.monotonic``.
+        engine: name of the planning backend.
+        moment: time of interruption, on the clock of ``time.monotonic``.
     """
     backend = load_engines((engine,), options)
     if isinstance(backend, Diagnostic):
@@ -128,7 +127,7 @@ def _decided(before: Restriction, signature: Signature, mission: Mission, planne
 
 
 def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:
-    """What every plan of a restricted mission comes to at least."""
+    """Lower bound for all plans of a restricted mission."""
     if mission.objective is Objective.ROBUSTNESS:
         return -math.inf
     if mission.objective is Objective.ENERGY or mission.world.flat:
@@ -138,7 +137,7 @@ def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:
 
 
 def _best(mission: Mission, kernel: Kernel, compared: list[tuple[Planned, Signature]], late: bool) -> Planned:
-    """The best, with what was done for all, and what the others come to that differ."""
+    """Best plan, with the total work, and notes on the different ones."""
     first = compared[0][0]
     best, own = min(compared, key=lambda each: quality(mission, kernel, each[0]))
     notes = [

@@ -1,13 +1,13 @@
-"""Restrictions that forbid what a plan decided: a branch of a choice, an order, a side on which it passes what stands.
+"""Restrictions that forbid a decision of a plan: a branch of a choice, an order, or a side of an obstacle.
 
-    in   Mission, Kernel, what is forbidden
-    out  a Mission and a Kernel of which every plan is one of the mission, and has decided otherwise
+    in   Mission, Kernel, the restriction
+    out  a Mission and a Kernel whose plans satisfy the mission with other decisions
 
-Any backend plans what is restricted: a choice loses branches, an order becomes a requirement, and where nobody is to
-pass there is an obstacle. What it says that is impossible is so of the restricted mission alone.
+Any backend can plan the restricted mission: a choice loses branches, an order becomes a requirement, and a side becomes
+an obstacle. Its infeasibility concerns only the restricted mission.
 
 Source:
-    Murty 1968, Lawler 1972, the k best solutions by partitioning what the best one left open.
+    Murty 1968, Lawler 1972, the k best solutions by partitioning the remaining ones.
 """
 
 from __future__ import annotations
@@ -28,32 +28,32 @@ from missionc.ir.kernel.normal_form import negated
 from missionc.verification.monitoring.signature import Event, Signature
 
 BARRED = "barred"
-"""The name of what is an obstacle in planning alone; no identifier, so that no mission has it."""
+"""Name of an obstacle in planning only; not an identifier, so that no mission uses it."""
 
 THICK = 1 / 150
-"""How thick it is, as a share of the world's longer side."""
+"""Its thickness, as a share of the world's longer side."""
 
 PASSING = np.pi / 3
-"""Radians that an agent sweeps about what it passes, at least."""
+"""Least angle, radians, that an agent sweeps about a passed obstacle."""
 
 LOOKED_AT = 24
-"""Places of a path from which what bars it is tried."""
+"""Number of places of a path from which bars are tried."""
 
 MOST_ORDERS = 24
-"""Orders of a plan that are reversed, each by itself."""
+"""Maximum number of a plan's orders that are reversed, each separately."""
 
 Bar: TypeAlias = tuple[tuple[float, float], ...]
-"""Corners of what nobody may pass, metres."""
+"""Corners of a barred area, metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class Restriction:
-    """What is forbidden.
+    """A set of forbidden decisions.
 
     Args:
-        removed: the numbers of the branches that a choice does without.
-        first: what has to hold before something else does: pairs, the one that comes first before the other.
-        barred: corners of what nobody may pass.
+        removed: indices of the removed branches of choices.
+        first: required orders: pairs, the earlier event first.
+        barred: corners of barred areas.
     """
 
     removed: dict[ChoicePoint, frozenset[int]] = field(default_factory=dict)
@@ -62,7 +62,7 @@ class Restriction:
 
     @property
     def key(self) -> Hashable:
-        """The same for restrictions that forbid the same."""
+        """Key that is equal for equal restrictions."""
         pairs = frozenset((one.asked, other.asked) for one, other in self.first)
         return frozenset(self.removed.items()), pairs, frozenset(self.barred)
 
@@ -85,13 +85,13 @@ class Restriction:
 def restrictions(
     before: Restriction, signature: Signature, mission: Mission, position: Array, sides: bool = True
 ) -> Iterator[Restriction]:
-    """Restrictions that each forbid one thing that a plan decided, on top of those that it was planned with.
+    """Restrictions that each forbid one decision of a plan, in addition to its own.
 
-    Options, orders and sides in turns, so that a few tries see some of each.
+    Options, orders and sides alternate, so that a few tries include each kind.
 
     Args:
-        position: of the plan, (agents, steps + 1, dim), metres.
-        sides: whether sides are forbidden too.
+        position: positions of the plan, (agents, steps + 1, dim), metres.
+        sides: True to forbid sides too.
     """
     kinds = [_options(before, signature), _orders(before, signature)]
     if sides:
@@ -122,7 +122,10 @@ def _orders(before: Restriction, signature: Signature) -> Iterator[Restriction]:
 
 
 def _sides(before: Restriction, signature: Signature, mission: Mission, position: Array) -> Iterator[Restriction]:
-    """Bars that a whole company has to go round come first, and the shortest ones after them."""
+    """Restrictions with bars: those that a whole group must circumvent first, then the shortest.
+
+    Positions are (agents, steps + 1, dim), metres.
+    """
     turns = [
         (-abs(float(signature.swept[agent, number])), number, agent, sign)
         for number in range(len(signature.parts))
@@ -144,7 +147,7 @@ def _sides(before: Restriction, signature: Signature, mission: Mission, position
 
 
 def _in_order(first: Event, second: Event) -> Node:
-    """Formula that the first holds at a step at which both are asked for, and the second at no step before it."""
+    """Formula that the first event occurs when both are required, and the second at no earlier step."""
     early, late = first.asked, second.asked
     last = min(first.last, second.last)
     return Until(At(late.agent, negated(second.body)), At(early.agent, first.body), 0, last)
@@ -156,10 +159,10 @@ def _prism(mission: Mission, corners: Bar) -> Shape:
 
 
 def _bars(mission: Mission, part: StandingPart, path: Array, company: Array) -> list[Bar]:
-    """Bars across a path, (steps + 1, 2), from the part it passes to whatever stands behind it, or the world's border.
+    """Bars across a path, (steps + 1, 2), metres, from the passed part to an obstacle or the world's border.
 
-    The one that the most of a company, (agents, steps + 1, 2), cross, and of such the shortest; and, where that is
-    another one, the shortest of all. None that does not leave all starts and finishes alone.
+    First the shortest of those that most of a group, (agents, steps + 1, 2), cross; then the shortest of all. Bars over
+    starts or finishes are excluded.
     """
     low, high = mission.world.low[:2], mission.world.high[:2]
     standing = [outline(mission, each.shape) for each in mission.obstacles if isinstance(each.motion, Still)]
@@ -189,7 +192,7 @@ def _bars(mission: Mission, part: StandingPart, path: Array, company: Array) -> 
             continue
         reach = shapely.Point(begin).distance(hits) if part.solid.distance(hits) > 1e-5 else 0.0
         if reach <= length:
-            continue  # something else stands between
+            continue  # another obstacle is in between
         bar = shapely.LineString([begin, begin + away / length * reach])
         if ends.is_empty or bar.distance(ends) > half:
             found.append((-int(shapely.intersects(ways, bar).sum()), bar.length, number, bar))
@@ -205,7 +208,9 @@ def _corners(bar: shapely.Geometry, half: float) -> Bar:
 
 
 def _leaves_ways(mission: Mission, barred: tuple[Bar, ...], position: Array) -> bool:
-    """Whether every agent can still get from where it starts to where a plan has it end, as far as a map shows."""
+    """Return whether every agent can still reach its last place of a plan, (agents, steps + 1, dim),
+    metres, on a map.
+    """
     standing = [outline(mission, each.shape) for each in mission.obstacles if isinstance(each.motion, Still)]
     taken = shapely.union_all([*standing, *(shapely.Polygon(corners) for corners in barred)]).buffer(
         least_room(mission) * 0.99

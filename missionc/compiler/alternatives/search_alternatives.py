@@ -1,13 +1,13 @@
-"""Search for alternative plans: restricted missions planned again, and their plans verified, ranked and written.
+"""Search for alternative plans: restricted missions are planned, and the plans verified, ranked and written.
 
     in   a checked mission and its verified plan, the number of plans
     out  Found: plans that differ from each other (``monitoring.signature``), each verified, the best first; Compiled
          with ``alternatives``
 
-Each attempt forbids one thing that the plans so far decided. The backend of the first plan plans the restricted
-mission with a share of the work, and nothing is kept of that run. A plan counts only if it differs from every plan
-before. The best are verified and written against the mission itself. The attempts, and the work of each, are counted,
-so that one seed gives the same plans.
+Each attempt forbids one thing that the plans so far decided. The backend of the first plan plans the restricted mission
+with a share of the work, and nothing is kept of that run. A plan counts only if it differs from every plan before. The
+best are verified and written against the mission itself. The attempts, and the work of each, are counted, so that one
+seed gives the same plans.
 
 Plans are ranked by the preferences that they satisfy, then by margin, then by the objective.
 """
@@ -52,8 +52,10 @@ Quality: TypeAlias = tuple[tuple[bool, ...], float, float]
 
 
 def quality(mission: Mission, kernel: Kernel, planned: Planned) -> Quality:
-    """The less the better: preferences that are not kept, the heaviest first; then the share of the margin that is not;
-    then ``objective_value``."""
+    """Rank of a plan, less is better: violated preferences, the heaviest first; missing margin.
+
+    ``objective_value``.
+    """
     kept = {each.name: each.satisfied for each in monitor(mission, kernel, planned.trace).preferences}
     wishes = sorted(kernel.preferences, key=lambda each: -(each.weight or 0.0))
     unkept = tuple(not kept[each.name] for each in wishes)
@@ -77,7 +79,7 @@ UNITS = {Objective.DURATION: "steps", Objective.ENERGY: "m^2/s^3"}
 
 
 def amount(mission: Mission, kernel: Kernel, trace: Trace) -> str:
-    """The same in words."""
+    """Text of the value of an objective."""
     return f"{abs(objective_value(mission, kernel, trace)):.6g} {UNITS.get(mission.objective, 'm')}"
 
 
@@ -91,11 +93,11 @@ def plan_restricted(
     work: float,
     moment: float,
 ) -> Outcome | Ended:
-    """What a backend makes of a mission with a restriction.
+    """Outcome of a backend for a restricted mission.
 
     Args:
-        work: units of it that the backend may spend.
-        moment: when it is interrupted, on the clock of ``time.monotonic``.
+        work: work limit of the backend.
+        moment: time of interruption, on the clock of ``time.monotonic``.
     """
     short = replace(budget, work=work, on_snapshot=discard_snapshot, resume=None, on_incumbent=discard_plan)
     narrower = restriction.applied(mission, kernel)
@@ -104,7 +106,7 @@ def plan_restricted(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """A plan that differs; ``verified`` where it is the first one, which is written already."""
+    """A different plan; ``verified`` for the first one, which is already written."""
 
     planned: Planned
     signature: Signature
@@ -115,7 +117,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """Plans with their signatures, the best first; ``note`` says why there are fewer than were wanted."""
+    """Plans with their signatures, the best first; ``note`` explains a smaller number than requested."""
 
     plans: tuple[tuple[Verified, Signature], ...]
     note: str
@@ -134,7 +136,7 @@ class _Search:
     seeds: Iterator[int] = field(default_factory=lambda: iter(range(1, ALTERNATIVES.seeds + 1)))
 
     def add(self, planned: Planned, seed: int, restriction: Restriction, verified: Verified | None = None) -> None:
-        """Keep a plan that differs, and what may be forbidden of it; of one that does not, that alone."""
+        """Keep a different plan and its restrictions; of an equal plan, only its restrictions."""
         trace = planned.trace
         signature = self.signatures.of(trace)
         value = quality(self.mission, self.kernel, planned)
@@ -146,7 +148,7 @@ class _Search:
                 heapq.heappush(self.waiting, (value, place, next(self.numbers), each))
 
     def next_attempt(self) -> tuple[Restriction, int] | None:
-        """What to forbid next, of the best plan first; and what to add to the seed, once nothing is left."""
+        """Next restriction to try, of the best plan first; and the change of the seed, if none is left."""
         if self.waiting:
             return heapq.heappop(self.waiting)[-1], 0
         more = next(self.seeds, None)
@@ -154,10 +156,12 @@ class _Search:
 
 
 def search_alternatives(checked: Checked, first: Verified, request: PlanRequest, watch: Stopwatch) -> Found:
-    """As many plans as are wanted, the first among them unless better ones were found, or as many as were found.
+    """As many plans as requested, or as were found.
+
+    The first one is included unless better ones were found.
 
     Args:
-        checked: the mission that the first plan was verified by.
+        checked: mission by which the first plan was verified.
     """
     wanted, options, budget = request.alternatives, request.options, request.budget
     mission, kernel = checked.valid_mission, checked.valid_kernel
@@ -202,7 +206,7 @@ def _enough(found: int, wanted: int, tries: int) -> bool:
 def _planned(
     backend: Backend, search: _Search, restriction: Restriction, options: Options, budget: Budget, first: Verified
 ) -> Planned | None:
-    """A plan of the restricted mission, if one was found with the work of an attempt."""
+    """Plan of the restricted mission, if found within an attempt's work."""
     work = ALTERNATIVES.work_after(first.report.work)
     moment = last_call(budget.deadline)
     outcome = plan_restricted(backend, search.mission, search.kernel, restriction, options, budget, work, moment)
@@ -232,9 +236,9 @@ def _note(found: int, wanted: int, tries: int, late: bool) -> str:
 
 
 def with_alternatives(first: Compiled, request: PlanRequest) -> Compiled:
-    """The same compilation with as many plans as are wanted, or as were found; the best one is its outcome.
+    """Compilation with as many plans as requested, or as were found; the best one is its outcome.
 
-    That there are fewer is among the notes.
+    A note reports a smaller number.
     """
     checked, outcome = first.checked, first.outcome
     assert isinstance(outcome, Verified)

@@ -1,5 +1,5 @@
-"""Relaxation of an infeasible mission: changes of its text that make it feasible, each tried and verified.
+"""Relaxation of an infeasible mission: changes of its text that make it feasible, each verified.
 
 in   Checked, and the requirements in conflict
-out  Explained: who is to blame, the changes that do, and the nearest miss
+out  Explained: the cause, the sufficient changes, and the closest infeasible candidate
 """

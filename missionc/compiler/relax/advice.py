@@ -1,4 +1,4 @@
-"""Relaxation advice for an infeasible mission: lines for people, and values for programs."""
+"""Relaxation advice for an infeasible mission: lines for users, and values for programs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from missionc.compiler.results import Compiled, Explained, Relaxation
 
 
 def explained_lines(compiled: Compiled) -> list[str]:
-    """What would give the mission a plan, smallest change first, each as lines before and after; the nearest miss."""
+    """Lines of the changes that give a plan, smallest first, and of the closest infeasible candidate."""
     explained, mission = compiled.explained, compiled.checked.mission
     if explained is None or mission is None:
         return []
@@ -37,7 +37,7 @@ def explained_lines(compiled: Compiled) -> list[str]:
 
 
 def explained_document(explained: Explained | None) -> dict[str, object]:
-    """Null and empty where nothing was tried."""
+    """Values of the explanation; null and empty if nothing was tried."""
     if explained is None:
         return {"blame": None, "relaxations": [], "near_miss": None}
     missed = explained.near_miss
@@ -58,7 +58,7 @@ def explained_document(explained: Explained | None) -> dict[str, object]:
 
 
 def _relaxation(relaxation: Relaxation) -> dict[str, object]:
-    """The first place that changes; ``also`` has the others, where there are any."""
+    """Values of the first changed place; ``also`` has the others, if any."""
     places = [
         {"file": change.file or None, "line": change.line or None, "before": change.before, "after": change.after}
         for change in relaxation.changes

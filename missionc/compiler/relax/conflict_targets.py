@@ -1,4 +1,4 @@
-"""Parameters of conflicting requirements, and the direction in which each asks for less.
+"""Parameters of conflicting requirements, and the direction in which each becomes weaker.
 
 in   kernel formulas
 out  ConflictTargets
@@ -19,7 +19,7 @@ Key = TypeVar("Key", Span, str)
 
 
 class ConflictTarget(Enum):
-    """What asks for less: more of the number, or less of it; EITHER where the formula needs it both ways."""
+    """Direction that weakens the requirement: larger, smaller, or EITHER if it occurs both ways."""
 
     MORE = 1
     LESS = -1
@@ -28,11 +28,10 @@ class ConflictTarget(Enum):
 
 @dataclass(slots=True)
 class ConflictTargets:
-    """Conflict targets, by the words of the formula or the name of the thing: which way asks for less.
+    """Conflict targets by source text or name, with their weakening direction.
 
-    ``windows``: the last step of the window, the length of a period. ``lengths``: the upper bound of a route.
-    ``counts``: of agents. ``comparisons``: what is compared with zero, as if it were a sum that has
-    to be positive.
+    ``windows``: last step of a window, or length of a period. ``lengths``: upper bound of a route. ``counts``: number
+    of agents. ``comparisons``: value compared with zero, as a sum that has to be positive.
     """
 
     windows: dict[Span, ConflictTarget] = field(default_factory=dict)
@@ -45,7 +44,7 @@ class ConflictTargets:
 
 
 def conflict_targets(formulas: Iterable[Node]) -> ConflictTargets:
-    """The targets in these formulas, each of which is to hold."""
+    """Targets in these required formulas."""
     found = ConflictTargets()
     stack = [(formula, 1) for formula in formulas][::-1]
     seen: set[tuple[Node, int]] = set()
@@ -71,14 +70,14 @@ def _note(found: ConflictTargets, node: Node, sign: int) -> None:
             else:
                 _add(found.comparisons, span, sign)
         case AtLeast():
-            # That too few hold is that enough of the others fail: the number that is written goes the other way.
+            # Too few hold if enough of the others fail: the number changes in the other direction.
             _add(found.counts, span, sign if node.dual else -sign)
         case _:
             sign = -sign if node.every else sign
             if (window := window_of(node)) and window[1] is not None:
                 _add(found.windows, span, sign)
             if graph := graph_of(node):
-                # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.
+                # A wider graph has shorter paths and new links; their effect on a bound is unknown.
                 _add(found.graphs, graph.name, sign if children(node) else 0)
             if route_bounds(node):
                 _add(found.lengths, span, sign)

@@ -1,4 +1,4 @@
-"""Edits: changes of a mission's text, or of a value given on the command line."""
+"""Edits: changes of a mission's text, or of a value from the command line."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from missionc.frontend.syntax import ast
 D = TypeVar("D")
 
 ROUND = 9
-"""Decimals that a new number keeps: nobody wants to read 2.0000000000000004 m."""
+"""Decimals of a new number, so that no text has 2.0000000000000004 m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Texts that take the place of spans of the main file, and values of parameters given from outside.
+    """Replacements of spans of the main file, and values of external parameters.
 
-    ``says`` is the change in the mission's own words; ``to`` the value that a number is given, where one alone changes.
+    ``says`` is the change in the mission's terms; ``to`` the new value, if a single number changes.
     """
 
     says: str
@@ -39,7 +39,7 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A number of the mission where it is written: in the text, or on the command line as ``parameter``."""
+    """A number of the mission at its place: in the text, or on the command line as ``parameter``."""
 
     value: float
     unit: str
@@ -48,11 +48,11 @@ class Spot:
 
     @property
     def factor(self) -> float:
-        """SI units in one of its own."""
+        """SI units per unit of the number."""
         return UNITS[self.unit][1] if self.unit else 1.0
 
     def written(self, value: float) -> str:
-        """Another value as it would be written here."""
+        """Text of another value at this place."""
         return f"{shown(round(value, ROUND))} {self.unit}".rstrip()
 
     def put(self, value: float, says: str) -> Edit:
@@ -63,9 +63,9 @@ class Spot:
 
 
 def spot(checked: Checked, quantity: ast.Quantity | None) -> Spot | None:
-    """Where the number is written that this quantity is; none where it is worked out, or written in another file.
+    """Place of this quantity's number; None if it is computed, or in another file.
 
-    The value of a parameter is written where it is declared, or on the command line.
+    The value of a parameter is at its declaration, or on the command line.
     """
     match quantity:
         case ast.Number(value=value, unit=unit) if is_in_main_file(checked, quantity.span):
@@ -73,7 +73,7 @@ def spot(checked: Checked, quantity: ast.Quantity | None) -> Spot | None:
         case ast.Negative(body=ast.Number(value=value, unit=unit)) if is_in_main_file(checked, quantity.span):
             return Spot(-value, unit or "", quantity)
         case ast.Indexed():
-            return None  # one member of a family, which has no number of its own
+            return None  # one member of a family, which has no separate number
         case ast.Name(text=name) if name in checked.overrides:
             return _given(name, checked)
         case ast.Name(text=name):
@@ -89,24 +89,24 @@ def _given(name: str, checked: Checked) -> Spot | None:
 
 
 def is_in_main_file(checked: Checked, span: Span) -> bool:
-    """Whether the words stand in the main file, which alone is edited."""
+    """Return whether the span is in the main file, the only one that is edited."""
     return span.source.name == checked.file
 
 
 def declared(checked: Checked, kind: type[D]) -> list[D]:
-    """The mission's declarations of a kind, in the order of the text."""
+    """Declarations of a kind, in the order of the text."""
     return [item for item in checked.program.declarations if isinstance(item, kind)] if checked.program else []
 
 
 def edited(checked: Checked, edit: Edit) -> tuple[Source, dict[str, str]]:
-    """The main file with the change made, and the values given on the command line."""
+    """Edited main file, and command-line values."""
     source = checked.sources[0]
     text = _replaced(source.text, edit.fixes)
     return Source(source.name, text), {**checked.overrides, **dict(edit.overrides)}
 
 
 def changes(edit: Edit, overrides: Mapping[str, str]) -> tuple[Change, ...]:
-    """Every place that the edit touches in whole lines, as they were and as they are, in the order of the text.
+    """Edited places as whole lines before and after, in the order of the text.
 
     Args:
         overrides: values of parameters before the edit.
@@ -124,14 +124,14 @@ def changes(edit: Edit, overrides: Mapping[str, str]) -> tuple[Change, ...]:
 
 
 def _lines(span: Span) -> tuple[int, int]:
-    """From the start of the line where the span begins to the end of that where it ends."""
+    """Range of the whole lines of a span."""
     text = span.source.text
     end = text.find("\n", span.end)
     return text.rfind("\n", 0, span.start) + 1, len(text) if end < 0 else end
 
 
 def _replaced(text: str, fixes: Iterable[Fix], start: int = 0) -> str:
-    """The text, which begins at the offset ``start`` of its source, with the fixes made."""
+    """Text, which begins at offset ``start`` of its source, with the fixes applied."""
     for fix in sorted(fixes, key=lambda fix: fix.span.start, reverse=True):
         text = text[: fix.span.start - start] + fix.replacement + text[fix.span.end - start :]
     return text

@@ -1,7 +1,7 @@
-"""The nearest miss: of the motions at hand, the one that violates the mission as written the least.
+"""Closest infeasible candidate: of the available motions, the one with the smallest violation.
 
-in   Mission as written, its kernel, motions that are plans of relaxed missions, a search's best candidate
-out  NearMiss, where one of them breaks nothing but one requirement, or there is a candidate
+in   original Mission, its kernel, plans of relaxed missions, a search's best candidate
+out  NearMiss, if one of them violates only one requirement, or there is a candidate
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from missionc.output.report.report_html import Plotted, report
 from missionc.verification.verify_plan import verify
 
 MOST_PLAYED = 12
-"""Changes whose plans the page can play; of more it shows the words alone."""
+"""Maximum number of changes with replayable plans; others are shown as text only."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Remedy:
-    """A relaxed mission, and a plan of it that passed ``verify``."""
+    """A relaxed mission, with its verified plan."""
 
     checked: Checked
     trace: Trace
@@ -39,7 +39,7 @@ class Remedy:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Advice:
-    """What the page says of the refusal: the requirements in conflict, and what was tried to know who is to blame."""
+    """Explanation of the refusal for the page: the conflicting requirements, and the trials."""
 
     conflict: tuple[str, ...] = ()
     trials: tuple[Trial, ...] = ()
@@ -54,12 +54,13 @@ def near_miss(
     scope: Scope | None = None,
     advice: Advice | None = None,
 ) -> NearMiss | None:
-    """With its files: ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` where maps can be drawn.
+    """Closest infeasible candidate with its files: ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` if
+    maps can be drawn.
 
     Args:
-        backend, seed: what planned the motions, and with which seed.
-        best: the candidate of a search that found no plan.
-        scope: of the refusal, where there is one.
+        backend, seed: backend and seed of the motions.
+        best: candidate of a search without a plan.
+        scope: scope of the refusal, if any.
     """
     mission, kernel = checked.valid_mission, checked.valid_kernel
     motions = [(each.says, remedy.trace) for each, remedy in relaxations] + ([("", best.trace)] if best else [])
@@ -86,7 +87,7 @@ def near_miss(
 
 
 def _miss(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt | None:
-    """What a motion of this mission comes to that breaks one requirement, and nothing else."""
+    """Evaluation of a motion that violates exactly one requirement of this mission."""
     if trace.position.shape[:2] != (len(mission.agents), mission.steps + 1):
         return None
     certificate = verify(mission, kernel, trace)
@@ -102,7 +103,7 @@ def _by(miss: Attempt) -> float:
 
 
 def _played(remedy: Remedy, backend: str, seed: int) -> Plotted:
-    """The plan of a relaxed mission, which has no polynomials yet."""
+    """Plan of a relaxed mission, without polynomials, for the page."""
     mission, kernel = remedy.checked.valid_mission, remedy.checked.valid_kernel
     certificate = verify(mission, kernel, remedy.trace)
     plan = Plan(mission.name, backend, seed, remedy.trace, certificate.judgements)
@@ -110,7 +111,7 @@ def _played(remedy: Remedy, backend: str, seed: int) -> Plotted:
 
 
 def _told(advice: Advice, violation: str, relaxations: Sequence[Relaxation]) -> dict[str, object]:
-    """The advice as the page reads it; the plan of a change has its rank after the nearest miss."""
+    """Explanation in the page's format; the plan of a change has its rank after the candidate."""
     return {
         "conflict": list(advice.conflict),
         "trials": [{"change": trial.says, "outcome": trial.outcome} for trial in advice.trials],

@@ -1,8 +1,8 @@
 """Relaxations of a mission by kind: its world, its formulas, and its time.
 
-The world: graphs, formations, regions, clearance between bodies, and the number of agents. Formulas: bounds of
-routes, counts, comparisons, or a requirement left out. Time: a longer horizon, a window that ends later or requires
-less time, a longer period.
+The world: graphs, formations, regions, clearance between bodies, and the number of agents. Formulas: bounds of routes,
+counts, comparisons, or a dropped requirement. Time: a longer horizon, a window that ends later or requires less time, a
+longer period.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from missionc.ir.language.weighed_routes import longest
 
 
 def without(checked: Checked, mission: Mission, conflict: tuple[str, ...]) -> list[RelaxationParameter]:
-    """Each of the requirements in conflict left out; a family once, whichever of its members are in conflict."""
+    """Drop each conflicting requirement; a family once, for any of its members."""
     spans = {goal.name: replace(goal.span, turns=()) for goal in mission.requirements}
     one_of_each = {spans.get(name, name): name for name in reversed(conflict)}
     return [knob for name in reversed(one_of_each.values()) for knob in without_all(checked, mission, (name,))]
 
 
 def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> list[RelaxationParameter]:
-    """All of these requirements left out together; with a member of a family, the whole family."""
+    """Drop all of these requirements together; with a member, the whole family."""
     goals = [goal for goal in mission.requirements if goal.name in names]
     if not goals or not all(is_in_main_file(checked, goal.span) for goal in goals):
         return []
@@ -50,7 +50,7 @@ def _left_out(goal: ir.Requirement) -> str:
 
 
 def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """The upper bounds of routes: more hops or metres where a route is to be there, fewer where none is."""
+    """Upper bounds of routes: more hops or metres for required routes, fewer for forbidden ones."""
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
     meant = {each.span: each.bounds for each in formulas(mission) if isinstance(each, ir.Apply)}
     knobs = []
@@ -75,7 +75,7 @@ def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
 
 
 def counts(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """How many agents, in ``count[…] f >= 2`` and ``at least 2 drone: f``."""
+    """Numbers of agents, in ``count[…] f >= 2`` and ``at least 2 drone: f``."""
     knobs = []
     for node in _in_order(checked):
         match node:
@@ -94,7 +94,7 @@ def counts(checked: Checked, targets: ConflictTargets) -> list[RelaxationParamet
 
 
 def headings(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """The angle to either side within which a heading is to be."""
+    """Angles of heading requirements."""
     knobs = []
     for node in sorted(
         (each for each in nodes(checked.program) if isinstance(each, ast.Facing)), key=lambda each: each.span.start
@@ -109,7 +109,7 @@ def headings(checked: Checked, targets: ConflictTargets) -> list[RelaxationParam
 
 
 def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare]:
-    """The formulas as written that may have a number of their own."""
+    """Formulas of the text that may have a number."""
     kinds = (ast.Apply, ast.Quantified, ast.Compare)
     return sorted(
         (node for node in nodes(checked.program) if isinstance(node, kinds)), key=lambda node: node.span.start
@@ -117,7 +117,7 @@ def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare
 
 
 def comparisons(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """The number that a comparison has on one of its sides."""
+    """Numbers on one side of a comparison."""
     knobs = []
     for node in (each for each in _in_order(checked) if isinstance(each, ast.Compare)):
         way = targets.comparisons.get(node.span, ConflictTarget.EITHER)
@@ -132,11 +132,11 @@ def comparisons(checked: Checked, targets: ConflictTargets) -> list[RelaxationPa
 
 
 LONGER = 4
-"""A horizon grows to so many times itself at most."""
+"""Greatest factor of the horizon."""
 
 
 def horizon(checked: Checked, mission: Mission) -> list[RelaxationParameter]:
-    """The horizon, longer by whole steps; every window that ends with the mission follows, however it is written."""
+    """Longer horizon, by whole steps; windows to the mission's end follow, in any notation."""
     horizon_spot = _horizon(checked)
     if horizon_spot is None:
         return []
@@ -153,7 +153,7 @@ def horizon(checked: Checked, mission: Mission) -> list[RelaxationParameter]:
 
 
 def _ends(checked: Checked, mission: Mission) -> list[Spot]:
-    """Where the mission's last step is written as the end of a window, each place once."""
+    """Places with the mission's last step as the end of a window, each once."""
     meant = _meant(mission)
     ends = []
     for node in nodes(checked.program):
@@ -165,14 +165,14 @@ def _ends(checked: Checked, mission: Mission) -> list[Spot]:
 
 
 def _meant(mission: Mission) -> dict[Span, Apply]:
-    """What each use of an operator, by its words, was resolved to."""
+    """Resolved form of each use of an operator, by its source text."""
     return {each.span: each for each in formulas(mission) if isinstance(each, Apply)}
 
 
 def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """The last steps of windows: later where something is to happen, sooner where something is to last.
+    """Last steps of windows: later for events, earlier for durations.
 
-    Of what is to recur, the period: longer.
+    For recurrences, a longer period.
     """
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
     periods = _periods(checked)
@@ -221,7 +221,7 @@ def _window(
 
 
 def _periods(checked: Checked) -> dict[Span, ast.Quantity]:
-    """The period of each formula that is to recur, as it is written: a quantity, or the name of a parameter."""
+    """Period of each recurrent formula in the text: a quantity, or the name of a parameter."""
     found: dict[Span, ast.Quantity] = {}
     for node in nodes(checked.program):
         match node:
@@ -235,7 +235,7 @@ def _periods(checked: Checked) -> dict[Span, ast.Quantity]:
 
 
 def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: Apply) -> RelaxationParameter | None:
-    """The period, longer by whole steps as long as the mission lasts long enough."""
+    """Longer period, by whole steps, within the mission's duration."""
     place = spot(checked, length)
     assert isinstance(formula.bounds, Period)
     steps = formula.bounds.steps
@@ -250,7 +250,7 @@ def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: A
 
 
 def _ahead(mission: Mission, asking: list[Requirement | Preference]) -> int:
-    """The steps that these goals need."""
+    """Steps that these goals need."""
     looks = steps_ahead(goal.formula for goal in asking)
     return int(min(max(looks[goal.formula].total for goal in asking), mission.steps))
 
@@ -265,20 +265,20 @@ def _lasting(horizon_spot: Spot, mission: Mission, steps: int) -> Edit:
 
 
 def _at_spot(place: Spot, mission: Mission, steps: int, name: str) -> Edit:
-    """The time after so many steps, in the unit in which it is written."""
+    """Time after ``steps`` steps, in the unit of the text."""
     value = steps if place.unit == "steps" else steps * mission.step / place.factor
     return place.put(value, f"{name} {place.written(value)} instead of {place.written(place.value)}")
 
 
 MORE_AGENTS = 3
-"""So many agents are added to a team at most."""
+"""Maximum number of agents added to a team."""
 
 FINER = 1.7
-"""So many times the nodes of the finest roadmap that was refused."""
+"""Factor of nodes relative to the finest refused roadmap."""
 
 
 def graphs(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """The radius of a graph, wider where links are asked for."""
+    """Radius of a graph, larger for required links."""
     knobs = []
     for graph in declared(checked, ast.Graph):
         way = targets.graphs.get(graph.name.text)
@@ -300,7 +300,7 @@ def graphs(checked: Checked, targets: ConflictTargets) -> list[RelaxationParamet
 
 
 def formations(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """The tolerance of a formation."""
+    """Tolerance of a formation."""
     knobs = []
     for formation in declared(checked, ast.Formation):
         for setting in formation.settings:
@@ -311,7 +311,7 @@ def formations(checked: Checked, targets: ConflictTargets) -> list[RelaxationPar
 
 
 def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """A region that is to be reached or kept, larger to all sides: a box within the world, a disc or a ball."""
+    """Required regions, larger on all sides: a box within the world, a disc or a ball."""
     meant = {region.name: region.shape for region in mission.regions}
     knobs = []
     for region in declared(checked, ast.Region):
@@ -330,7 +330,7 @@ def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
 
 
 def _wider_box(name: str, box: ast.Box, shape: ir.Box, mission: Mission) -> RelaxationParameter:
-    """Two coordinates where the box has so many as written, also where a height is given apart."""
+    """Wider box, with the coordinates of the text, also with a separate height."""
     side = min(high - low for low, high in zip(shape.low, shape.high, strict=True))
     by, axes = notch(side), range(len(box.low.coordinates))
     world = mission.world
@@ -350,7 +350,7 @@ def _point(values: list[float]) -> str:
 
 
 def margins(checked: Checked) -> list[RelaxationParameter]:
-    """The room between bodies, and between bodies and obstacles: less of it."""
+    """Separation and clearance of bodies: smaller."""
     knobs = []
     room: list[ast.Separation | ast.Clearance] = [*declared(checked, ast.Separation), *declared(checked, ast.Clearance)]
     for item in room:
@@ -361,13 +361,13 @@ def margins(checked: Checked) -> list[RelaxationParameter]:
 
 
 def teams(checked: Checked) -> list[RelaxationParameter]:
-    """One agent more in a team, or two or three."""
+    """Teams with one to three more agents."""
     sizes = [(team.name.text, spot(checked, team.size)) for team in declared(checked, ast.Team)]
     return [whole(size, f"the size of team `{name}`", MORE_AGENTS) for name, size in sizes if size is not None]
 
 
 def roadmap(checked: Checked, nodes: int) -> list[RelaxationParameter]:
-    """A roadmap finer than those that were refused, the finest of which had so many nodes."""
+    """A roadmap finer than the refused ones, the finest of which had ``nodes`` nodes."""
     if checked.mission is not None and checked.mission.solve.roadmap is not None:
         return []  # it is the mission's own
     finer = round(nodes * FINER)

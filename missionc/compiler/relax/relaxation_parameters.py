@@ -9,18 +9,18 @@ from dataclasses import dataclass
 from missionc.compiler.relax.edits import Edit, Spot
 
 DOUBLINGS = 2
-"""A number grows to so many doublings of itself at most, where nothing else bounds it."""
+"""Maximum number of doublings of a number without another bound."""
 
 
 @dataclass(frozen=True, slots=True)
 class RelaxationParameter:
-    """Edits of one kind, the larger the later.
+    """Edits of one kind, in increasing size.
 
     Args:
-        edit: the change by so many notches, from 1 to ``most``; None where the text cannot say it.
-        size: of a notch, relative to what is changed.
-        first: how many notches are tried first.
-        most: how many there are.
+        edit: change by a number of notches, from 1 to ``most``; None if the text cannot express it.
+        size: size of a notch, relative to the changed value.
+        first: number of notches tried first.
+        most: number of notches.
     """
 
     edit: Callable[[int], Edit | None]
@@ -30,15 +30,15 @@ class RelaxationParameter:
 
 
 def notch(value: float) -> float:
-    """A step in which a number is moved: a tenth to a hundredth of it, with one digit."""
+    """Step size of a number: a tenth to a hundredth of it, with one digit."""
     return float(10 ** (math.floor(math.log10(abs(value))) - 1)) if value else 0.1
 
 
 def more(spot: Spot, name: str, most: float = math.inf) -> RelaxationParameter:
-    """The number grows, to four times its size or up to ``most``, in its own unit.
+    """Increase of a number, to four times its size or up to ``most``, in its own unit.
 
     Args:
-        name: of the number, as in "the radius of `radio`".
+        name: name of the number, as in "the radius of `radio`".
     """
     by = notch(spot.value)
     room = min(most - spot.value, max(abs(spot.value), 1.0) * (2**DOUBLINGS - 1))
@@ -46,13 +46,13 @@ def more(spot: Spot, name: str, most: float = math.inf) -> RelaxationParameter:
 
 
 def less(spot: Spot, name: str, least: float = 0.0) -> RelaxationParameter:
-    """The number shrinks, down to ``least``, in its own unit."""
+    """Decrease of a number, down to ``least``, in its own unit."""
     by = notch(spot.value)
     return _moved(spot, name, -by, max(0, math.floor((spot.value - least) / by + 1e-9)))
 
 
 def whole(spot: Spot, name: str, most: int, by: int = 1) -> RelaxationParameter:
-    """A whole number that grows, or shrinks where ``by`` is -1, one by one and ``most`` times."""
+    """Increase of an integer, or decrease if ``by`` is -1, one by one and ``most`` times."""
     return RelaxationParameter(_put(spot, name, by), 1 / max(1.0, abs(spot.value)), 1, most)
 
 

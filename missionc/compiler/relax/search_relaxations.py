@@ -3,16 +3,16 @@
     in   Checked, the backend's Impossible, or a NotFound with its best candidate; a budget
     out  Explained
 
-Changes that show the cause come first: the requirements in conflict left out, a longer horizon, and a finer roadmap
-if only roadmaps were refused. Then follows every number that these requirements use, in the order of the text. Of one
-kind of change, the first ones are tried until one is feasible, then smaller ones by bisection. Each variant is
-checked from its text on, planned and verified; a variant that fails is no relaxation.
+Changes that show the cause come first: the requirements in conflict left out, a longer horizon, and a finer roadmap if
+only roadmaps were refused. Then follows every number that these requirements use, in the order of the text. For one
+kind of change, increasing ones are tried until one is feasible, then smaller ones by bisection. Each variant is checked
+from its text on, planned and verified; a failing variant is not a relaxation.
 
-A search that found no plan has refused nothing. The requirements that its candidate violates then stand for those in
-conflict, and none is named as the cause.
+A search without a plan proves no conflict. The requirements that its candidate violates then take the place of those in
+conflict, and no cause is named.
 
-Guards are the requirements that keep people and things safe. A relaxation is compared with them: does the motion that
-it makes possible violate a guard, or come closer than bodies may?
+Guards are the safety requirements. Each relaxation is checked against them: whether its motion violates a guard, or the
+separation of bodies.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ from missionc.verification.verify_plan import verify
 
 @dataclass(slots=True)
 class Bracket:
-    """What is known of one knob: the smallest change that does, and the largest one below it that does not.
+    """Known results for one parameter: the smallest sufficient change, and the largest insufficient one below it.
 
-    Changes of one kind are taken to do where a smaller one does; none is believed before it has been tried.
+    A larger change of one kind is assumed to suffice if a smaller one does; each reported change has been tried.
     """
 
     knob: RelaxationParameter
@@ -59,10 +59,10 @@ class Bracket:
     refused: int = 0
     tries: int = 0
     proven: bool = True
-    """The largest one that does not was refused, rather than left undecided; no change at all was refused."""
+    """True if the largest insufficient change was refused, not undecided; true for no change at all."""
 
     def next(self) -> int | None:
-        """How many notches to try; None where nothing is left to learn."""
+        """Number of notches to try next; None if finished."""
         if self.best is not None:
             return (self.refused + self.best) // 2 if self.best - self.refused > 1 else None
         if self.refused >= self.knob.most:
@@ -78,18 +78,18 @@ class Bracket:
 
     @property
     def smallest(self) -> bool:
-        """Whether the next smaller change was refused."""
+        """True if the next smaller change was refused."""
         return self.best is not None and self.best - self.refused == 1 and self.proven
 
 
 ROOM = frozenset(("separation", "obstacle"))
-"""Checks of the room between bodies, and between bodies and obstacles."""
+"""Checks of separation and clearance."""
 
 
 def gives_up_safety(mission: Mission, kernel: Kernel, trace: Trace) -> bool:
-    """Whether a motion of the same agents breaks a guard of the mission as written.
+    """Return whether a motion of the same agents violates a guard of the original mission.
 
-    In one that lasts longer the guards do too that last to the mission's end.
+    In a longer motion, guards to the mission's end also last longer.
     """
     agents, states = trace.position.shape[:2]
     if agents != len(mission.agents) or states <= mission.steps:
@@ -105,7 +105,7 @@ def gives_up_safety(mission: Mission, kernel: Kernel, trace: Trace) -> bool:
 
 
 def _to_the_end(formula: Node, last: int) -> Node:
-    """The formula with what lasts to the last step lasting to whatever end there is."""
+    """Formula with windows to the last step extended to any end."""
 
     def lasting(node: Node, below: tuple[Node, ...]) -> Node:
         same = rebuilt(node, below)
@@ -115,10 +115,10 @@ def _to_the_end(formula: Node, last: int) -> Node:
 
 
 def guards(formula: Node) -> bool:
-    """Whether a requirement asks that something always is, or is not: no event that it waits for makes it true.
+    """Return whether a requirement is permanent: no awaited event makes it true.
 
-    ``always[0, 20 s] not fire`` does, and so does who keeps out of a place until another thing happens;
-    ``always eventually[0, 5 s] base`` waits for events.
+    ``always[0, 20 s] not fire`` is permanent, and so is avoiding a place until an event; ``always eventually[0, 5 s]
+    base`` awaits events.
     """
     match formula:
         case All(parts):
@@ -140,32 +140,30 @@ def _waits(node: Node) -> bool:
 
 
 def _denies(node: Node) -> bool:
-    """That an agent is not in a region."""
+    """Return whether it states that an agent is not in a region."""
     return isinstance(node, Not) and isinstance(node.body, Atom) and bool(node.body.predicate.regions)
 
 
 def _together(node: Node) -> list[Node]:
-    """The formulas that all have to hold for this one to hold."""
+    """Formulas that must all hold for this one to hold."""
     return [each for part in children(node) for each in _together(part)] if isinstance(node, All) else [node]
 
 
 FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1
-"""Shares of all the work: for the first try of a knob at most; for a finer roadmap, which is the hardest; for
-any other try. A knob's later tries get twice as much each. Where none is ever refused and each would take what it gets,
-all get the last."""
+"""Shares of all the work: at most for the first try of a parameter; for a finer roadmap, the hardest; for any other
+try. Later tries get twice as much each. If no try is refused and each uses its work, all get the last share."""
 
 UNITS, CHECKED, LONGEST = 0.5, 0.02, 4.0
-"""Units of ``work`` for each second of the limit: it is work that ends a try and the search, so that one seed gives the
-same advice, and the time that is left over is for machines that do less in a second. What a variant takes at least; and
-how many times its share of the time a try takes at most."""
+"""Units of ``work`` per second of the limit: work ends each try and the search, so that one seed gives the same advice
+on any machine. Then the least work of a variant, and the largest multiple of a try's share of the time."""
 
 RELAXED_COVERS, PROOFS = 4, 0.1
-"""Covers asked about smaller changes of a knob at most, and the share of all the time that is left for them."""
+"""Maximum number of covers for smaller changes of a parameter, and the share of the time left for them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tried:
-    """How a variant came out: ``planned`` with a verified motion, ``impossible``, ``undecided``, or ``wrong``."""
+    """Result of a variant: ``planned`` with a verified motion, ``impossible``, ``undecided``, or ``wrong``."""
 
     outcome: str
     remedy: Remedy | None = None
@@ -173,7 +171,7 @@ class Tried:
 
 @dataclass(slots=True, eq=False)
 class Explaining:
-    """One explanation as it goes on; ``tried`` are the knobs in the order in which they are tried."""
+    """One explanation in progress; ``tried`` are the parameters in the order of trials."""
 
     checked: Checked
     mission: Mission
@@ -186,10 +184,10 @@ class Explaining:
     begin: float = field(default_factory=time.monotonic)
     count: int = 0
     units: float = math.inf
-    """Units of work that all tries may take, and ``spent``, those that they took."""
+    """Work units of all tries, and ``spent``, the used ones."""
     spent: float = 0.0
     found: dict[int, Tried] = field(default_factory=dict)
-    """The motion of each knob's smallest change that does."""
+    """Motion of each parameter's smallest sufficient change."""
     tried: list[Bracket] = field(default_factory=list)
 
     @property
@@ -201,7 +199,7 @@ class Explaining:
         return self.late or self.spent >= self.units
 
     def step(self, trying: Bracket, first: float) -> Trial | None:
-        """Tries the knob's next change that is a mission at all; None where there is none."""
+        """Try the parameter's next valid change; None if there is none."""
         while (notches := trying.next()) is not None:
             edit = trying.knob.edit(notches)
             part = min(self.share, first * 2**trying.tries)
@@ -215,7 +213,7 @@ class Explaining:
         return None
 
     def solve(self, edit: Edit, part: float) -> Tried:
-        """The variant checked from its text on, planned in that part of all the time, and verified."""
+        """Check the variant from its text on, plan it within a share of the time, and verify it."""
         self.count += 1
         self.budget.on_progress(api.Progress("explain", self.count, edit.says))
         variant = self.variant(edit)
@@ -227,7 +225,7 @@ class Explaining:
             return Tried("undecided")
 
     def variant(self, edit: Edit) -> Checked | None:
-        """The mission with an edit, checked from its text on; None where it is none."""
+        """Checked mission with an edit; None if invalid."""
         source, overrides = edited(self.checked, edit)
         checked = check(
             source,
@@ -260,7 +258,7 @@ class Explaining:
         return Tried("undecided")
 
     def trial(self, knobs: Iterable[RelaxationParameter], part: float = SHARE) -> list[Trial]:
-        """The first change of each knob, tried in that part of all the time; their others come later."""
+        """First change of each parameter, within a share of the time; others follow later."""
         trials: list[Trial] = []
         for knob in knobs:
             trying = Bracket(knob)
@@ -270,7 +268,7 @@ class Explaining:
         return trials
 
     def refine(self, knobs: Iterable[RelaxationParameter]) -> None:
-        """One change of each knob after the other, until there is nothing left to try or no time."""
+        """One change of each parameter in turn, until all are finished or the time is over."""
         self.tried += map(Bracket, knobs)
         going = True
         while going:
@@ -281,9 +279,9 @@ class Explaining:
                 going = self.step(trying, self.first) is not None or going
 
     def proven_not(self, trying: Bracket) -> str:
-        """The largest change of a knob that a cover is found to refuse, below one that does; empty where none is.
+        """Largest change of a parameter that a cover refuses, below a sufficient one; empty if none.
 
-        Changes are halved as far as a few covers show.
+        Bisection uses a few covers.
         """
         proven, low, high = "", 0, trying.refused + 1
         for _ in range(RELAXED_COVERS):
@@ -298,7 +296,7 @@ class Explaining:
         return proven
 
     def refused_by_cover(self, edit: Edit) -> bool:
-        """Whether no motion at all satisfies the variant, as covers show with little work."""
+        """Return whether no motion satisfies the variant, by covers with little work."""
         variant = self.variant(edit)
         if variant is None:
             return False
@@ -313,12 +311,12 @@ class Explaining:
             return False
 
     def relaxations(self, *, proofs: bool) -> list[tuple[Relaxation, Remedy]]:
-        """What does, the smallest change first; what is as large in the order in which it was tried.
+        """Sufficient changes, the smallest first; equal ones in the order of trials.
 
-        Last comes what gives up some of what keeps others safe.
+        Changes that loosen a safety requirement come last.
 
         Args:
-            proofs: whether covers are asked about smaller changes.
+            proofs: True to test smaller changes with covers.
         """
         relaxations = []
         for trying in self.tried:
@@ -342,7 +340,7 @@ def explain(
     budget: api.Budget,
     limit: Seconds,
 ) -> Explained:
-    """Who is to blame and what helps, as far as can be told within ``limit``, seconds, and the budget's deadline."""
+    """Cause and sufficient changes, within ``limit`` seconds and the budget's deadline."""
     mission, kernel = checked.valid_mission, checked.valid_kernel
     now = time.monotonic()
     drawn = to_draw(limit) if isinstance(refusal, api.NotFound) else 0.0
@@ -379,7 +377,7 @@ def _violated(best: api.Attempt | None) -> tuple[str, ...]:
 
 
 def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[str, ...]) -> list[RelaxationParameter]:
-    """Every number that the requirements in conflict touch, and what every plan has to keep."""
+    """Every number in the conflicting requirements and in the general conditions of plans."""
     asks = conflict_targets(goal.formula for goal in kernel.requirements if goal.name in conflict)
     return [
         *relax_world.windows(checked, mission, asks),
@@ -396,7 +394,7 @@ def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[s
 
 
 def _blame(without: list[Trial], longer: list[Trial], finer: list[Trial]) -> Blame:
-    """The least that does: a finer roadmap, more time, fewer requirements."""
+    """Smallest sufficient cause: a finer roadmap, more time, fewer requirements."""
     for blame, trials in ((Blame.ROADMAP, finer), (Blame.HORIZON, longer), (Blame.REQUIREMENTS, without)):
         if any(trial.outcome == "planned" for trial in trials):
             return blame

@@ -1,1 +1,1 @@
-"""Replanning: the rest of a mission planned anew while it is flown."""
+"""Replanning: the rest of a mission is replanned during its flight."""

@@ -1,6 +1,6 @@
-"""Flights after some were told to stop: theirs, and their states, end in a hover.
+"""Flights with stops of some agents: their polynomials and states end in a hover.
 
-in   Flying, the stops, when they begin
+in   Flying, the stops, their time
 out  Flying
 """
 
@@ -19,10 +19,10 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces, curves_of, po
 
 
 def diverted(flying: Flying, stops: Mapping[str, str], moment: float) -> Flying:
-    """What is flown where some fly these from a moment on, seconds, and hover after it.
+    """Flight with these stops of some agents from a time on, seconds, and a hover after it.
 
     Args:
-        stops: the text of polynomials, by the agent's name.
+        stops: text of polynomials, by agent name.
     """
     mission = flying.checked.valid_mission
     position, velocity, heading = (each.copy() for each in arrays(flying.trace))
@@ -44,7 +44,7 @@ def diverted(flying: Flying, stops: Mapping[str, str], moment: float) -> Flying:
 
 
 def _lasting(flight: Pieces, seconds: float) -> Pieces:
-    """The flight, and a hover after it until so many seconds."""
+    """Flight extended by a hover to ``seconds``."""
     hover = seconds - float(flight.duration.sum())
     if hover <= 1e-6:
         return flight

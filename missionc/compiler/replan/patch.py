@@ -1,11 +1,11 @@
-"""Patches: declarations that take the place of a mission's own while it is flown, as an edit of its text.
+"""Patches: declarations that replace a mission's own during its flight, as an edit of its text.
 
 in   Checked, the text of the patch
-out  the mission's files with the changes made
+out  the mission's files with the changes
 says MC721
 
-A declaration with the name of one that is there takes its place: of a team, line by line. One with a new name is
-added, if it is a place. What is asked, whom of, and the time stay what they are.
+A declaration with an existing name replaces the old one; a team is replaced line by line. A place with a new name is
+added. Requirements, their agents, and the time stay the same.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.parse import parse
 
 PLACES = (ast.Region, ast.Obstacle, ast.Beacon)
-"""Declarations that a patch may add, or put in the place of others of their names."""
+"""Declarations that a patch may add or replace."""
 ALONE = (ast.Separation, ast.Clearance)
-"""Those of which there is one."""
+"""Declarations that occur only once."""
 OTHERS = (ast.Param, ast.Graph)
-"""Those that may take the place of others, and not be added."""
+"""Declarations that may be replaced, but not added."""
 CHANGEABLE = "regions, obstacles, beacons, parameters, graphs, the `separation`, the `clearance`, and lines of a team"
 
 Change: TypeAlias = tuple[Span, str]
 
 
 def patched(checked: Checked, patch: Source, limits: Limits) -> Mapping[str, str] | list[Diagnostic]:
-    """The texts of the mission's files after the patch, by their names; or everything that keeps it from being one."""
+    """Texts of the mission's files after the patch, by name; or all errors in it."""
     program, findings = parse(patch, limits, _no_file)
     if program is None:
         return findings
@@ -62,12 +62,12 @@ def patched(checked: Checked, patch: Source, limits: Limits) -> Mapping[str, str
 
 
 def _no_file(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
-    """A patch is one text, whatever lies beside it."""
+    """Diagnostic if a patch refers to a file; it must be one text."""
     return _said(span, f"a patch cannot read the file `{written}`", "copy its declarations into the patch")
 
 
 def _before(program: ast.Program, item: ast.Declaration) -> ast.Declaration | None:
-    """The declaration whose place this one takes."""
+    """Declaration that this one replaces."""
     for each in program.declarations:
         if type(each) is type(item) and (isinstance(item, ALONE) or _name(each) == _name(item) != ""):
             return each
@@ -80,7 +80,7 @@ def _name(item: ast.Declaration) -> str:
 
 
 def _team(before: ast.Team, now: ast.Team) -> list[Change] | Diagnostic:
-    """The lines of a team that take the place of those of their kind, and those that are new."""
+    """Changed lines of a team, and new ones."""
     if (before.size is None) != (now.size is None) or (
         now.size is not None and before.size is not None and now.size.span.text != before.size.span.text
     ):
@@ -101,7 +101,7 @@ def _team(before: ast.Team, now: ast.Team) -> list[Change] | Diagnostic:
 
 
 def _same(one: object, other: object) -> bool:
-    """Whether both set the same thing, where lines of a kind set several."""
+    """Return whether both set the same value, for kinds of lines that set several."""
     names = [getattr(each, "name", None) for each in (one, other)]
     if isinstance(one, ast.Setting):
         return all(isinstance(each, ast.Name) for each in names) and names[0].text == names[1].text  # type: ignore[union-attr]

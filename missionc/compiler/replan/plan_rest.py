@@ -1,14 +1,13 @@
-"""Planning of the rest of a mission: by few agents near the flown plan, else by all agents from rest.
+"""Planning of a mission's rest: with few changed agents near the flown plan, else all from rest.
 
     in   the rest of a mission, the motion until it begins, the flown plan
     out  Replanned
 
-Few agents change in motion while all others keep to their plan. Candidates near the flown plan bring all remaining
-agents back onto it, or put one of them in the place of a lost one. A candidate returns to the plan as soon as its
-agent can, straight ahead, with no other test. The candidate that keeps most comes first; none of them need satisfy
-anything.
+Few agents change in motion while all others follow their plan. Candidates near the flown plan bring all remaining
+agents back onto it, or let one of them replace a lost one. An agent returns straight to the plan as soon as possible,
+without other tests. The candidate with the fewest violations comes first; candidates need not be feasible.
 
-All libraries that replanning takes are loaded before the clock runs, since that takes seconds.
+All libraries for replanning are loaded before the clock runs, since that takes seconds.
 """
 
 from __future__ import annotations
@@ -45,18 +44,18 @@ from missionc.planning.progression.rest_of_mission import slowed
 from missionc.verification.monitoring.monitor import monitor
 
 MOST = 60
-"""Motions that are compared."""
+"""Maximum number of compared motions."""
 
 
 def near_motions(
     mission: Mission, kernel: Kernel, plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array
 ) -> list[Trace]:
-    """The motions, those first of which fewer requirements fail, and then the ones whose worst fails by less.
+    """Motions sorted by the number of failing requirements, then by the worst violation.
 
     Args:
-        plan: of all agents of the plan that was flown, lost ones too, in the steps that are left.
-        left, lost: their indices.
-        starts: (agents that are left, dim), metres.
+        plan: flown plan of all agents, including lost ones, over the remaining steps.
+        left, lost: indices of the agents.
+        starts: (agents, dim), metres, of the remaining agents.
     """
     own = [_way(mission, index, plan.position[row], starts) for index, row in enumerate(left)]
     found = [_motion(plan, left, own)]
@@ -68,14 +67,20 @@ def near_motions(
 
 
 def _substitutes(plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array) -> list[tuple[int, int]]:
-    """Who, of those that are left, may go the way of which lost one, the nearest first."""
+    """Pairs of remaining and lost agents for substitution, nearest first.
+
+    Starts are (agents, dim), metres.
+    """
     pairs = [(index, gone) for gone in lost for index in range(len(left))]
     pairs.sort(key=lambda pair: float(np.linalg.norm(starts[pair[0]] - plan.position[pair[1], 0])))
     return pairs[: MOST - 1]
 
 
 def _way(mission: Mission, index: int, wanted: Array, starts: Array) -> Array:
-    """(steps, dim): from where an agent is onto a way, (steps, dim), as fast as it goes, and on along it."""
+    """Path from an agent's start onto a wanted path, (steps, dim), metres, at top speed, and along it.
+
+    Shape: (steps, dim).
+    """
     reach = mission.agents[index].dynamics.top_speed * float(mission.step)
     position = wanted.copy()
     position[0] = starts[index]
@@ -87,7 +92,7 @@ def _way(mission: Mission, index: int, wanted: Array, starts: Array) -> Array:
 
 
 def _motion(plan: Trace, rows: Sequence[int], ways: Sequence[Array]) -> Trace:
-    """Everybody on these ways, with the headings of the agents of the plan whose ways they are."""
+    """Trace of all agents on these paths, (steps, dim), metres, with the headings of the plan's agents."""
     position = np.stack(ways)
     velocity = np.zeros_like(position)
     velocity[:, :-1] = np.diff(position, axis=1) / plan.step
@@ -100,7 +105,7 @@ def _failing(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[int, float
 
 
 def get_ready(flying: Flying) -> None:
-    """Load the engines that may be asked, what polishes their plans, and what fits and writes flights."""
+    """Load the needed engines, the polish of their plans, and the fitting and writing of flights."""
     choice, _ = choose_backend(flying.checked.valid_mission, None)
     for engine in choice.engines if choice else ():
         load_engines((engine,))
@@ -113,25 +118,24 @@ def get_ready(flying: Flying) -> None:
 
 
 QUICK, QUICKLY = 0.1, 0.3
-"""Units of work in which covers may show that no motion is a plan, before one is looked for; and a share of the time.
-"""
+"""Work units in which covers may prove infeasibility before a search; and a share of the time."""
 SAME = 1e-6
-"""Metres: who is no further from its plan keeps to it."""
+"""Metres within which an agent follows its plan."""
 REPAIRED = 2
-"""Motions near the plan that are repaired, one after the other."""
+"""Maximum number of motions near the plan that are repaired."""
 ROADMAPS, REPAIR = 0.6, 0.4
-"""The share of the time that roadmaps may take; and of what is left then a repair, before all engines are asked."""
+"""Share of the time for roadmaps; and of the remaining time for repair, before all engines are used."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RestPlanner:
-    """Plans what is left.
+    """Planner of the rest.
 
     Args:
-        plan: what was flown, from its beginning: (agents, steps + 1).
-        names: of its agents.
-        left: the indices of those who are left.
-        deadline: on the clock of ``time.monotonic``.
+        plan: flown plan from its beginning: (agents, steps + 1).
+        names: names of its agents.
+        left: indices of the remaining agents.
+        deadline: end on the clock of ``time.monotonic``.
     """
 
     plan: Trace
@@ -146,9 +150,9 @@ class RestPlanner:
         return Budget(self.deadline, seed=self.request.seed, limits=self.limits, urgent=True)
 
     def by_few(self, rest: Checked, stopped: Stopped, share: float) -> Replanned | None:
-        """A plan in which few change what they do, and are in motion as it begins; or that no motion is one.
+        """Plan with few changed agents that are in motion as it begins; or a proof of infeasibility.
 
-        None where neither is found within a share of the time.
+        None if neither is found within a share of the time.
         """
         rest = _told(rest, self.stops(stopped))
         refused = self._refuted(rest)
@@ -173,7 +177,7 @@ class RestPlanner:
         return None
 
     def _changing(self, rest: Checked, motion: Trace, before: Trace) -> frozenset[int]:
-        """Who does something else in a motion than before, or breaks something in it: their places among the left."""
+        """Indices of remaining agents that change or violate something in a motion."""
         come_to = attempt(rest.valid_mission, rest.valid_kernel, motion)
         named = {name for fault in come_to.faults for name in fault.agents}
         named |= {name for judged in come_to.violated for name in judged.agents}
@@ -183,7 +187,7 @@ class RestPlanner:
         )
 
     def by_all(self, rest: Checked, stopped: Stopped, *, refute: bool) -> Replanned:
-        """A plan for everybody, who rests as it begins: near the old one, or anew."""
+        """Plan for all agents from rest: near the old one, or new."""
         rest = _told(rest, self.stops(stopped))
         refused = self._refuted(rest) if refute else None
         if refused is not None:
@@ -201,7 +205,7 @@ class RestPlanner:
         return PlanRequest(budget, self.request.options, exports=self.request.exports, backend=backend)
 
     def stops(self, stopped: Stopped) -> dict[str, str]:
-        """The text of what each agent flies until the rest begins."""
+        """Text of each agent's polynomials until the rest begins."""
         return {self.names[agent]: written(own) for agent, own in zip(self.left, stopped.pieces, strict=True)}
 
     def _ended(
@@ -218,7 +222,7 @@ class RestPlanner:
         return replace(ended, stops=stops, cannot=cannot)
 
     def _refuted(self, rest: Checked) -> Compiled | None:
-        """That no motion is a plan, where little work shows it: there is no time to search for one then."""
+        """Proof of infeasibility with little work, which saves the search."""
         ahead = looking_ahead(rest.valid_mission, rest.valid_kernel, self.limits.formula_nodes)
         if isinstance(ahead, TooLarge):
             return None
@@ -230,7 +234,7 @@ class RestPlanner:
         return Compiled(rest, refused, (*rest.findings, impossible(rest.valid_mission, refused, None)), ())
 
     def _on_roadmaps(self, rest: Checked) -> Compiled | None:
-        """A plan on roadmaps, or that they hold none, where that is known in a share of the time; else nothing."""
+        """Plan on roadmaps, or their refusal, within a share of the time; else None."""
         if rest.choice is None or SMT.name not in rest.choice.engines:
             return None
         now = time.monotonic()
@@ -239,7 +243,7 @@ class RestPlanner:
         return compiled if isinstance(compiled.outcome, Verified | Impossible) else None
 
     def _repaired(self, rest: Checked, stopped: Stopped) -> Compiled | None:
-        """A motion near the old plan from where everybody stopped, polished until it keeps what is left."""
+        """Motion near the old plan from the stops, polished to satisfy the rest."""
         now = time.monotonic()
         until = now + REPAIR * (self.deadline - now)
         for motion in self._near(rest, stopped)[:REPAIRED]:
@@ -258,17 +262,17 @@ class RestPlanner:
         return [agent for agent in range(len(self.names)) if agent not in self.left]
 
     def _ahead(self, stopped: Stopped) -> Trace:
-        """The plan that was flown, from when the rest begins."""
+        """Flown plan from the rest's beginning on."""
         return self.plan.part(range(len(self.names)), stopped.step, self.plan.position.shape[1] - 1)
 
     def _near(self, rest: Checked, stopped: Stopped) -> list[Trace]:
-        """Motions near the old plan from where everybody is as the rest begins."""
+        """Motions near the old plan from the positions at the rest's beginning."""
         starts = np.array([agent.start.point for agent in rest.valid_mission.agents if agent.start.point is not None])
         return near_motions(rest.valid_mission, rest.valid_kernel, self._ahead(stopped), self.left, self._lost, starts)
 
 
 def _with_courses(rest: Checked, motion: Trace, free: Collection[int]) -> Checked:
-    """The rest, in which all others do what they do in a motion."""
+    """The rest, with given courses for all other agents."""
     agents = tuple(
         agent
         if agent.index in free
@@ -279,9 +283,9 @@ def _with_courses(rest: Checked, motion: Trace, free: Collection[int]) -> Checke
 
 
 def _told(rest: Checked, stops: Mapping[str, str]) -> Checked:
-    """The rest with what is flown until it begins; agents are no faster than their vehicles.
+    """The rest with the flight until it begins; agents are no faster than their vehicles.
 
-    There is no time to find that a plan is too fast.
+    There is no time for time scaling.
     """
     speeds = {agent.name: agent.vehicle.speed for agent in rest.valid_mission.agents}
     return replace(rest, mission=slowed(rest.valid_mission, speeds), stops=tuple(stops.items()))

@@ -1,15 +1,14 @@
-"""Replanning in flight: the flight so far is the past, and the rest is planned with the world as it is.
+"""Replanning in flight: the flight so far is the past, and the rest is planned in the present world.
 
     in   Flying, Request, Limits
-    out  Replanned: the plan kept if it is still satisfied, else repaired, else new; or the requirements that can no
+    out  Replanned: the old plan if still valid, else a repaired or a new one; or the requirements that can no
          longer be satisfied
     says MC719 to MC724
 
 The past and the new plan together satisfy the mission. The plan is made and verified for the rest of each requirement
 after the past (``progression``).
 
-Flying on is the result of the old plan: the remaining agents fly their polynomials on, and slow ones fall behind
-their time.
+Continuing means the old plan: the remaining agents continue their polynomials, and slow ones fall behind.
 """
 
 from __future__ import annotations
@@ -48,13 +47,13 @@ from missionc.verification.verify_plan import verify, verify_polynomials
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlyOn:
-    """Everybody flies on.
+    """All agents continue.
 
     Args:
-        pieces: of those that are left, from when they were seen last to the end of the plan.
-        late: the indices among them of those who are behind their time.
-        told: (agents, steps that are over): the states that a past has, everybody's.
-        ahead: (agents that are left, steps that are left): the states from the last of those on.
+        pieces: polynomials of the remaining agents, from their last sample to the plan's end.
+        late: indices among them of delayed agents.
+        told: (agents, completed steps): the past's states of all agents.
+        ahead: (remaining agents, remaining steps): the states from the last of those on.
     """
 
     pieces: list[Pieces]
@@ -71,13 +70,13 @@ def fly_on(
     left: Sequence[int],
     late: Mapping[int, float],
 ) -> FlyOn:
-    """What everybody does who is left.
+    """Motion of the remaining agents if all continue.
 
     Args:
-        mission: that of the plan.
-        flights: what each agent flies, the lost too.
-        left: the indices of those that are left.
-        late: by their indices, those who are behind on their way, and the most that they go, m/s.
+        mission: mission of the plan.
+        flights: polynomials of each agent, including lost ones.
+        left: indices of the remaining agents.
+        late: by index, delayed agents with their top speeds, m/s.
     """
     until, end = so_far.until, float(flights[0].duration.sum())
     steps = so_far.trace.position.shape[1] - 1
@@ -112,20 +111,23 @@ def fly_on(
 
 
 def arrays(trace: Trace) -> tuple[Array, Array, Array]:
-    """Its positions, velocities and headings."""
+    """Positions, velocities and headings of a trace.
+
+    Shape: (agents, steps + 1, dim) twice, metres, m/s, and (agents, steps + 1).
+    """
     return trace.position, trace.velocity, trace.heading
 
 
 OFF = 0.25
-"""Metres: who is further from where its flight has it is told to stay where it is."""
+"""Metres of deviation above which an agent is told to stay at its place."""
 BEHIND = 0.1
-"""Metres: so much of one that is known to be slow; it is taken to be on its way."""
+"""Likewise for a known slow agent, which counts as on its path."""
 BY_FEW = 0.4
-"""The share of the time in which a plan is looked for that few change for, before everybody stops."""
+"""Share of the time for a plan with few changes, before all agents stop."""
 
 
 def replan(flying: Flying, request: Request, limits: Limits) -> Replanned:
-    """The rest of a mission that is being flown."""
+    """Replan the rest of a mission in flight."""
     began = time.monotonic()
     found = _Replanning(flying, request, limits, began).run()
     return replace(found, seconds=time.monotonic() - began)
@@ -182,9 +184,9 @@ class _Replanning:
         return self.planner.by_all(rest, stopped, refute=not self.asked_few)
 
     def _by_few(self) -> Replanned | None:
-        """A plan in which few change what they do; all who need not stop are in motion until it begins, and then.
+        """Plan with few changes; agents that need not stop stay in motion until it begins, and then.
 
-        Who changes velocity as it likes is in no state of motion: those with momentum stop.
+        First-order agents have no state of motion; agents with momentum stop.
         """
         if any(agent.dynamics.has_momentum for agent in self.mission.agents):
             return None
@@ -209,7 +211,7 @@ class _Replanning:
     # ------------------------------------------------------------------ the mission
 
     def _now(self) -> Checked | Replanned:
-        """The whole mission as it reads now, with engines that plan it."""
+        """Whole mission of the present text, with engines that can plan it."""
         whole = self.flying.checked
         if self.request.texts or whole.past is not None:
             checked = earlier(whole, self.request.texts, self.limits)
@@ -220,7 +222,7 @@ class _Replanning:
         return Replanned(Way.NONE, tuple(findings)) if choice is None else replace(whole, choice=choice)
 
     def _rest(self, told: Trace, steps: int, stopped: Stopped | None = None) -> Checked | Diagnostic:
-        """The mission after those steps of the plan that was flown, and after the stops that followed them."""
+        """Mission after those steps of the flown plan, and the following stops."""
         states = told.part(range(len(self.names)), 0, steps)
         before = self._texts_before()
         earlier_ones = self.flying.checked.past.flown if self.flying.checked.past else ()
@@ -230,7 +232,7 @@ class _Replanning:
         return rest if isinstance(rest, Diagnostic) else replace(rest, choice=self.now.choice)
 
     def _flown(self, states: Trace, before: Mapping[str, str], stopped: Stopped | None) -> Iterator[Flown]:
-        """What was flown and told: where somebody is lost, with them up to the step after they were seen last."""
+        """Stretches of flight; at a loss of agents, up to the step after their last sample."""
         request, step, steps = self.request, self.mission.step, states.position.shape[1] - 1
         begin, until, rows = 0, min(request.so_far.until, steps * step), list(range(len(self.names)))
         lost = [agent for agent in rows if agent not in self.left]
@@ -247,25 +249,25 @@ class _Replanning:
         yield Flown(stretch, names, max(until - begin * step, 0.0), before, begins)
 
     def _texts_before(self) -> dict[str, str]:
-        """The files that read otherwise now, as they were."""
+        """Former texts of changed files."""
         return {name: text for name, text in texts(self.flying.checked) if dict(texts(self.now)).get(name) != text}
 
     # ------------------------------------------------------------------ the plan as it is
 
     def _off(self) -> dict[int, Array]:
-        """Those that are left and further from where their flights have them than is usual: where they are."""
+        """Remaining agents with more than the usual deviation, and their positions, (dim,), metres."""
         planned = _at(self.flights, self.request.so_far.until, self.mission.dimension)
         off = np.linalg.norm(self.request.so_far.last - planned, axis=-1)
         usual = [BEHIND if name in self.request.slow else OFF for name in self.names]
         return {agent: self.request.so_far.last[agent] for agent in self.left if off[agent] > usual[agent]}
 
     def _kept(self) -> Replanned | None:
-        """The plan, where it still holds with the world as it is, without those who are lost."""
+        """The plan, if it still holds in the present world without the lost agents."""
         late = {
             agent: self.request.slow[self.names[agent]] for agent in self.off if self.names[agent] in self.request.slow
         }
         if len(late) < len(self.off):
-            self.must_stop = True  # nothing is known of the way of one that is not where its flight has it
+            self.must_stop = True  # the path of a deviating agent is unknown
             return None
         on = fly_on(self.mission, self.flying.trace, self.flights, self.request.so_far, self.left, late)
         self.late = {place: on.pieces[place] for place in on.late}
@@ -295,15 +297,15 @@ class _Replanning:
         return Replanned(Way.KEPT, (), rest, certificate, begins=steps * self.mission.step)
 
     def _ahead(self) -> float:
-        """Seconds from when everybody was seen last, up to which nobody may touch anything."""
+        """Seconds after the last samples without any contact."""
         return self.request.moment - self.request.so_far.until + self.request.ahead
 
     def _bodies_on(self, pieces: list[Pieces]) -> list[Check]:
-        """The checks of bodies where everybody flies on."""
+        """Body checks if all agents continue."""
         return bodies(self._team(self.request.so_far.until), pieces)
 
     def _team(self, moment: float) -> Mission:
-        """Those that are left, and the world from a moment of the plan on."""
+        """Remaining agents, and the world from a time of the plan on."""
         elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
         left = tuple(self.names[each] for each in self.left)
         seconds, slow = elapsed * self.mission.step + moment, self.flying.checked.rest
@@ -311,10 +313,10 @@ class _Replanning:
         return slowed(team, slow.slow if slow else {})
 
     def _polynomials_on(self, rest: Checked, on: FlyOn, steps: int) -> Certificate:
-        """The checks of the polynomials of those who are in time, from a step on; they do not rest where they are cut.
+        """Polynomial checks of punctual agents from a step on; they are not at rest at the cut.
 
-        What is flown behind its time is no polynomial that anybody was sent: where somebody is late, bodies and
-        requirements alone say that the plan holds.
+        The motion of a delayed agent is not a commanded polynomial; with delayed agents, only bodies and requirements
+        are checked.
         """
         if on.late:
             return Certificate(rest.valid_mission.name, ())
@@ -330,16 +332,19 @@ class _Replanning:
         return stop_all(self._team(moment), self._own(), moment, self._off_states(), least, steps, stopping)
 
     def _own(self) -> list[Pieces]:
-        """What those fly who are left."""
+        """Polynomials of the remaining agents."""
         return [self.flights[agent] for agent in self.left]
 
     def _off_states(self) -> dict[int, Array]:
-        """The states at the moment of those who are off their ways, by their places among those who are left."""
+        """States of deviating agents at the time, (5, 4), metres, rad and seconds, by index among the remaining."""
         moment = self.request.moment
         return {place: self._state(agent, moment) for place, agent in enumerate(self.left) if agent in self.off}
 
     def _state(self, agent: int, moment: float) -> Array:
-        """(5, 4): the state of an agent; of one off its path: behind on it, or as if at rest where it was seen."""
+        """State of an agent, (5, 4), metres, rad and seconds.
+
+        A deviating one is behind on its path, or at rest.
+        """
         if agent not in self.off:
             return state_at(self.flights[agent], moment)
         slow = self.request.slow.get(self.names[agent])
@@ -349,14 +354,14 @@ class _Replanning:
         return resting_state(self.off[agent], yaw, altitude)
 
     def _stops_of_some(self) -> dict[str, str]:
-        """The text of the stops of as few as can be, where there is no other plan and somebody touches something."""
+        """Text of the fewest stops if there is no other plan and some contact would occur."""
         moment = self.request.moment
         late = {place: between(on, moment - self.request.so_far.until) for place, on in self.late.items()}
         stops = stop_some(self._team(moment), self._own(), moment, self._off_states(), late, self.request.ahead)
         return {self.names[self.left[place]]: written(stop) for place, stop in stops.items()}
 
     def _told(self, stopped: Stopped) -> Trace:
-        """What was flown, and what everybody is told until the new plan begins; the lost stay where they were seen."""
+        """Flight so far, and the commands until the new plan begins; lost agents stay at their last places."""
         seen, dimension = self.request.so_far.trace, self.mission.dimension
         flown = seen.position.shape[1]
         steps: Array = np.arange(flown, stopped.step + 1, dtype=np.float64) * self.mission.step
@@ -375,7 +380,7 @@ class _Replanning:
         for column, own in zip(whole, (position, velocity, heading), strict=True):
             column[self.left] = own
         whole[0][self.left, -1] = ends(stopped.pieces, dimension)
-        for row in stopped.moving:  # they are where their plan has them
+        for row in stopped.moving:  # they are at their planned places
             whole[0][self.left[row], -1] = self.flying.trace.position[self.left[row], stopped.step]
         whole[1][:, -1] = 0.0
         joined = [np.concatenate([old, new], axis=1) for old, new in zip(arrays(seen), whole, strict=True)]
@@ -386,7 +391,7 @@ class _Replanning:
 
 
 def _at(flights: list[Pieces], moment: float, dimension: int) -> Array:
-    """(agents, dim): where flights are at a moment, seconds."""
+    """Positions of flights at a time in seconds: (agents, dim), metres."""
     return np.stack([state_at(own, moment)[0, :dimension] for own in flights])
 
 
@@ -395,11 +400,11 @@ def _yaw(flight: Pieces, moment: float) -> float:
 
 
 def way_home(mission: Mission, flown: Mapping[str, str], ways: Ways | None) -> Certificate:
-    """The checks of the way home and of the landing; none of a mission that goes to no pads.
+    """Checks of the return transfer and the landing; empty without pads.
 
     Args:
-        flown: the text of the polynomials that each agent flies to the end of its mission, by the agent's name.
-        ways: that were planned with them, of lost agents too; None where nothing is known of them.
+        flown: text of each agent's polynomials to the end of its mission, by agent name.
+        ways: transfers planned with them, including lost agents; None if unknown.
     """
     if ways is None or not is_whole(mission):
         return Certificate(mission.name, ())

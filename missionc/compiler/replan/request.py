@@ -1,4 +1,4 @@
-"""Requests for a plan of the rest of a mission, and what becomes of them, as values."""
+"""Requests for a plan of a mission's rest, and their results, as values."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from missionc.verification.flight.way_missions import Ways
 from missionc.verification.monitoring.read_trace import FlownSoFar
 
 IN_TIME = Seconds(3.0)
-"""Seconds in which another plan has to be ready, where nobody says otherwise."""
+"""Default seconds until another plan has to be ready."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flying:
-    """A plan that is being flown.
+    """A plan in flight.
 
     Args:
-        checked: its mission, with a choice of engines: what is left of it where it was planned in flight itself.
-        trace: the plan.
-        flights: the text of each agent's polynomials, by the agent's name.
-        ways: those before and after the mission, likewise; None where nothing is known of them.
+        checked: its mission, with a choice of engines; the rest, if it was itself planned in flight.
+        trace: trace of the plan.
+        flights: text of each agent's polynomials, by agent name.
+        ways: transfers before and after the mission, likewise; None if unknown.
     """
 
     checked: Checked
@@ -41,21 +41,20 @@ class Flying:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Request:
-    """What happened, and what is asked.
+    """Event and request for replanning.
 
     Args:
-        so_far: what was flown of the plan.
-        lost: the names of agents that are lost.
-        slow: by their names, those who can go no faster than this from now on, m/s.
-        texts: the mission's files as they read now, by their names; those that are missing read as before.
-        given_up: names of requirements that nothing is asked of any more.
-        at: seconds after the beginning of the plan, when everybody is told to stop; when it was seen last, if left out.
-        in_time: seconds after that by which another plan has to be ready.
-        clock: seconds that planning may take by the clock; as many where it is left out.
-        ahead: seconds after the moment in which nobody may touch anything where everybody flies on: who asks again has
-            time to stop then.
-        hurried: whether what roadmaps do not hold is taken for what cannot be kept: there is no time to ask others.
-        exports: names of forms that the new flight is written in as well.
+        so_far: completed flight of the plan.
+        lost: names of lost agents.
+        slow: by agent name, new speed limits, m/s.
+        texts: present texts of the mission's files, by name; missing ones are unchanged.
+        given_up: names of dropped requirements.
+        at: time of the stop command, seconds of the plan; default: time of the last samples.
+        in_time: seconds after that until another plan has to be ready.
+        clock: time limit of planning, seconds; default ``in_time``.
+        ahead: seconds without contact if all agents continue, so that a later request has time for a stop.
+        hurried: True if a refusal by roadmaps counts as infeasible, to save time.
+        exports: names of additional formats of the new flight.
     """
 
     so_far: FlownSoFar
@@ -74,12 +73,12 @@ class Request:
 
     @property
     def moment(self) -> float:
-        """When everybody is told to stop."""
+        """Time of the stop command."""
         return self.so_far.until if self.at is None else self.at
 
 
 class Way(Enum):
-    """How the rest of a mission is flown."""
+    """Kind of the replanning result."""
 
     KEPT = "the current plan remains valid"
     REPAIRED = "plan repaired"
@@ -89,20 +88,20 @@ class Way(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Replanned:
-    """How a replanning ended.
+    """Result of replanning.
 
     Args:
-        rest: the mission that is left.
-        certificate: of the rest of the plan, where that is kept.
-        compiled: the plan of the rest; absent where the old one is kept, or where nothing was planned.
-        begins: seconds after the beginning of the plan that was flown, at which the rest begins.
-        changed: the agents that fly another way than they would have.
-        stops: the text of the polynomials that each agent flies until the rest begins, by the agent's name.
-        cannot: the names of requirements without which there may be a plan, where there is none.
-        flown_on: the names of requirements that are lost where everybody flies on and touches nothing to the end; None
-            where that is not so, or not known.
-        must_stop: whether somebody touches something soon where everybody flies on, or is off its way and may.
-        seconds: that all of it took.
+        rest: remaining mission.
+        certificate: certificate of the rest of the plan, if it is kept.
+        compiled: plan of the rest; None if the old one is kept, or nothing was planned.
+        begins: beginning of the rest, seconds of the flown plan.
+        changed: agents with a changed path.
+        stops: text of each agent's polynomials until the rest begins, by agent name.
+        cannot: without a plan, requirements whose removal may allow one.
+        flown_on: requirements violated if all agents continue without contact to the end; None if there is contact,
+                or unknown.
+        must_stop: True if continuing soon leads to contact, or may because of a deviating agent.
+        seconds: total duration.
     """
 
     way: Way
@@ -124,12 +123,12 @@ class Replanned:
 
     @property
     def undecided(self) -> bool:
-        """Whether there may be a plan that was not found in time."""
+        """True if a plan may exist but was not found in time."""
         if self.way is not Way.NONE or self.compiled is None:
             return False
         return not isinstance(self.compiled.outcome, Impossible)
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """The folder of the new plan, without exports that could not be made; nothing where there is no plan."""
+        """Folder of the new plan, without failed exports; empty without a plan."""
         return self.compiled.files if self.compiled is not None and self.way is not Way.NONE else {}

@@ -1,11 +1,11 @@
-"""Stops of a team: on along the plan as far as needed, then to rest, until the next plan begins.
+"""Stops of a team: along the plan as far as needed, then to rest, until the next plan begins.
 
     in   the mission as it is now, the polynomials of all agents, the time, and the positions of agents off their plan
-    out  Stopped: the polynomials of all agents up to the step at which the next plan may begin; or the stops of some
+    out  Stopped: polynomials of all agents up to the step at which the next plan may begin; or the stops of some
          of them
 
-Polynomials are cut at times that all agents share, and joined: the part that is flown on, then a stop in place of the
-rest. They hold float32 numbers if they are sent.
+Polynomials are cut at common times, and joined: the continued part, then a stop instead of the rest. Sent polynomials
+have float32 numbers.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from missionc.verification.certificate import Check
 from missionc.verification.flight.verify_stops import body_checks, vehicle_checks
 
 SLIVER = 1e-4
-"""Seconds: joints nearer than this are one."""
+"""Seconds within which joints are merged."""
 
 
 def between(flight: Pieces, first: float, last: float = math.inf) -> Pieces:
-    """The flight from one moment to another, seconds, or to its end."""
+    """Part of the flight between two times, seconds, or to its end."""
     whole = refined(curves_of([flight], slice(None)), np.array([first, last]))
     middle = (whole.times[:-1] + whole.times[1:]) / 2
     chosen = (middle > first) & (middle < last)
@@ -37,7 +37,7 @@ def between(flight: Pieces, first: float, last: float = math.inf) -> Pieces:
 
 
 def in_two(flight: Pieces) -> Pieces:
-    """The flight in at least two pieces, as files have them."""
+    """Flight in at least two pieces, as in files."""
     if flight.duration.size > 1:
         return flight
     half = float(flight.duration[0]) / 2
@@ -45,14 +45,14 @@ def in_two(flight: Pieces) -> Pieces:
 
 
 def joined(flights: Sequence[Pieces]) -> Pieces:
-    """One flight after the other."""
+    """Concatenate flights."""
     return Pieces(
         np.concatenate([own.duration for own in flights]), np.concatenate([own.coefficients for own in flights])
     )
 
 
 def with_stop(own: Pieces, stop: Pieces, moment: float, wait: float, lasting: float) -> Pieces:
-    """What is flown until the stop begins, the stop, and the hover, of so many seconds in all."""
+    """Flight until the stop begins, the stop, and the hover, with a total of ``lasting`` seconds."""
     hover = lasting - wait - float(stop.duration[0])
     parts = [between(own, moment, moment + wait), Pieces(stop.duration[:1], stop.coefficients[:1])]
     if hover > 1e-6:
@@ -62,7 +62,7 @@ def with_stop(own: Pieces, stop: Pieces, moment: float, wait: float, lasting: fl
 
 
 def aligned(flights: list[Pieces]) -> list[Pieces]:
-    """The same motions with the joints of all, so that their pieces last as long."""
+    """The same motions with common joints, so that their pieces have equal durations."""
     if len({own.duration.tobytes() for own in flights}) == 1:
         return [Pieces(_float32(own.duration), _float32(own.coefficients)) for own in flights]
     joints = np.unique(np.concatenate([own.times for own in flights]))
@@ -73,7 +73,7 @@ def aligned(flights: list[Pieces]) -> list[Pieces]:
 
 
 def _with_joints(own: Pieces, joints: Array) -> Array:
-    """(pieces, 4, 8): the coefficients of a flight between joints that have its own among them."""
+    """Coefficients of a flight between joints, seconds, that include its own: (pieces, 4, 8)."""
     piece = (joints[:-1, None] > own.times[1:-1] - SLIVER).sum(axis=1)
     return np.asarray(shifted(own.coefficients[None, piece], joints[:-1] - own.times[piece])[0])
 
@@ -83,20 +83,20 @@ def _float32(numbers: Array) -> Array:
 
 
 SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""In turn, shares of the time in which everybody may fly on before stopping: as long as can be, else sooner."""
+"""Shares of the time that agents may continue before a stop, in order of preference."""
 SPARE = 1.25
-"""Times what a stop takes now that it may take later."""
+"""Factor of a stop's present duration for its later duration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stopped:
-    """The stops.
+    """Stops of a team.
 
     Args:
-        pieces: of each agent that is left, from the moment to ``until``; all last as long.
-        until: seconds after the beginning of the plan that was flown: a whole number of steps.
-        step: that number.
-        moving: the places among them of those who fly on, and are in motion then.
+        pieces: polynomials of each remaining agent, from the stop time to ``until``; equal durations.
+        until: end, seconds of the flown plan: a whole number of steps.
+        step: number of these steps.
+        moving: indices among them of agents that continue in motion.
     """
 
     pieces: list[Pieces]
@@ -105,15 +105,15 @@ class Stopped:
     moving: frozenset[int] = frozenset()
 
     def state(self, row: int, time: float) -> Array:
-        """(5, 4): the state of an agent after so many seconds; after the end, the state there."""
+        """State of an agent after ``time`` seconds, (5, 4), metres, rad and seconds; constant after the end."""
         return state_at(self.pieces[row], time)
 
     def states(self, moment: float, steps: Array, dimension: int) -> tuple[Array, Array, Array]:
-        """Positions and velocities, (agents, steps, dim), and headings, (agents, steps), at steps after the moment.
+        """Positions and velocities, (agents, steps, dim), metres, m/s, and headings, (agents, steps), at later steps.
 
         Args:
-            moment: seconds, when the stops begin.
-            steps: seconds, after ``moment``.
+            moment: beginning of the stops, seconds.
+            steps: times after ``moment``, seconds.
         """
         curves = curves_of(self.pieces, slice(None))
         place, slope = curves.at(steps - moment), curves.derivative().at(steps - moment)
@@ -129,16 +129,16 @@ def stop_all(
     steps: int,
     stopping: Collection[int] | None = None,
 ) -> Stopped | tuple[Check, ...]:
-    """The first stop of all with which nobody touches anything; the checks that fail of the last, where there is none.
+    """First stop of all agents without contact; else the failed checks of the last attempt.
 
     Args:
-        mission_at: the agents that are left, and the world with its times counted from the moment on.
-        flights: what each flies, in their order.
-        moment: seconds after the flights began.
-        off: by agent, the state (5, 4) of who is not where its flight has it: it stops at once.
-        least: seconds that the next plan needs to be ready.
-        steps: that the flights last.
-        stopping: who is to stop, if not all are: the others fly on.
+        mission_at: remaining agents, and the world with times from the stop time on.
+        flights: polynomials of each, in order.
+        moment: stop time, seconds of the flights.
+        off: by agent, the state (5, 4) of deviating agents, which stop at once.
+        least: seconds until the next plan is ready.
+        steps: number of steps of the flights.
+        stopping: agents to stop, if not all; the others continue.
     """
     failed: tuple[Check, ...] = ()
     who = list(range(len(flights))) if stopping is None else sorted(stopping)
@@ -177,13 +177,13 @@ def stop_some(
     late: Mapping[int, Pieces],
     ahead: float,
 ) -> dict[int, Pieces]:
-    """The stops of as few as can be with which nobody touches anything for some time, while all others fly on.
+    """Fewest stops without contact for some time, while all others continue.
 
-    Where there are none, those with which somebody touches something last; nothing, where that is to fly on.
+    If impossible, the stops with the latest contact; empty if continuing is best.
 
     Args:
-        off: those who are not where their flights have them: if they are to stop, then at once.
-        late: of those among them who are on their way, what they fly from the moment on; the others have to stop.
+        off: states of deviating agents, (5, 4), metres, which can only stop at once.
+        late: polynomials of deviating agents on their path; the others have to stop.
         ahead: seconds after the moment; the other arguments are those of ``stop_all``.
     """
     end = float(flights[0].duration.sum())
@@ -219,14 +219,17 @@ def stop_some(
 
 
 def _first_touch(failing: list[Check], lasting: float) -> float:
-    """Seconds after the beginning of flights of so many seconds, when bodies touch; checks count from the end."""
+    """Seconds until the first contact in flights of ``lasting`` seconds; check times count from the end."""
     return min((lasting + check.at for check in failing if check.at is not None), default=lasting)
 
 
 def _stop_at(
     flight: Pieces, moment: float, wait: float, lasting: float, off: Array | None, vehicle: Vehicle
 ) -> Pieces | None:
-    """Flown on for some seconds, stopped, and hovered until ``lasting``; None where that is too short for it."""
+    """Flight, stop and hover until ``lasting``; None if that is too short.
+
+    ``off`` is a state (5, 4), metres.
+    """
     stop = stop_and_hover(off if off is not None else state_at(flight, moment + wait), vehicle)
     if stop is None or wait + float(stop.duration[0]) > lasting:
         return None
@@ -234,14 +237,14 @@ def _stop_at(
 
 
 def bodies(mission: Mission, pieces: list[Pieces]) -> list[Check]:
-    """The checks of bodies in flights that last as long, with the mission's times counted from their beginning."""
+    """Body checks of flights of equal durations, with mission times from their beginning."""
     pieces = aligned(pieces)
     later = float(pieces[0].duration.sum())
     return body_checks(counted_from(mission, later), pieces)
 
 
 def resting_state(position: Array, yaw: float, altitude: float) -> Array:
-    """(5, 4): the state of one that is told to stay at a place, (dim,), metres."""
+    """State of an agent that stays at a place, (dim,), metres: (5, 4)."""
     state = np.zeros((5, 4))
     state[0, : position.size], state[0, 3] = position, yaw
     if position.size == 2:
@@ -250,5 +253,5 @@ def resting_state(position: Array, yaw: float, altitude: float) -> Array:
 
 
 def ends(pieces: list[Pieces], dimension: int) -> Array:
-    """(agents, dim): where the stops end."""
+    """Final positions of the stops: (agents, dim), metres."""
     return np.stack([values(own.coefficients[-1], np.asarray(own.duration[-1]))[:dimension] for own in pieces])

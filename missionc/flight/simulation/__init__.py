@@ -1,8 +1,8 @@
 """Simulation of flights: written polynomials flown by a simulated quadrotor with its controller, and judged.
 
-    in   Mission, its kernel, each agent's polynomials, what disturbs the flights
-    out  Simulated: of every flight the tracking error, the requirements on the flown path, the room between bodies
+    in   Mission, its kernel, each agent's polynomials, the disturbances of the flights
+    out  Simulated: for every flight the tracking error, the requirements on the flown path, the clearance of bodies
 
-Nothing here plans, fits or knows a backend. The default engine is numpy alone
-and flies many flights at once; others are asked where they are installed.
+It does not plan or fit, and knows no backend. The default engine needs only numpy and simulates many flights at once;
+others are used if installed.
 """

@@ -20,26 +20,26 @@ from missionc.flight.simulation.disturbance import GRAVITY
 from missionc.flight.simulation.quadrotor import TURNS, Vehicle
 
 MASS_THRUST = 132_000.0
-"""PWM units of every motor for each newton of all."""
+"""PWM units of every motor per newton of total thrust."""
 
 
 def _torque(about_xy: float, about_z: float, vehicle: Vehicle = Vehicle()) -> tuple[float, float, float]:  # noqa: B008
-    """From the firmware's PWM units to N m: half of roll and pitch goes to each motor, and all of yaw."""
+    """Torque in N m from the firmware's PWM units: half of roll and pitch per motor, and all of yaw."""
     level = about_xy / MASS_THRUST * vehicle.arm / 2
     return level, level, about_z / MASS_THRUST * vehicle.twist
 
 
 @dataclass(frozen=True, slots=True)
 class Gains:
-    """The controller's figures, for x, y and z; the firmware's where none are given.
+    """Gains of the controller for x, y and z; by default the firmware's.
 
     Args:
-        stiffness, damping, integral: N for each m, m/s and m s.
+        stiffness, damping, integral: N per m, m/s and m s.
         longest: bound on the integral, m s.
-        turn, rate, lead, settle: N m for each unit of attitude error, rad/s, rad/s² and second of attitude error.
+        turn, rate, lead, settle: N m per unit of attitude error, rad/s, rad/s² and second of attitude error.
         longest_turn: bound on the integral of the attitude error, s.
-        torque: the most that is asked for, N m.
-        mass: what the controller thinks the vehicle weighs, kg.
+        torque: maximum command, N m.
+        mass: the controller's estimate of the vehicle's mass, kg.
     """
 
     stiffness: tuple[float, float, float] = (0.4, 0.4, 1.25)
@@ -56,11 +56,11 @@ class Gains:
 
 
 class Controller:
-    """One for each body, all alike.
+    """Controllers of several bodies with equal gains.
 
     Args:
-        vehicle: whose motors it tells what to do.
-        seconds: between two commands.
+        vehicle: controlled vehicle.
+        seconds: time between two commands.
     """
 
     def __init__(self, vehicle: Vehicle, gains: Gains, seconds: float, bodies: int) -> None:
@@ -77,12 +77,12 @@ class Controller:
         self._shares = np.ascontiguousarray((TURNS / _column((vehicle.arm, vehicle.arm, vehicle.twist))).T) / 4
 
     def thrust(self, position: Array, velocity: Array, body: Array, reference: Array) -> Array:
-        """What each motor is told, N: (4, bodies).
+        """Thrust command of each motor, N: (4, bodies).
 
         Args:
-            position, velocity: where it is shown to be, (3, bodies), m and m/s.
-            body: the state that it is in, (17, bodies), of which its attitude and its rates are used.
-            reference: what it is told, (13, bodies).
+            position, velocity: estimates, (3, bodies), m and m/s.
+            body: true state, (17, bodies); attitude and rates are used.
+            reference: setpoints, (13, bodies).
         """
         gains = self.gains
         error = reference[disturbance.POSITION] - position
@@ -107,7 +107,10 @@ class Controller:
         return self._shared(push, _bounded(torque, self._torque), upside_down)
 
     def _shared(self, force: Array, torque: Array, upside_down: NDArray[np.bool_]) -> Array:
-        """Among the motors; where one cannot give so much, all give less, so that the torque stays."""
+        """Distribute force and torque over the motors, N and N m: (4, bodies).
+
+        Saturation reduces all, to keep the torque.
+        """
         thrust: Array = force / 4 + self._shares @ torque
         thrust -= np.maximum(thrust.max(axis=0) - self.vehicle.strongest, 0.0)
         thrust[:, upside_down] = 0.0
@@ -123,7 +126,10 @@ def _column(values: tuple[float, float, float]) -> Array:
 
 
 def _aimed(force: Array, yaw: Array) -> tuple[Array, Array, Array]:
-    """The axes of the attitude whose thrust is along the force: (3, bodies), (bodies,) -> (3, bodies) thrice."""
+    """Axes of the attitude with thrust along the force, N.
+
+    Shape: (3, bodies), (bodies,) rad -> unit vectors, (3, bodies) thrice.
+    """
     up = force / np.sqrt((force**2).sum(axis=0))
     ahead = np.array([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)])
     left = _cross(up, ahead)
@@ -132,7 +138,9 @@ def _aimed(force: Array, yaw: Array) -> tuple[Array, Array, Array]:
 
 
 def _apart(aimed: tuple[Array, Array, Array], body: tuple[Array, Array, Array]) -> Array:
-    """The error of an attitude on SO(3), twice the sine of the angle about each body axis: (3, bodies)."""
+    """Attitude error on SO(3), twice the sine of the angle about each body axis, a dimensionless
+    number: (3, bodies).
+    """
 
     def mixed(first: int, second: int) -> Array:
         return np.asarray((aimed[first] * body[second] - body[first] * aimed[second]).sum(axis=0))
@@ -141,7 +149,10 @@ def _apart(aimed: tuple[Array, Array, Array], body: tuple[Array, Array, Array]) 
 
 
 def _cross(first: Array, second: Array) -> Array:
-    """(3, bodies) twice -> (3, bodies); numpy's own takes five times as long."""
+    """Cross products in the product of units: (3, bodies) twice -> (3, bodies).
+
+    Five times faster than numpy's own.
+    """
     return np.array(
         [
             first[1] * second[2] - first[2] * second[1],

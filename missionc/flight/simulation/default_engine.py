@@ -1,12 +1,12 @@
-"""The default simulation engine: all agents of several flights moved together, with estimates and downwash.
+"""Default simulation engine: all agents of several flights moved together, with estimates and downwash.
 
-    in   Pieces of each agent, the disturbances drawn for each flight
+    in   Pieces of each agent, the disturbances of each flight
     out  Flown
 
-``Airborne`` moves along setpoints from any source; ``fly`` takes them from polynomials. The controller runs 500 times
-a second, as on board, and the body moves as often. Agents do not touch.
+``Airborne`` moves along setpoints from any source; ``fly`` takes them from polynomials. The controller runs 500 times a
+second, as on board, and so does the integration of the body. Agents do not collide.
 
-The controller sees an estimate of position and velocity: late, and with updates missing. Downwash is the force with
+The controller gets an estimate of position and velocity, delayed and with missing updates. Downwash is the force with
 which a vehicle's rotors push the vehicles below it down.
 
 Source:
@@ -40,12 +40,12 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 
 class Estimate:
-    """One for each body. A state is position and velocity, (6, bodies), m and m/s.
+    """Estimates of bodies. A state is position and velocity, (6, bodies), m and m/s.
 
     Args:
-        first: the state that they begin in, and have been in.
-        late: a state is shown so many commands later.
-        seconds: between two commands.
+        first: initial state, also for the time before.
+        late: delay of a state in commands.
+        seconds: time between two commands.
     """
 
     def __init__(self, first: Array, late: int, seconds: float) -> None:
@@ -54,12 +54,11 @@ class Estimate:
         self._held: Array | None = None
 
     def shown(self, state: Array, noise: Array | None, stale: NDArray[np.bool_] | None) -> tuple[Array, Array]:
-        """Position and velocity for this command: (3, bodies) twice.
+        """Estimated position and velocity for this command: (3, bodies) twice, m and m/s.
 
         Args:
             noise: (3, bodies), m, added to the position.
-            stale: (bodies,): those to whom no update comes are shown where they would be at the velocity that they were
-                last shown.
+            stale: (bodies,): True without an update; the estimate is then extrapolated at constant velocity.
         """
         fresh = state
         if self._past:
@@ -77,19 +76,19 @@ class Estimate:
 ROTOR = 0.0231348
 """Radius of a rotor, m."""
 STRENGTH = 2267.18
-"""N, of a rotor's radius below."""
+"""Force at one rotor radius below, N."""
 WIDTH = (-0.11, 0.16)
-"""Metres at no distance, and for each metre below: how wide the stream is."""
+"""Width of the stream at distance 0, metres, and per metre below."""
 NEAREST = 0.1
-"""Metres below: nearer, the model grows beyond all bounds, and bodies touch."""
+"""Least distance below, metres: the model diverges at 0, and bodies touch."""
 
 
 def push(position: Array, together: int, still: NDArray[np.bool_] | None = None) -> Array:
-    """Downward force on each body, of all that are above it: (3, bodies), m -> (bodies,), N.
+    """Downward force on each body from all bodies above it: (3, bodies), m -> (bodies,), N.
 
     Args:
-        together: so many neighbouring columns fly in the same air.
-        still: (bodies,): whose rotors stand; nobody's where none is given.
+        together: number of neighbouring columns in the same flight.
+        still: (bodies,): True for stopped rotors; default none.
     """
     x, y, z = position.reshape(3, -1, together)
     below = z[:, None, :] - z[:, :, None]
@@ -104,16 +103,16 @@ def push(position: Array, together: int, still: NDArray[np.bool_] | None = None)
 
 
 COMMANDS = 5
-"""Commands of the controller for each setpoint."""
+"""Number of controller commands per setpoint."""
 COMMAND_SECONDS = 1 / (SETPOINTS_PER_SECOND * COMMANDS)
-"""Between two commands of the controller."""
+"""Seconds between two commands of the controller."""
 CHUNK = 100
-"""Ticks whose setpoints are evaluated together."""
+"""Number of ticks whose setpoints are evaluated together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flown:
-    """Where everybody was, ``SETPOINTS_PER_SECOND`` times a second.
+    """Flown trajectories at ``SETPOINTS_PER_SECOND`` samples a second.
 
     Args:
         times: (samples,), s.
@@ -129,7 +128,7 @@ class Flown:
 
 
 def sample_times(seconds: float) -> Array:
-    """Every tick until the end is reached: (samples,), s."""
+    """Times of all ticks until the end, (samples,), seconds."""
     ticks = int(np.ceil(seconds * SETPOINTS_PER_SECOND - 1e-9))
     return np.arange(ticks + 1) / SETPOINTS_PER_SECOND
 
@@ -137,19 +136,19 @@ def sample_times(seconds: float) -> Array:
 class Airborne:
     """Bodies in the air, each with its controller, moved together from setpoint to setpoint.
 
-    They begin hovering, or in motion. What they are told may change with every setpoint, so that whoever plans anew in
-    flight tells them something else from then on. A body is a column everywhere.
+    They begin hovering, or in motion. Setpoints may change at any time, for example after replanning in flight. A body
+    is a column in all arrays.
 
     Args:
-        position: where they begin, (3, bodies), m.
+        position: initial positions, (3, bodies), m.
         yaw: (bodies,), rad.
-        mass: what each weighs, (bodies,), kg; what its controller thinks where none is given.
-        motors: the share of what it is told that each motor gives, (4, bodies); all of it where none is given.
-        latency: so late a controller is shown position and velocity, s.
-        sag: the most that a motor gives falls by this share with every second.
-        downwash: those below are pushed down by so many times ``downwash.push``.
-        together: so many neighbouring bodies fly in the same air; all of them where none is given.
-        velocity: in which they begin, (3, bodies), m/s; none where none is given.
+        mass: mass of each, (bodies,), kg; default: the controller's estimate.
+        motors: efficiency of each motor, (4, bodies); default 1.
+        latency: delay of position and velocity, s.
+        sag: decrease of a motor's maximum thrust per second, as a share.
+        downwash: factor of ``downwash.push``.
+        together: number of neighbouring bodies in the same flight; default all.
+        velocity: initial velocity, (3, bodies), m/s; default 0.
     """
 
     def __init__(
@@ -182,29 +181,29 @@ class Airborne:
 
     @property
     def position(self) -> Array:
-        """(3, bodies), m."""
+        """Positions: (3, bodies), metres."""
         return self._state[quadrotor.POSITION].copy()
 
     @property
     def velocity(self) -> Array:
-        """(3, bodies), m/s."""
+        """Velocities: (3, bodies), m/s."""
         return self._state[quadrotor.VELOCITY].copy()
 
     @property
     def heading(self) -> Array:
-        """(bodies,), rad."""
+        """Headings: (bodies,), rad."""
         return quadrotor.heading(self._state[quadrotor.ATTITUDE])
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """(bodies,): whose motors have stopped."""
+        """Flags of bodies with stopped motors: (bodies,), boolean."""
         return self._lost.copy()
 
     def lose(self, body: int) -> None:
-        """Stop a body's motors for good: it falls to height 0 and lies there.
+        """Stop a body's motors for good: it falls to height 0 and stays there.
 
         Raises:
-            IndexError: there is no such body.
+            IndexError: the body does not exist.
         """
         self._lost[body] = True
 
@@ -215,13 +214,13 @@ class Airborne:
         noise: Array | None = None,
         stale: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Move on by the time between two setpoints, ``1 / SETPOINTS_PER_SECOND`` s.
+        """Advance by the time between two setpoints, ``1 / SETPOINTS_PER_SECOND`` s.
 
         Args:
-            reference: what each is told, (13, bodies), as ``firmware_setpoints.setpoints`` makes it.
-            wind: (3, bodies), m/s; still air where none is given.
-            noise: how far beside its position each is shown to be, (3, bodies), m; nothing where none is given.
-            stale: (bodies,): to whom no position update comes; to everybody one does where none is given.
+            reference: setpoints, (13, bodies), from ``firmware_setpoints.setpoints``.
+            wind: (3, bodies), m/s; default 0.
+            noise: error of the position estimate, (3, bodies), m; default 0.
+            stale: (bodies,): True without a position update; default none.
         """
         vehicle = self.vehicle
         air = np.zeros_like(reference[:3]) if wind is None else wind
@@ -240,13 +239,13 @@ class Airborne:
         self._land()
 
     def _pushed_down(self) -> Array | None:
-        """By those above whose rotors turn: (bodies,), N."""
+        """Downwash force from bodies above with turning rotors: (bodies,), newtons."""
         if not self._downwash or self._together < 2:
             return None
         return self._downwash * push(self._state[quadrotor.POSITION], self._together, self._lost)
 
     def _land(self) -> None:
-        """The lost ones that are at height 0 lie there."""
+        """Fix lost bodies at height 0."""
         if not self._lost.any():
             return
         down = self._lost & (self._state[2] <= 0)
@@ -264,11 +263,11 @@ def fly(
     disturbance: Disturbance = UNDISTURBED,
     lost: Mapping[int, float] | None = None,
 ) -> Flown:
-    """Flights from the start, at rest or in the motion in which they begin, until ``seconds`` are over.
+    """Simulate flights from the start, at rest or in motion, until ``seconds``.
 
     Args:
-        disturbance: of which all that is not drawn is taken, and not whom it loses.
-        lost: which agents' motors stop in every flight, and when, s.
+        disturbance: constant parts of the disturbance, except lost agents.
+        lost: stop time of agents' motors in every flight, s.
     """
     vehicle = vehicle or Vehicle()
     times = sample_times(seconds)
@@ -309,7 +308,7 @@ def fly(
 
 
 def _told(pieces: Sequence[Pieces], clock: Array, times: Array) -> Array:
-    """What each body is told: (flights, agents), s and (ticks,), s -> (13, ticks, bodies)."""
+    """Setpoints of each body: (flights, agents), s and (ticks,), s -> (13, ticks, bodies), metres and rad."""
     flights, agents = clock.shape
     each = np.empty((13, times.size, flights, agents))
     for agent, own in enumerate(pieces):
@@ -320,5 +319,5 @@ def _told(pieces: Sequence[Pieces], clock: Array, times: Array) -> Array:
 
 
 def _rows(values: Array, tick: int) -> Array:
-    """One tick of (flights, agents, ticks, 3): (3, bodies)."""
+    """One tick of (flights, agents, ticks, 3), metres or m/s: (3, bodies)."""
     return np.ascontiguousarray(values[:, :, tick].reshape(-1, 3).T)

@@ -1,7 +1,7 @@
-"""Disturbances of a flight: the air, the vehicle, its estimates, and its setpoints, as the firmware computes them.
+"""Disturbances of a flight: air, vehicle, estimates, and setpoints computed like the firmware.
 
-Every flight draws from a generator of its own, made from the seed and the flight's number: the same whichever other
-flights there are. Setpoints are computed from polynomials in float32, as on board of a Crazyflie.
+Every flight has a separate generator from the seed and the flight's number, independent of other flights. Setpoints are
+computed from polynomials in float32, as on board of a Crazyflie.
 
 Source:
     crazyflie-firmware, src/modules/src/pptraj.c: ``piecewise_eval`` and ``poly4d_eval``.
@@ -22,19 +22,18 @@ GRAVITY = 9.81
 """m/s²"""
 
 SETPOINTS_PER_SECOND = 100
-"""How often the firmware evaluates a trajectory; in between it holds the last setpoint (RATE_HL_COMMANDER)."""
+"""Rate at which the firmware evaluates a trajectory; in between it holds the last setpoint (RATE_HL_COMMANDER)."""
 
 POSITION, VELOCITY, ACCELERATION, RATES, YAW = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12), 12
-"""The rows of setpoints: m, m/s, m/s², body rates in rad/s, rad."""
+"""Rows of setpoints: m, m/s, m/s², body rates in rad/s, rad."""
 
 Float32 = NDArray[np.float32]
 
 
 def setpoints(pieces: Pieces, times: Array) -> Array:
-    """What the controller is told at times since the start, seconds: (...) -> (13, ...).
+    """Setpoints of the controller at times since the start, seconds: (...) -> (13, ...), metres and rad.
 
-    Before the start and after the end the vehicle is told to stand where the
-    trajectory begins and ends.
+    Before the start and after the end, the setpoint is the trajectory's first and last position.
     """
     first, last = times < 0, times > pieces.duration.sum()
     index, local = _piece(pieces.duration.astype(np.float32), np.maximum(times, 0.0).astype(np.float32))
@@ -52,7 +51,10 @@ def setpoints(pieces: Pieces, times: Array) -> Array:
 
 
 def _piece(durations: Float32, times: Float32) -> tuple[NDArray[np.int64], Float32]:
-    """Which piece a time falls in, and the time since that began; past the end, the last moment of the last piece."""
+    """Index of the piece at each time, (...), seconds, and the time since its beginning.
+
+    Clipped at the end.
+    """
     index, local = np.zeros(times.shape, dtype=np.int64), times.copy()
     for piece, duration in enumerate(durations[:-1].tolist()):
         beyond = (index == piece) & (local > np.float32(duration))
@@ -62,7 +64,7 @@ def _piece(durations: Float32, times: Float32) -> tuple[NDArray[np.int64], Float
 
 
 def _horner(coefficients: Float32, local: Float32) -> Float32:
-    """(4, powers, ...), (...) -> (4, ...)."""
+    """Horner's rule: coefficients (4, powers, ...), times (...), seconds -> (4, ...), metres and rad."""
     value = coefficients[:, -1]
     for power in range(coefficients.shape[1] - 2, -1, -1):
         value = value * local + coefficients[:, power]
@@ -93,33 +95,30 @@ def _rates(acceleration: Float32, jerk: Float32, yaw: Float32, yaw_rate: Float32
 
 
 GUST_SECONDS = 0.5
-"""After so long a gust has lost all but 37 % of itself: chosen as quick as a Crazyflie's answer to its position."""
+"""Time constant of gusts, seconds: chosen as fast as a Crazyflie's position response."""
 NOISE_SECONDS = 0.2
-"""Likewise of the estimator's error: chosen; an estimate that is filtered wanders, and does not jump."""
+"""Time constant of the estimator's error, seconds: chosen, since a filtered estimate drifts and does not jump."""
 
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """How much of everything; nothing where nothing is given.
+    """Magnitudes of all disturbances; 0 by default.
 
     Args:
-        wind: speed of the constant wind, m/s; level, and from anywhere.
-        gust: standard deviation along each axis of what is added to it, m/s; for each agent an Ornstein-Uhlenbeck
-            process of its own.
-        mass: a vehicle weighs up to this share more or less than its controller thinks.
-        start: it begins up to so far beside its start, along x and along y, m.
-        clock: it begins up to so late, s.
-        noise: standard deviation along each axis of the error of the position that its controller is shown, m; for each
-            agent an Ornstein-Uhlenbeck process of its own.
-        latency: position and velocity are shown so late, s.
-        packets: this share of the position updates is lost; from one that came, the controller goes on at the velocity
-            that it had.
-        missed: this share of the vehicles never hears the start, and hovers where it began.
-        battery: the most that a motor gives falls by this share until the end of the flight.
-        motor: one motor of each vehicle gives up to this share less than it is told.
-        downwash: who is below another one is pushed down by so many times the force of a published model
-            (``downwash.push``).
-        lose: whose motors stop, and when, s.
+        wind: speed of the constant horizontal wind, m/s; random direction.
+        gust: standard deviation of gusts along each axis, m/s; a separate Ornstein-Uhlenbeck process for each agent.
+        mass: greatest relative error of the controller's mass estimate.
+        start: greatest error of the start along x and along y, m.
+        clock: greatest delay of the start, s.
+        noise: standard deviation of the position estimate's error along each axis, m; a separate Ornstein-Uhlenbeck
+                process for each agent.
+        latency: delay of position and velocity, s.
+        packets: share of lost position updates; the controller extrapolates from the last one at constant velocity.
+        missed: share of the vehicles that miss the start command, and hover at their start.
+        battery: decrease of a motor's maximum thrust until the end of the flight, as a share.
+        motor: greatest loss of thrust in one motor of each vehicle, as a share.
+        downwash: factor of the force of a published model (``downwash.push``) on lower vehicles.
+        lose: agents whose motors stop, with times, s.
     """
 
     wind: float = 0.0
@@ -138,7 +137,7 @@ class Disturbance:
 
     @property
     def random(self) -> bool:
-        """Flights differ: something is drawn for each. Otherwise all of them are one and the same."""
+        """True if flights have random differences; otherwise all of them are equal."""
         drawn = self.wind, self.gust, self.mass, self.start, self.clock, self.noise, self.packets, self.missed
         return any((*drawn, self.motor))
 
@@ -148,16 +147,16 @@ UNDISTURBED = Disturbance()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """What was drawn for some flights. A tick is the time between two setpoints.
+    """Random draws of some flights. A tick is the time between two setpoints.
 
     Args:
         mass: (flights, agents), factors.
         start: (flights, agents, 3), m.
-        clock: (flights, agents), s; infinite where the start is never heard.
-        motors: (flights, agents, 4), the share that each motor gives of what it is told.
+        clock: (flights, agents), s; infinite for a missed start.
+        motors: (flights, agents, 4), efficiency of each motor.
         wind: (flights, agents, ticks, 3), m/s.
-        noise: (flights, agents, ticks, 3), m: how far beside its position each is shown.
-        stale: (flights, agents, ticks): no position update comes.
+        noise: (flights, agents, ticks, 3), m: error of the position estimate.
+        stale: (flights, agents, ticks): True without a position update.
     """
 
     mass: Array
@@ -170,7 +169,7 @@ class Drawn:
 
 
 def drawn(disturbance: Disturbance, seed: int, flights: range, agents: int, ticks: int) -> Drawn:
-    """For the flights with these numbers."""
+    """Draw the disturbances of the flights with these numbers."""
     each = [np.random.default_rng([seed, flight]) for flight in flights]
     shape = (len(flights), agents)
 
@@ -206,7 +205,7 @@ def _wandering(each: list[np.random.Generator], agents: int, ticks: int, seconds
     """Ornstein-Uhlenbeck processes of variance one, exact at their ticks: (flights, agents, ticks, 3).
 
     Args:
-        seconds: after which one has lost all but 37 % of itself.
+        seconds: time constant.
     """
     noise = np.empty((ticks, len(each), agents, 3))
     for flight, random in enumerate(each):

@@ -1,4 +1,4 @@
-"""The conditions of a simulated flight as a record, from which it can be flown again.
+"""Conditions of a simulated flight as a record that allows to repeat it.
 
 in   Trial, the mission's length; or such a record
 out  the record; or Trial
@@ -37,11 +37,11 @@ BROUGHT = {
     "rotorpy": ("rotorpy.vehicles.crazyflie_params", "rotorpy.controllers.quadrotor_control.SE3Control", 1),
     "crazyflow": ("Drone.cf2x_L250, Dynamics.first_principles", "Control.state, hovering before the start", COMMANDS),
 }
-"""The other engines: what flies, what controls it, and how often for each setpoint."""
+"""Other engines: vehicle, controller, and its rate per setpoint."""
 
 
 def conditions(trial: Trial, seconds: float) -> dict[str, object]:
-    """Everything that a flight of so many seconds follows from, beside the polynomials; lengths of time in seconds."""
+    """All inputs of a flight of ``seconds`` besides the polynomials; times in seconds."""
     own = (asdict(Vehicle()), asdict(Gains()), COMMANDS)
     foreign = (trial.engine, trial.engine, 1)
     vehicle, controller, commands = own if trial.engine == QUADROTOR else BROUGHT.get(trial.engine, foreign)
@@ -65,7 +65,7 @@ def conditions(trial: Trial, seconds: float) -> dict[str, object]:
 
 
 def versions(engine: str) -> dict[str, str]:
-    """The version of this package, and that of another engine; ``unknown`` where that does not say its own."""
+    """Version of this package, and of another engine; ``unknown`` if not reported."""
     try:
         own = {engine: version(ENGINES.package(engine) or engine)} if engine != QUADROTOR else {}
     except PackageNotFoundError:
@@ -74,7 +74,7 @@ def versions(engine: str) -> dict[str, str]:
 
 
 def trial_of(record: Mapping[str, object]) -> Trial | str:
-    """How to fly what a record tells; or the name of the first entry that cannot be."""
+    """Trial of a record; or the name of its first invalid entry."""
     engine, flights, seed = record.get("engine"), record.get("flights"), record.get("seed")
     if not (isinstance(engine, str) and engine in ENGINES):
         return "engine"
@@ -102,7 +102,7 @@ def _disturbance(record: object) -> Disturbance | None:
 
 
 def _lose(record: object) -> tuple[tuple[str, float], ...] | None:
-    """Pairs of a name and a moment, every name once."""
+    """Pairs of a name and a time, every name once."""
     if not isinstance(record, list) or len(record) > MOST_LOST:
         return None
     found = []

@@ -1,10 +1,10 @@
-"""Evaluation of one simulated flight: tracking error, requirements on the flown path, room between bodies.
+"""Evaluation of one simulated flight: tracking error, requirements on the flown path, clearance of bodies.
 
-    in   Mission, its kernel, where everybody should have been and was
+    in   Mission, its kernel, the planned and the flown positions
     out  Flight
 
-Requirements are judged at the mission's steps, as a plan's are. Bodies are
-judged at every moment, straight from sample to sample.
+Requirements are judged at the mission's steps, like a plan's. Bodies are judged in continuous time, with straight
+motion between samples.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from missionc.verification.monitoring.monitor import monitor
 from missionc.verification.plan.clearances import check_obstacles, relative_margins
 
 USUAL = 0.95
-"""The share of the time that counts as usual; what is flown worse is rare."""
+"""Share of the time that counts as usual; larger errors are rare."""
 
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """How far an agent is from where it should be, m: on average, ``USUAL`` of the time at most, the most and when."""
+    """Tracking error of an agent, m: mean, ``USUAL`` quantile, and maximum with its time."""
 
     mean: float
     usual: float
@@ -44,11 +44,11 @@ class Flight:
     """One flight.
 
     Args:
-        error: of each agent, as long as its motors turn.
-        largest: (samples,), m: the largest error of any agent over time.
-        trace: its states at the mission's steps.
+        error: error of each agent while its motors turn.
+        largest: (samples,), m: largest error of any agent over time.
+        trace: states at the mission's steps.
         requirements, preferences: judged on ``trace``.
-        room: the least room between two bodies, and between bodies and each obstacle, m; negative where they overlap.
+        room: least clearance between two bodies, and between bodies and each obstacle, m; negative if they overlap.
     """
 
     error: tuple[Error, ...]
@@ -81,10 +81,10 @@ def judge(
 
     Args:
         times: (samples,), s, from 0 to the end of the mission or past it.
-        planned: (agents, samples, 3), m: where everybody should have been.
+        planned: (agents, samples, 3), planned positions, m.
         position, velocity: (agents, samples, 3), m and m/s.
         heading: (agents, samples), rad.
-        lost: which agents' motors stop, and when, s: from then on nobody asks how far off they are.
+        lost: stop times of agents' motors, s: afterwards their errors do not count.
     """
     trace = at_steps(mission, times, position, velocity, heading)
     judged = monitor(mission, kernel, trace)
@@ -100,9 +100,11 @@ def judge(
 
 
 def tracking_error(times: Array, planned: Array, position: Array, lost: Mapping[int, float]) -> Array:
-    """How far each is from where it should be: (agents, samples), m; not a number once its motors have stopped.
+    """Distance of each agent from its planned position: (agents, samples), metres.
 
-    The arrays are those that ``judge`` takes. A motor that stops at the start leaves the first sample.
+    NaN after its motors have stopped.
+
+    The arrays are as for ``judge``. A motor that stops at the start leaves the first sample.
     """
     error = norm(position - planned)
     for agent, when in lost.items():
@@ -117,10 +119,9 @@ def _error(times: Array, error: Array) -> Error:
 
 
 def at_steps(mission: Mission, times: Array, position: Array, velocity: Array, heading: Array) -> Trace:
-    """The states at the mission's steps, on the line between two samples where none falls on the step.
+    """States at the mission's steps, interpolated between two samples.
 
-    The arrays are those that ``judge`` takes: (samples,), s; (agents, samples, 3) twice, m and m/s;
-    (agents, samples), rad.
+    The arrays are as for ``judge``: (samples,), s; (agents, samples, 3) twice, m and m/s; (agents, samples), rad.
     """
     steps = mission.step * np.arange(mission.steps + 1)
     after = np.clip(np.searchsorted(times, steps - 1e-9), 1, times.size - 1)
@@ -134,7 +135,9 @@ def at_steps(mission: Mission, times: Array, position: Array, velocity: Array, h
 
 
 def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
-    """Bodies and obstacles along a path of samples, (agents, samples, 3), m; in a plane mission seen from above."""
+    """Checks of bodies and obstacles along sampled paths, (agents, samples, 3), metres; horizontal in a
+    plane mission.
+    """
     level = position[..., : mission.dimension]
     slope = np.diff(level, axis=1) / np.diff(times)[:, None]
     curves = Curves(times, np.stack([level[:, :-1], slope], axis=-1))
@@ -143,7 +146,7 @@ def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
 
 
 def _between(mission: Mission, curves: Curves) -> Iterable[Check]:
-    """One check, for the two bodies that come nearest, straight from sample to sample; none for a single agent."""
+    """One check for the two nearest bodies, straight between samples; none for a single agent."""
     radii = np.array([agent.radius for agent in mission.agents])
     nearest, pair, at = np.inf, (0, 1), 0.0
     for first in range(len(radii) - 1):

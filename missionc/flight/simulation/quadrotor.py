@@ -1,8 +1,7 @@
-"""Quadrotor dynamics: a rigid body that four rotors lift and turn, in moving air.
+"""Quadrotor dynamics: a rigid body lifted and turned by four rotors, in moving air.
 
-State, (17, bodies): position (m), velocity (m/s), attitude (unit quaternion
-w, x, y, z, body to world), body rates (rad/s), thrust of each motor (N). World
-axes: z up. Body axes: x ahead, y to the left; motors as a Crazyflie's: front
+State, (17, bodies): position (m), velocity (m/s), attitude (unit quaternion w, x, y, z, body to world), body rates
+(rad/s), thrust of each motor (N). World axes: z up. Body axes: x ahead, y to the left; motors as a Crazyflie's: front
 right, back right, back left, front left.
 """
 
@@ -16,24 +15,24 @@ from missionc.base.trace import Array
 from missionc.flight.simulation.disturbance import GRAVITY
 
 POSITION, VELOCITY, ATTITUDE, RATES, THRUST = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13), slice(13, 17)
-"""The rows of a state."""
+"""Rows of a state."""
 
 TURNS = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0], [-1.0, 1.0, -1.0, 1.0]])
-"""Which way each motor's thrust turns the body about x, y and z."""
+"""Direction of rotation by each motor's thrust about x, y and z."""
 
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """A quadrotor's figures; those of a Crazyflie 2.1 where none are given.
+    """Figures of a quadrotor; by default those of a Crazyflie 2.1.
 
     Args:
         mass: kg.
         inertia: about x, y and z, kg m².
-        arm: of a motor's thrust about x and about y, m.
-        twist: torque about z for each newton of thrust, m.
+        arm: lever arm of a motor's thrust about x and about y, m.
+        twist: torque about z per newton of thrust, m.
         strongest: thrust of one motor, N.
         lag: time constant of a motor's thrust, s; 0 for none.
-        drag: across and along the rotors' axis, N for each m/s through the air.
+        drag: across and along the rotors' axis, N per m/s of airspeed.
 
     Source:
         crazyflie-firmware, ``platform_defaults_cf2.h``: mass, thrust of the standard motors. Förster, "System
@@ -53,7 +52,10 @@ class Vehicle:
 
 
 def at_rest(vehicle: Vehicle, position: Array, yaw: Array) -> Array:
-    """Bodies that hover: (3, bodies), (bodies,) -> (17, bodies). Their thrust is what the vehicle should weigh."""
+    """State of hovering bodies: (3, bodies), metres, (bodies,), rad -> (17, bodies).
+
+    Thrust balances the nominal mass.
+    """
     state = np.zeros((17, position.shape[1]))
     state[POSITION] = position
     state[6], state[9] = np.cos(yaw / 2), np.sin(yaw / 2)
@@ -62,7 +64,7 @@ def at_rest(vehicle: Vehicle, position: Array, yaw: Array) -> Array:
 
 
 def axes(attitude: Array) -> tuple[Array, Array, Array]:
-    """The body's x, y and z in the world: (4, bodies) -> (3, bodies) thrice."""
+    """Body axes x, y and z in the world, unit vectors: (4, bodies) -> (3, bodies) thrice."""
     w, x, y, z = attitude
     ahead = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)])
     left = np.array([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)])
@@ -70,26 +72,26 @@ def axes(attitude: Array) -> tuple[Array, Array, Array]:
 
 
 def upward(attitude: Array) -> Array:
-    """The axis along which the rotors push, in the world: (4, bodies) -> (3, bodies)."""
+    """Thrust axis in the world, a unit vector: (4, bodies) -> (3, bodies)."""
     w, x, y, z = attitude
     return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
 
 
 def heading(attitude: Array) -> Array:
-    """(4, ...) -> (...), rad."""
+    """Heading of an attitude: (4, ...) -> (...), rad."""
     w, x, y, z = attitude
     return np.asarray(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
 
 
 def change(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Array, down: Array | None = None) -> Array:
-    """The state's derivative.
+    """Derivative of the state.
 
     Args:
-        mass: of each body, (bodies,), kg.
+        mass: mass of each body, (bodies,), kg.
         state: (17, bodies).
-        thrust: what each motor is told, (4, bodies), N.
+        thrust: commands of each motor, (4, bodies), N.
         wind: (3, bodies), m/s.
-        down: what else pushes each down, (bodies,), N.
+        down: additional downward force, (bodies,), N.
     """
     w, x, y, z = state[ATTITUDE]
     p, q, r = state[RATES]
@@ -125,10 +127,10 @@ def moved(
     seconds: float,
     down: Array | None = None,
 ) -> Array:
-    """The state a moment later, by the midpoint method; its attitude is a rotation again: (17, bodies).
+    """State after ``seconds`` by the midpoint method, with the attitude normalised: (17, bodies).
 
-    The arrays are those that ``change`` takes.
-    At 500 steps a second a flight differs from one by a method of order four by hundredths of a millimetre.
+    The arrays are as for ``change``. At 500 steps a second, the difference to a fourth-order method is hundredths of a
+    millimetre.
     """
     half = state + seconds / 2 * change(vehicle, mass, state, thrust, wind, down)
     result: Array = state + seconds * change(vehicle, mass, half, thrust, wind, down)

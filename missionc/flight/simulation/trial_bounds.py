@@ -1,6 +1,8 @@
-"""Bounds of simulated trials: which engines fly, how many flights, and each disturbance with its flag; values alone.
+"""Limits of simulated trials: engines, numbers of flights, and each disturbance with its flag.
 
-The command line refuses what is beyond them, and so does whoever flies a record again.
+Values only.
+
+The command line and the repetition of records reject values beyond them.
 """
 
 from __future__ import annotations
@@ -12,10 +14,10 @@ from missionc.base.extensions import Kind, Registry, Unfit
 from missionc.base.late_dataclass import dataclass
 
 QUADROTOR = "quadrotor"
-"""The engine that is always there."""
+"""Name of the built-in engine."""
 
 OTHERS = ("rotorpy", "crazyflow")
-"""Those that are installed on request; like those of extensions they fly once and undisturbed."""
+"""Optional engines; like those of extensions, they simulate one undisturbed flight."""
 
 
 def _engine(name: str, value: object) -> Callable[..., Any]:
@@ -32,30 +34,30 @@ ENGINES = Registry(
     },
     _engine,
 )
-"""Every engine by its name, as the function that flies."""
+"""Simulation function of each engine, by name."""
 
 MOST_FLIGHTS = 100_000
 LARGEST_SEED = 2**32 - 1
 
 MOST_WIND = 100
-"""Metres per second, of the mean and of the gusts."""
+"""Maximum of mean wind and gusts, m/s."""
 
 MOST_CLOCK_ERROR = 1
-"""Seconds."""
+"""Maximum clock error, seconds."""
 
 MOST_LOST = 1000
-"""Agents that are lost."""
+"""Maximum number of lost agents."""
 
 
 @dataclass(frozen=True, slots=True)
 class Amount:
-    """One disturbance: from nothing to the most that there may be of it.
+    """One disturbance, from 0 to its maximum.
 
     Args:
-        field: of a ``Disturbance``.
-        flag: on the command line, where it is given in ``unit``.
-        most: in that unit.
-        says: its help.
+        field: field of a ``Disturbance``.
+        flag: flag on the command line, in ``unit``.
+        most: maximum in that unit.
+        says: help text.
     """
 
     field: str
@@ -65,7 +67,7 @@ class Amount:
     says: str
 
     def of(self, given: float) -> float:
-        """What the field is, of what was given: percents are shares there."""
+        """Value of the field from the given one: percentages become shares."""
         return given / (100 if self.unit == "PERCENT" else 1)
 
 
@@ -99,7 +101,7 @@ AMOUNTS = (
         "Downwash force on lower vehicles, as a multiple of a published model.",
     ),
 )
-"""All that are a number; the wind is two, and who is lost is a name and a time."""
+"""All numeric disturbances; wind has two, and lost agents have a name and a time."""
 
 MOST = {"wind": float(MOST_WIND), "gust": float(MOST_WIND), **{each.field: each.of(each.most) for each in AMOUNTS}}
-"""The most that each field of a ``Disturbance`` may be, but for whom it loses."""
+"""Maximum of each field of a ``Disturbance`` except lost agents."""

@@ -3,8 +3,8 @@
     in   Mission, its kernel, each agent's Pieces, the flight conditions
     out  Trials
 
-Only as many flights as fit into ``MOST_BYTES`` are in the air together. Without disturbances all flights are the
-same, and one is flown. The headline states no more than the trials show of all flights like them.
+Only as many flights as fit into ``MOST_BYTES`` are simulated together. Without disturbances all flights are equal, and
+one is simulated. The headline states only what the trials show for all such flights.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True, slots=True)
 class Fraction:
-    """``held`` of ``flights``, and exact bounds of the true share with a confidence of 95 %.
+    """``held`` of ``flights``, with exact bounds of the true share at a confidence of 95 %.
 
-    ``least`` is the one-sided lower bound, for "at least". ``low`` and ``high`` are the two-sided interval.
+    ``least`` is the one-sided lower bound. ``low`` and ``high`` are the two-sided interval.
     """
 
     held: int
@@ -49,17 +49,17 @@ class Fraction:
 
 
 def fraction(held: int, flights: int) -> Fraction:
-    """Exact (Clopper–Pearson) bounds: each covers the true share with at least its confidence, however few the flights.
+    """Exact (Clopper–Pearson) bounds: valid for any number of flights.
 
     Raises:
-        ValueError: there are no flights, or not so many.
+        ValueError: there are no flights, or fewer than ``held``.
 
     Source:
         Clopper and Pearson, "The Use of Confidence or Fiducial Limits Illustrated in the Case of the Binomial" (1934).
     """
     if not 0 <= held <= flights or flights == 0:
         raise ValueError(f"{held} of {flights} flights")
-    from scipy.special import betaincinv  # takes a while to load, and few commands count flights
+    from scipy.special import betaincinv  # slow to load, and few commands count flights
 
     def above(doubt: float) -> float:
         return float(betaincinv(held, flights - held + 1, doubt)) if held else 0.0
@@ -70,23 +70,23 @@ def fraction(held: int, flights: int) -> Fraction:
 
 
 MOST_BYTES = 1 << 29
-"""Bytes for the paths of flights that are in the air together."""
+"""Bytes for the paths of flights that are simulated together."""
 NUMBERS = 26
-"""Numbers for one agent at one sample: the wind, the noise, where it is, some of it twice."""
+"""Numbers per agent and sample: wind, noise, position, some of it twice."""
 TRACKING = 0.05
-"""Metres an agent may be off where its vehicle says nothing: what a Crazyflie's profile says."""
+"""Tracking tolerance without a vehicle, metres: that of a Crazyflie's profile."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """How to fly.
+    """Settings of trials.
 
     Args:
-        engine: one of ``trial_bounds.ENGINES``; those but the first fly once and undisturbed.
-        flights: how many.
-        seed: of everything that is drawn.
-        kept: paths of so many flights, the first ones, are given back.
-        first: the number of the first flight, by which everything is drawn that is drawn.
+        engine: one of ``trial_bounds.ENGINES``; all except the first simulate one undisturbed flight.
+        flights: number of flights.
+        seed: seed of all random draws.
+        kept: number of first flights whose paths are returned.
+        first: number of the first flight, which determines its random draws.
     """
 
     engine: str = QUADROTOR
@@ -99,13 +99,13 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trials:
-    """What the flights came to.
+    """Results of trials.
 
     Args:
-        allowed: (agents,), m: how far each may be off.
-        planned: (agents, samples, 3), m: where everybody should be.
-        flown: the paths of the first flights.
-        flights: every flight's verdict.
+        allowed: (agents,), m: tracking tolerance.
+        planned: (agents, samples, 3), m: planned positions.
+        flown: paths of the first flights.
+        flights: evaluation of every flight.
     """
 
     trial: Trial
@@ -116,37 +116,37 @@ class Trials:
 
     @property
     def passed(self) -> bool:
-        """Every flight is as required."""
+        """True if every flight passes."""
         return all(map(self.as_required, self.flights))
 
     @property
     def kept(self) -> Fraction:
-        """The fraction of flights that are as required."""
+        """Fraction of passing flights."""
         return fraction(sum(map(self.as_required, self.flights)), len(self.flights))
 
     def as_required(self, flight: Flight) -> bool:
-        """Every requirement holds, nobody touches anything or is too far off."""
+        """Return whether every requirement holds, without contact, within the tracking tolerance."""
         return flight.satisfied and flight.untouched and self.tracked(flight)
 
     def tracked(self, flight: Flight) -> bool:
         return all(error.most <= most for error, most in zip(flight.error, self.allowed, strict=True))
 
     def error(self, agent: int) -> Error:
-        """The tracking error over all flights: the average mean, the worst of what is usual, the most and when."""
+        """Tracking error over all flights: mean, worst usual error, and maximum with its time."""
         each = [flight.error[agent] for flight in self.flights]
         worst = max(each, key=lambda error: error.most)
         mean = sum(error.mean for error in each) / len(each)
         return Error(mean, max(error.usual for error in each), worst.most, worst.at)
 
     def room(self) -> tuple[Check, ...]:
-        """The least room of all flights, between two bodies and to each obstacle."""
+        """Least clearance of all flights, between two bodies and to each obstacle."""
         return tuple(
             min(same, key=lambda check: check.margin)
             for same in zip(*(flight.room for flight in self.flights), strict=True)
         )
 
     def fractions(self) -> dict[str, Fraction]:
-        """The fraction of flights that kept each requirement, then everybody's tracking, then room for the bodies."""
+        """Fraction of flights that satisfied each requirement, then tracking, then clearance of bodies."""
         names = [each.name for each in self.flights[0].requirements]
         held = {
             name: [flight.requirements[index].satisfied for flight in self.flights] for index, name in enumerate(names)
@@ -157,11 +157,11 @@ class Trials:
 
 
 def nobody(done: int) -> None:
-    """The listener of those who do not watch."""
+    """Listener that ignores progress."""
 
 
 def cannot_lose(mission: Mission, disturbance: Disturbance) -> str:
-    """Why nobody of a name is lost then, in words; empty where all can be."""
+    """Reason why an agent cannot be lost then; empty if all can be."""
     names = [agent.name for agent in mission.agents]
     for name, when in disturbance.lose:
         if name not in names:
@@ -172,10 +172,10 @@ def cannot_lose(mission: Mission, disturbance: Disturbance) -> str:
 
 
 def lost_agents(mission: Mission, disturbance: Disturbance) -> dict[int, float]:
-    """Whose motors stop, by their index, and when, s.
+    """Stop times of agents' motors, by index, seconds.
 
     Raises:
-        ValueError: somebody is to be lost who is no agent of the mission.
+        ValueError: a lost agent is not in the mission.
     """
     names = [agent.name for agent in mission.agents]
     return {names.index(name): when for name, when in disturbance.lose}
@@ -188,10 +188,10 @@ def run(
     trial: Trial,
     listen: Callable[[int], None] = nobody,
 ) -> Trials:
-    """Fly and judge; ``listen`` hears how many flights are over.
+    """Simulate and judge flights; ``listen`` receives the number of finished flights.
 
     Raises:
-        ValueError: somebody is to be lost who is no agent of the mission.
+        ValueError: a lost agent is not in the mission.
     """
     times, seconds = sample_times(mission.horizon), float(mission.horizon)
     lost = lost_agents(mission, trial.disturbance)
@@ -231,7 +231,7 @@ def _joined(parts: list[Flown]) -> Flown:
 
 
 def headline(trials: Trials) -> str:
-    """The lower bound of the share of flights that are as required; of flights that are all alike, how the one went."""
+    """Lower bound of the share of passing flights; for equal flights, the result of one."""
     kept = trials.kept
     if kept.flights == 1 or not trials.trial.disturbance.random:
         verdict = "passed" if kept.held else "failed"
@@ -244,5 +244,5 @@ def headline(trials: Trials) -> str:
 
 
 def shown(share: float) -> str:
-    """A lower bound in percent, rounded down to a tenth."""
+    """Lower bound in percent, rounded down to a tenth."""
     return f"{int(share * 1000) / 10:.1f} %"

@@ -1,1 +1,1 @@
-"""Trajectory generation: smooth polynomials fitted to a plan, within what vehicles can do."""
+"""Trajectory generation: smooth polynomials fitted to a plan, within vehicle limits."""

@@ -1,7 +1,7 @@
-"""Agents that are behind on their way: how far along its polynomials one is by where it was seen, and how fast it goes.
+"""Delayed agents: position along their polynomials, and speed, from samples.
 
-in   an agent's polynomials, places at times
-out  the moment of its flight at which it is; Progress; the state that it is in
+in   an agent's polynomials, positions at times
+out  its present time on the flight; Progress; its state
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces, curves_of
 from missionc.geometry.polylines import length
 
 LONGEST = 30.0
-"""Seconds that one may be behind at most."""
+"""Greatest delay, seconds."""
 PERIOD = 0.02
-"""Seconds between two moments of a flight that are looked at."""
+"""Seconds between two tested times of a flight."""
 STRIDE = 0.2
-"""Seconds between two moments of what is flown behind its time."""
+"""Seconds between two times of a delayed flight."""
 NEAR = 0.02
-"""Metres: moments at which the flight is so much further from a place than the nearest are as good as that."""
+"""Metres: times with at most this much more distance than the nearest count as equal."""
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How an agent goes along its way.
+    """Progress of an agent on its path.
 
     Args:
-        behind: metres of its way from where it is to where it should be.
-        beside: metres from its way.
-        rate: seconds of its flight that it flies in a second.
-        speed: m/s, along its way.
+        behind: path length from its position to the planned one, metres.
+        beside: distance from its path, metres.
+        rate: seconds of flight time per second.
+        speed: along its path, m/s.
     """
 
     behind: float
@@ -44,7 +44,7 @@ class Progress:
 
 
 def own_moment(flight: Pieces, place: Array, time: float) -> tuple[float, float]:
-    """The last moment of a flight, seconds and up to a time, at which it is at a place, and how many metres from it.
+    """Last time of a flight, seconds, up to ``time``, at a place, and the distance from it, metres.
 
     Args:
         place: (dim,), metres.
@@ -57,7 +57,7 @@ def own_moment(flight: Pieces, place: Array, time: float) -> tuple[float, float]
 
 
 def progress(flight: Pieces, times: Array, places: Array) -> Progress:
-    """How an agent goes along its way by where it was seen.
+    """Progress of an agent on its path from samples.
 
     Args:
         times: (samples,), seconds of its flight, ascending, at least two.
@@ -72,7 +72,9 @@ def progress(flight: Pieces, times: Array, places: Array) -> Progress:
 
 
 def state_behind(flight: Pieces, place: Array, time: float, speed: float) -> Array:
-    """(5, 4), as of ``state_at``: an agent on its flight by where it was seen, no faster than ``speed`` m/s."""
+    """State of a delayed agent at its sampled place, (dim,), metres, at most ``speed`` m/s: (5, 4), as
+    in ``state_at``.
+    """
     moment, _ = own_moment(flight, place, time)
     state = state_at(flight, moment)
     fast = float(np.linalg.norm(state[1, :3]))
@@ -81,12 +83,12 @@ def state_behind(flight: Pieces, place: Array, time: float, speed: float) -> Arr
 
 
 def flown_late(flight: Pieces, place: Array, time: float, speed: float, lasting: float) -> Pieces:
-    """The rest of a flight of one that is behind, no faster than ``speed``: straight from one moment to the next.
+    """Rest of a delayed agent's flight, at most ``speed`` fast: straight pieces.
 
     Args:
-        place: (dim,), metres: where it was seen.
-        time: seconds of its flight, when it was.
-        lasting: seconds after that, to which it is told.
+        place: (dim,), metres: last position.
+        time: time of that position, seconds of its flight.
+        lasting: duration after that, seconds.
     """
     moment, _ = own_moment(flight, place, time)
     end = float(flight.duration.sum())
@@ -103,7 +105,7 @@ def flown_late(flight: Pieces, place: Array, time: float, speed: float, lasting:
 
 
 def _length(flight: Pieces, first: float, last: float, dimension: int) -> float:
-    """Metres of the way between two moments."""
+    """Path length between two times, metres."""
     if last <= first:
         return 0.0
     moments = np.linspace(first, last, math.ceil((last - first) / PERIOD) + 1)

@@ -4,22 +4,22 @@
     out  the files, and the certificate of what is in them
     says MC703 MC711
 
-A fit of each agent alone is tried first. It has two pieces for each step if they fit into the memory, else one. If
-there are more steps than the memory holds pieces, a piece spans several steps and passes near each.
+Each agent is first fitted alone. It has two pieces for each step if they fit into the memory, else one. If there are
+more steps than the memory holds pieces, a piece spans several steps and passes near each.
 
-If that brings two agents, or an agent and an obstacle, closer than the mission allows, planes are put between them
-and those agents are fitted together. The steps at which even this fails, and those beside them, get more pieces. On
-straight motion beside still obstacles, two pieces for each step always have a solution: rest at each step, all agents
-in the same rhythm. Beside a moving obstacle the flight has to keep time with the plan, which takes more pieces, and
-more room the later it comes to speed.
+If two agents, or an agent and an obstacle, then come closer than the mission allows, separating planes are added and
+those agents are fitted together. Steps at which even this fails, and adjacent ones, get more pieces. On straight motion
+beside static obstacles, two pieces for each step always have a solution: rest at each step, all agents in the same
+rhythm. Beside a moving obstacle the flight must follow the plan's timing, which takes more pieces, and more clearance
+if it accelerates late.
 
-A flight that exceeds its vehicle's limits is fitted again with cuts. If no flight in the plan's time stays within
-them, the message states the longer time that the closest flight needs.
+A flight beyond its vehicle's limits is fitted again with cuts. If no flight in the plan's time stays within them, the
+message states the longer time that the closest flight needs.
 
-Yaw is one more coordinate on the flight's own pieces, within a limit of its rate. A single direction is a constant.
-Along the path, yaw is the spline nearest to the direction of the flown velocity whose control points keep the rate
-within the limit. It rests at both ends, or begins in a turn that is under way; if the agent hovers, yaw keeps to the
-last direction of flight.
+Yaw is another coordinate on the flight's own pieces, within its rate limit. A single direction is a constant. Along the
+path, yaw is the spline nearest to the direction of the flown velocity whose control points keep the rate within the
+limit. It rests at both ends, or begins in a turn that is under way; if the agent hovers, yaw keeps to the last
+direction of flight.
 """
 
 from __future__ import annotations
@@ -69,22 +69,22 @@ from missionc.verification.flight.continuity_and_fidelity import check_flight, t
 from missionc.verification.flight.verify_polynomials import PIECE_BYTES, prove, verify_polynomials
 
 SAMPLES = 16
-"""Samples of the direction in each piece."""
+"""Number of direction samples in each piece."""
 HOVERING, DRIFTING = 0.05, 0.1
-"""Who is slower goes nowhere: m/s, and of its own largest speed, since a stop is rounded off by a drift."""
+"""Speed below which an agent hovers: m/s, and as a share of its own largest speed, since rounding makes stops drift."""
 FAINT = 0.05
-"""Weight of a moment of hovering beside one of motion."""
+"""Weight of a hovering sample relative to one in motion."""
 CALM = 0.1
-"""Seconds: turns that are quicker are rounded off."""
+"""Seconds: faster turns are smoothed."""
 
 
 def pointing(yaw: Yaw, most: float, flight: Curves, begin: Array | None = None) -> Array:
-    """(pieces, 8): yaw in rad, ascending powers of the seconds since the piece began; float32 values.
+    """Yaw in rad, ascending powers of the seconds since the piece began: (pieces, 8); float32 values.
 
     Args:
-        most: rad/s.
-        flight: of one agent: (1, pieces, dim, 8).
-        begin: (5,): the yaw at the beginning and its derivatives up to the fourth, where it is in motion then.
+        most: rate limit, rad/s.
+        flight: flight of one agent: (1, pieces, dim, 8).
+        begin: (5,): initial yaw and derivatives up to the fourth, if it begins in motion.
     """
     match yaw:
         case Fixed(angle):
@@ -101,7 +101,7 @@ def _along(most: float, flight: Curves, begin: Array | None) -> Array:
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
     durations = flight.durations
     target, weight = _directions(flight, share)
-    if begin is not None:  # the same directions, counted in the turns that were made before
+    if begin is not None:  # the same directions, continuing the previous turns
         target = target + 2 * math.pi * np.round((begin[0] - target[0]) / (2 * math.pi))
     points = control_points_of(flight.times)
     free, fixed = _ends(points, durations, begin)
@@ -115,7 +115,7 @@ def _along(most: float, flight: Curves, begin: Array | None) -> Array:
     count = linear.size
     rates = _rates(most, durations, curve, known)
     solved = Program(quadratic, linear, csr_array((0, count)), np.zeros(0), (rates,)).within(1)
-    # Whoever never turns stays within every rate.
+    # An agent that never turns is within every rate limit.
     still = target[0] if begin is None else begin[0]
     numbers = np.full(count, still) if isinstance(solved, NoFit) else solved.numbers
     found = np.asarray(curve @ numbers + known).reshape(-1, 1, DEGREE + 1)
@@ -123,7 +123,7 @@ def _along(most: float, flight: Curves, begin: Array | None) -> Array:
 
 
 def _directions(flight: Curves, share: Array) -> tuple[Array, Array]:
-    """(pieces * samples,) twice: the direction of the flown velocity, without jumps of a turn; and what it weighs."""
+    """Unwrapped direction of the flown velocity, rad, and weights: (pieces * samples,) twice."""
     velocity = flight.derivative().coefficients[0][:, None]
     flown = values(np.repeat(velocity, share.size, axis=1), share * flight.durations[:, None]).reshape(
         -1, velocity.shape[-2]
@@ -140,9 +140,9 @@ def _directions(flight: Curves, share: Array) -> tuple[Array, Array]:
 
 
 def _ends(points: csr_array, durations: Array, begin: Array | None) -> tuple[csr_array, Array]:
-    """(coefficients, free) and (coefficients,): a spline's by the free ones, and those that its beginning fixes.
+    """Spline from the free coefficients, (coefficients, free), and those fixed by the beginning, (coefficients,), rad.
 
-    Where it rests, the last are one number, and the first are another.
+    At rest, the last ones are equal, and so are the first ones.
     """
     count = points.shape[1]
     known, first = np.zeros(count), REST - 1
@@ -157,10 +157,10 @@ def _ends(points: csr_array, durations: Array, begin: Array | None) -> tuple[csr
 
 
 def _rates(most: float, durations: Array, curve: csr_array, known: Array) -> Bounds:
-    """That the control points of the rate, in parts of every piece, are within the limit.
+    """Bounds on the rate's control points, rad/s, in parts of every piece.
 
     Args:
-        known: of the control points, what is the same whatever the free numbers are.
+        known: constant part of the control points, rad, (points,).
     """
     if math.isinf(most):
         return Bounds(csr_array((0, curve.shape[1])), np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
@@ -174,22 +174,22 @@ def _rates(most: float, durations: Array, curve: csr_array, known: Array) -> Bou
 ROUNDS = 12
 """Refits with more planes before steps get more pieces."""
 CUTTING = 8
-"""Refits with more cuts before the limits of a vehicle are taken to leave no room."""
+"""Refits with more cuts before a vehicle's limits count as infeasible."""
 NEGLIGIBLE = 1e-9
-"""Metres: a parabola that leaves its chord by less is straight."""
+"""Metres: a parabola that deviates less from its chord is straight."""
 EXCESS = 1e-6
-"""Metres: a bound of the fit that is exceeded by more is not kept."""
+"""Metres: a larger violation of the fit's bounds is not accepted."""
 COMPRESSED, COMPRESSED_YAW, COMPRESSED_ENDS = {2: 31, 3: 45}, 14, 11
 """Bytes of a piece in the firmware's compressed format, by the mission's dimension; of its yaw; of the two ends."""
 SLACK = 0.98 * WAYPOINT
-"""Metres: how far from a step's position a piece of several steps is fitted to pass; the rest is for rounding."""
+"""Tolerance of a step's position for a piece of several steps, metres; the rest is for rounding."""
 HALVINGS, SHORTEST = 3, 0.1
-"""How often a step's pieces may be halved; and the seconds that they last at least, after the first time."""
+"""Maximum number of halvings of a step's pieces; and their least duration, seconds, after the first time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flyable:
-    """The text of each agent's file, by the agent's name, and what was verified on it."""
+    """Text of each agent's file, by agent name, and its verification."""
 
     files: dict[str, str]
     certificate: Certificate
@@ -197,7 +197,7 @@ class Flyable:
 
 @dataclass(frozen=True, slots=True)
 class _Stuck:
-    """No polynomials were found: what they fail, if there were any, and the steps that leave too little room."""
+    """No polynomials were found: their violations, if any, and the steps with too little room."""
 
     failed: Check | None
     steps: tuple[int, ...]
@@ -205,7 +205,7 @@ class _Stuck:
 
 @dataclass(frozen=True, slots=True)
 class _Beyond:
-    """Polynomials that exceed what some vehicles may do: by the agent's name, and how."""
+    """Polynomials beyond some vehicle limits, by agent name."""
 
     peaks: tuple[tuple[str, Peak], ...]
 
@@ -216,7 +216,7 @@ class _Beyond:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tight:
-    """Polynomials on which no bodies touch, but ``short`` metres closer than asked: taken if there are no better."""
+    """Polynomials without contact, but ``short`` metres closer than required: used if there are no better ones."""
 
     flyable: Flyable
     short: float
@@ -224,10 +224,10 @@ class _Tight:
 
 
 def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1.0) -> Flyable | Diagnostic:
-    """Polynomials that keep what the plan keeps, or why there are none.
+    """Polynomials that satisfy the same as the plan, or the reason for none.
 
     Args:
-        stretch: how many times slower the plan is flown than it was planned: said, and nothing else.
+        stretch: time-scaling factor of the plan, for messages only.
     """
     chords, apart = _chords(mission, trace), with_vehicle_room(mission)
     attempts: list[_Tight | _Beyond | _Stuck] = []
@@ -267,25 +267,25 @@ def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1
 
 
 def _chords(mission: Mission, trace: Trace) -> Indices:
-    """(steps,): so many that a parabola leaves its tube at least half of the width."""
+    """Number of chords per step such that a parabola leaves at least half of its tube's width: (steps,)."""
     count = np.ceil(np.sqrt(_bulge(mission, motion(mission, trace)) / (TUBE / 2))).astype(np.int64)
     return np.maximum(count, 1)
 
 
 def _mergers(mission: Mission, chords: Indices) -> list[int]:
-    """How many pieces there may be where they are to be fewer than there are legs: as many as a memory holds."""
+    """Possible numbers of pieces if fewer than legs are needed: limited by memory."""
     turning = any(isinstance(agent.yaw, AlongPath) for agent in mission.agents)
     compressed = (_memory(mission) - COMPRESSED_ENDS) // (COMPRESSED[mission.dimension] + turning * COMPRESSED_YAW)
     return [count for count in (_memory(mission) // PIECE_BYTES, compressed) if 3 <= count < chords.sum()]
 
 
 def _memory(mission: Mission) -> int:
-    """Bytes, of the smallest: all files have the same pieces."""
+    """Bytes of the smallest memory: all files have the same pieces."""
     return min(agent.vehicle.memory for agent in mission.agents)
 
 
 def _generous(mission: Mission, pieces: Indices) -> Indices:
-    """Two for each step, or for the first and the last, where every memory holds them: slower and gentler."""
+    """Two pieces per step, or for the first and the last, if every memory allows: slower and smoother."""
     ends = pieces.copy()
     ends[[0, -1]] = np.maximum(pieces[[0, -1]], 2)
     for more in (np.maximum(pieces, 2), ends):
@@ -295,7 +295,10 @@ def _generous(mission: Mission, pieces: Indices) -> Indices:
 
 
 def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float) -> Indices:
-    """Twice as many where there is too little room, half of that beside it; if no more can be, two everywhere."""
+    """Twice as many pieces where there is too little room, half of that beside it.
+
+    At the limit, two everywhere.
+    """
     more = pieces.copy()
     for index in steps:
         if pieces[index] < 2 * chords[index] or step / pieces[index] >= 2 * SHORTEST:
@@ -311,9 +314,9 @@ def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float)
 def _attempt(
     mission: Mission, apart: Mission, kernel: Kernel, trace: Trace, legs: Indices, count: int = 0
 ) -> Flyable | _Tight | _Beyond | _Stuck:
-    """With so many legs for each step: each a piece of its own, or in so many pieces if there is a ``count``.
+    """Fit with ``legs`` legs per step: each a separate piece, or ``count`` pieces in all.
 
-    Agents are held apart as ``apart`` has it, the mission with the room that its vehicles want.
+    The separation is that of ``apart``, the mission with the vehicles' clearance.
     """
     course = _course(mission, trace, legs, count)
     shared = splines(course)
@@ -373,10 +376,9 @@ def _attempt(
 
 
 def _course(mission: Mission, trace: Trace, legs: Indices, count: int) -> Course:
-    """Segments to stay near, and the times of the joints; all pieces of a step last the same float32 number of seconds.
+    """Segments to follow, and times of the joints; all pieces of a step have equal float32 durations.
 
-    A step's legs share its segment; where a parabola bends it, each has its own
-    chord.
+    A step's legs share its segment; on a parabola, each has its own chord.
     """
     planned = motion(mission, trace)
     step_of = np.repeat(np.arange(legs.size), legs)
@@ -408,12 +410,12 @@ def _course(mission: Mission, trace: Trace, legs: Indices, count: int) -> Course
 
 
 def _in_motion(mission: Mission) -> bool:
-    """Whether some agents are in motion as the mission begins."""
+    """Return whether some agents are in motion as the mission begins."""
     return any(agent.begins for agent in mission.agents)
 
 
 def _beginning(mission: Mission, course: Course) -> Array:
-    """(agents, dim, 5), metres: the first control points; the course's first joint is put where they begin."""
+    """First control points: (agents, dim, 5), metres; the course's first joint is moved to them."""
     states = np.zeros((len(mission.agents), JOIN + 1, mission.dimension))
     states[:, 0] = course.joint[:, 0]
     for agent in mission.agents:
@@ -425,13 +427,16 @@ def _beginning(mission: Mission, course: Course) -> Array:
 
 
 def _shared(legs: Indices, count: int) -> Indices:
-    """(all legs,): which of ``count`` pieces each is in; the first and the last, at rest at one end, are alone."""
+    """Piece of each leg among ``count``: (all legs,).
+
+    The first and the last, at rest at one end, are separate.
+    """
     total = int(legs.sum())
     return np.searchsorted(np.round(np.linspace(1, total - 1, count - 1)), np.arange(total), side="right")
 
 
 def _bulge(mission: Mission, planned: Curves) -> Array:
-    """(steps,), metres: how far any parabola of a step leaves its chord."""
+    """Greatest deviation of a step's parabolas from their chords: (steps,), metres."""
     chosen = [agent.index for agent in mission.agents if agent.dynamics.has_momentum]
     if not chosen:
         return np.zeros(planned.durations.size)
@@ -441,7 +446,9 @@ def _bulge(mission: Mission, planned: Curves) -> Array:
 
 
 def _far(mission: Mission, trace: Trace, agent: Agent, coefficients: Array, knots: Array) -> Check | None:
-    """How a flight is too far from the plan, if it is: what the verifier will say of its waypoints and its tube."""
+    """Failed check of waypoints or tube, if the flight is too far from the plan; coefficients (pieces,
+    dim, 8), metres.
+    """
     durations, planned = np.diff(knots), motion(mission, trace)
     own = Pieces(durations, _rows(mission, agent, coefficients, np.zeros((durations.size, DEGREE + 1))))
     checks = [check for check in check_flight(mission, agent, own, planned) if check.name == "waypoints"]
@@ -458,7 +465,7 @@ def _within_limits(
     limits: dict[int, list[Limit]],
     known_cuts: list[Cut],
 ) -> Fitted | NoFit:
-    """Fitted again with more cuts, added to those known, while a flight of the group exceeds a limit; the gentlest."""
+    """Refit with additional cuts while a flight of the group exceeds a limit; return the gentlest."""
     knots = course.times[course.knot]
     durations = np.diff(knots)
     best, least, most = None, math.inf, None
@@ -500,7 +507,7 @@ def _fit(
 
 
 def _turning(agent: Agent) -> Array | None:
-    """(5,): the yaw and its derivatives as the mission begins, where it is in motion then."""
+    """Yaw and its derivatives as the mission begins, if in motion: (5,), rad and seconds."""
     return np.array(agent.begins)[:, 3] if agent.begins else None
 
 
@@ -512,7 +519,7 @@ def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) 
 
 
 def _rows(mission: Mission, agent: Agent, coefficients: Array, yaw: Array) -> Array:
-    """(pieces, 4, 8): x, y, z and yaw, where a mission in a plane has its agents' altitudes."""
+    """Rows of x, y, z and yaw, (pieces, 4, 8), metres and rad, with the altitudes of a plane mission."""
     rows = np.zeros((len(coefficients), 4, DEGREE + 1))
     rows[:, : mission.dimension] = coefficients
     rows[:, 3] = yaw

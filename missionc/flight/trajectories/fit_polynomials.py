@@ -1,11 +1,11 @@
 """Minimum-acceleration polynomials through a plan, by one convex quadratic program with soft bounds.
 
-They pass every step's position at its time, or near it. They rest at both ends, or begin in the motion that is under
-way. They have the least integral of squared acceleration, with a small weight on the jerk, which rounds them.
+They pass every step's position at its time, or near it. They rest at both ends, or begin in the present motion. They
+minimise the integral of squared acceleration, with a small weight on the jerk, which smooths them.
 
-A leg is a polynomial piece, or a part of one, near one segment of the plan. Its control points stay in a box
-inscribed in the tube around the segment. Control points of two agents, or of one beside an obstacle, may be held on
-their sides of a plane. Then the curves stay there too, since they lie in the hulls of their control points.
+A leg is a polynomial piece, or a part of one, near one segment of the plan. Its control points stay in a box inscribed
+in the tube around the segment. Control points of two agents, or of one beside an obstacle, may be constrained to their
+sides of a plane. Then the curves stay there too, since they lie in the hulls of their control points.
 
 Source:
     Hönig, Preiss, Kumar, Sukhatme, Ayanian, "Trajectory Planning for Quadrotor Swarms" (2018), sections V and VI.
@@ -25,7 +25,7 @@ from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.curves.smooth_splines import DEGREE, control_points_of, effort, part_of
 
 PENALTY = 1e5
-"""The penalty of a metre beyond a bound, where not all bounds can be kept, in units of effort."""
+"""Penalty of a metre beyond a bound if not all bounds are feasible, in units of effort."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class NoFit:
 
 
 class Rows:
-    """Bounds on weighted sums of control points, in the order they come; each belongs to a leg."""
+    """Bounds on weighted sums of control points, in order; each belongs to a leg."""
 
     def __init__(self, columns: int) -> None:
         self.columns = columns
@@ -49,7 +49,7 @@ class Rows:
         self.leg: list[Indices] = []
 
     def add(self, column: Array, value: Array, low: Array, high: Array, leg: Indices) -> None:
-        """(rows, entries) twice, (rows,) three times."""
+        """Add rows: (rows, entries) twice, indices and weights; bounds in metres and legs, (rows,) each."""
         rows = column.shape[0]
         self.row.append(np.repeat(np.arange(self.count, self.count + rows), column.shape[1]))
         self.column.append(column.ravel())
@@ -66,11 +66,11 @@ class Rows:
         return csr_array(coo_array((np.concatenate(self.value), index), shape=(self.count, self.columns)))
 
     def over(self, spread: csr_array, resting: Array) -> Bounds:
-        """The same of the free coefficients; rows that are free of them are left out.
+        """Bounds in terms of the free coefficients; rows without them are left out.
 
         Args:
-            spread: (columns, coefficients): what each of them adds to the control points.
-            resting: (columns,), metres: the control points where all of them are 0.
+            spread: (columns, coefficients): contribution of each to the control points.
+            resting: (columns,), metres: control points with all of them 0.
         """
         if not self.count:
             return Bounds(csr_array((0, spread.shape[1])), np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
@@ -93,7 +93,10 @@ class Bounds:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """The numbers; by how much they exceed bounds: (legs,); and how many groups of bounds all are kept."""
+    """Solution vector; its excess over bounds: (legs,).
+
+    ``kept`` is the number of fully satisfied groups of bounds.
+    """
 
     numbers: Array
     excess: Array
@@ -102,9 +105,9 @@ class Solution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Program:
-    """``numbers @ quadratic @ numbers / 2 + linear @ numbers``, to be least where ``pins @ numbers == target``.
+    """Minimise ``numbers @ quadratic @ numbers / 2 + linear @ numbers`` with ``pins @ numbers == target``.
 
-    ``bounds`` come in groups; where not all can be kept, the last ones are the first to be exceeded.
+    ``bounds`` come in groups; if not all are feasible, the last ones are exceeded first.
     """
 
     quadratic: csr_array
@@ -114,7 +117,7 @@ class Program:
     bounds: tuple[Bounds, ...]
 
     def within(self, legs: int, most: int | None = None) -> Solution | NoFit:
-        """The least, with as many groups of bounds kept as can be: at ``most`` so many, if more are known to fail."""
+        """Minimum with as many satisfied groups of bounds as possible: at most ``most``, if more are known to fail."""
         none = NoFit("")
         for strict in range(len(self.bounds) if most is None else most, -1, -1):
             loose = self.bounds[strict:]
@@ -127,7 +130,10 @@ class Program:
         return none
 
     def _solved(self, strict: list[Bounds], loose: list[Bounds], legs: int) -> tuple[Array, Array] | NoFit:
-        """``loose`` bounds may be exceeded, each leg's by an excess of its own that is dear."""
+        """Solution vector, (numbers,), and excess, (legs,), metres.
+
+        ``loose`` bounds may be exceeded at a high cost.
+        """
         count, extra = self.linear.size, legs if loose else 0
         weight, low, high = [bounds.weight for bounds in strict], [b.low for b in strict], [b.high for b in strict]
         blocks = [[part, csr_array((part.shape[0], extra))] for part in weight]
@@ -161,29 +167,29 @@ class Program:
 
 
 SAFE = 1e-5
-"""Metres kept back from every bound at least: more than rounding to float32 takes of a hall."""
+"""Least reserve of every bound, metres: above float32 rounding in a hall."""
 ROUNDED = 2.0**-21
-"""The share of the largest coordinate, likewise: eight numbers of float32 are added, each off by 2**-24 of itself."""
+"""Likewise, as a share of the largest coordinate: eight float32 numbers are added, each with error 2**-24."""
 REST = 4
-"""Coefficients at an end of the spline that are the place where it rests."""
+"""Number of coefficients at an end of the spline that equal the resting place."""
 ROUNDING_OFF = 0.02
-"""Weight of the squared jerk beside the squared acceleration, in steps: least jerk alone takes longer to come to speed
-and is faster then."""
+"""Weight of the squared jerk beside the squared acceleration, in steps: minimum jerk alone accelerates longer and is
+faster then."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """Where each agent is to fly.
+    """Course of each agent.
 
     Args:
         times: (legs + 1,), seconds: the joints.
-        joint: (agents, legs + 1, dim), metres: positions at the joints, where ``fixed``.
-        fixed: (legs + 1,): the joint is at a step, so that the position there is the plan's.
-        start, end: (agents, legs, dim): the segment that the leg stays near.
-        radius: (agents, legs), metres: how near.
-        knot: (legs + 1,): a piece ends here and another begins; the other joints lie within one.
-        slack: metres: how far from a step's position the flight may be at its time; 0 where it passes through.
-        begin: (agents, dim, 5), metres: the first control points of the first piece, where some begin in motion.
+        joint: (agents, legs + 1, dim), metres: positions at the joints, if ``fixed``.
+        fixed: (legs + 1,): True if the joint is at a step, with the plan's position.
+        start, end: (agents, legs, dim): segment of the leg, metres.
+        radius: (agents, legs), metres: tube radius.
+        knot: (legs + 1,): True between two pieces; other joints lie within one.
+        slack: tolerance of a step's position, metres; 0 for exact passage.
+        begin: (agents, dim, 5), metres: first control points of the first piece, if some begin in motion.
     """
 
     times: Array
@@ -198,7 +204,7 @@ class Course:
 
     @property
     def pinned(self) -> Flags:
-        """(legs + 1,): the position at the joint is the plan's, whatever else is asked."""
+        """Flags of joints with the plan's exact position: (legs + 1,)."""
         if self.slack == 0.0:
             return self.fixed
         ends = np.zeros_like(self.fixed)
@@ -207,16 +213,16 @@ class Course:
 
     @property
     def safe(self) -> float:
-        """Metres kept back from every bound: more than rounding to float32 takes, kilometres from the origin too."""
+        """Reserve of every bound, metres: above float32 rounding, also kilometres from the origin."""
         return max(SAFE, ROUNDED * float(np.abs(self.joint).max()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plane:
-    """``normal @ (first - second) >= offset`` for each of the 8 control points of a part of ``leg``.
+    """Constraint ``normal @ (first - second) >= offset`` for each of the 8 control points of a part of ``leg``.
 
-    ``part`` is between two shares of the leg's duration.
-    ``second`` equal to ``first`` stands for the origin: the plane is about one agent.
+    ``part`` has two shares of the leg's duration. If ``second`` equals ``first``, it stands for the origin: the plane
+    is for one agent.
     """
 
     leg: int
@@ -229,9 +235,9 @@ class Plane:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
-    """``weight``, (dim, 8), times the control points of an agent's piece is at most 1.
+    """Constraint: ``weight``, (dim, 8), times the control points of an agent's piece is at most 1.
 
-    Each axis of ``weight`` sums up to 0: a cut is about a derivative, wherever the piece is.
+    Each axis of ``weight`` has sum 0: a cut is about a derivative, independent of the place.
     """
 
     agent: int
@@ -241,12 +247,12 @@ class Cut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """Control points of an agent's pieces, and what they keep to.
+    """Control points of an agent's pieces, with the satisfied bounds.
 
     Args:
         points: (agents, pieces, dim, 8), metres.
-        excess: (legs,): by how much a leg exceeds a bound.
-        kept: how many are kept of tubes, planes and cuts, in this order.
+        excess: (legs,): excess of each leg over a bound, metres.
+        kept: number of satisfied groups of tubes, planes and cuts, in this order.
     """
 
     points: Array
@@ -256,12 +262,12 @@ class Fitted:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Splines:
-    """What all coordinates of all agents of a course have in common, as matrices over a spline's coefficients.
+    """Common matrices of all coordinates and agents of a course, over a spline's coefficients.
 
     Args:
-        whole: (pieces * 8, coefficients): to the control points of every piece.
-        along: (legs * 8, coefficients): to those of every leg.
-        cost: (coefficients, coefficients): the effort, as a form.
+        whole: (pieces * 8, coefficients): control points of every piece.
+        along: (legs * 8, coefficients): control points of every leg.
+        cost: (coefficients, coefficients): quadratic form of the effort.
     """
 
     whole: csr_array
@@ -270,7 +276,7 @@ class Splines:
 
 
 def splines(course: Course) -> Splines:
-    """The splines between the course's joints: whoever fits several agents, or one again, makes them once."""
+    """Splines between the course's joints, to be shared by several fits."""
     times = _in_steps(course)
     curve = control_points_of(times[course.knot])
     lasting = np.diff(times[course.knot])
@@ -281,7 +287,7 @@ def splines(course: Course) -> Splines:
 
 
 def _in_steps(course: Course) -> Array:
-    """(legs + 1,): times near one, in steps."""
+    """Times of the joints in steps, dimensionless numbers near one: (legs + 1,)."""
     return np.asarray(course.times * ((int(course.fixed.sum()) - 1) / course.times[-1]))
 
 
@@ -294,18 +300,20 @@ def fit(
     shared: Splines | None = None,
     most: int | None = None,
 ) -> Fitted | NoFit:
-    """The least effort within all bounds; where there is none, what exceeds the cuts least, then the planes, the tubes.
+    """Least effort within all bounds.
+
+    If infeasible, with the least excess over cuts, then planes, then tubes.
 
     Args:
         planes: agents by their index in ``course``; ``cuts`` likewise.
-        low, high: (dim,) or (agents, legs, dim): the room that holds every control point.
-        shared: the course's ``splines``, if they are made already.
-        most: how many are kept of tubes, planes and cuts where there were fewer of them: with more, no more are.
+        low, high: (dim,) or (agents, legs, dim), metres: bounds of every control point.
+        shared: the course's ``splines``, if already made.
+        most: number of groups satisfied in a fit with fewer bounds, an upper limit.
     """
     agents, legs, dim = course.start.shape
     points = np.arange(agents * dim * legs * (DEGREE + 1)).reshape(agents, dim, legs, DEGREE + 1)
     index = points.transpose(0, 2, 1, 3)
-    # Numbers near one: coordinates are counted from each agent's first position, and times in steps.
+    # Numbers near one: coordinates relative to each agent's first position, and times in steps.
     origin = course.joint[:, 0]
     shared = shared or splines(course)
     many, last = csr_array(eye_array(agents * dim)), (course.joint[:, -1] - origin).ravel()
@@ -342,13 +350,13 @@ def fit(
 
 
 class _Spread:
-    """From the free coefficients of all agents' splines to control points: ``matrix @ numbers + resting``.
+    """Map from the free coefficients of all agents' splines to control points: ``matrix @ numbers + resting``.
 
     Args:
-        curve: (points, coefficients), of one coordinate of one agent.
-        many: the identity of all of them.
-        first: (agents * dim, coefficients), metres: those that the beginning fixes.
-        last: (agents * dim,), metres: where they rest in the end.
+        curve: (points, coefficients), for one coordinate of one agent.
+        many: identity over all of them.
+        first: (agents * dim, coefficients), metres: coefficients fixed by the beginning.
+        last: (agents * dim,), metres: final resting places.
     """
 
     def __init__(self, curve: csr_array, many: csr_array, first: Array, last: Array) -> None:
@@ -362,7 +370,7 @@ class _Spread:
 
 
 def _first_coefficients(course: Course, shared: Splines, origin: Array) -> Array:
-    """(agents * dim, coefficients), metres from each origin: where all rest in the beginning, or their motion then."""
+    """Initial coefficients, (agents * dim, coefficients), metres from each origin: at rest, or in motion."""
     if course.begin is None:
         return np.zeros((origin.size, REST))
     points = (course.begin - origin[..., None]).reshape(origin.size, -1)
@@ -371,11 +379,11 @@ def _first_coefficients(course: Course, shared: Splines, origin: Array) -> Array
 
 
 def begins_with(state: Array, duration: float) -> Array:
-    """(dim, 5): the first control points of a piece that begins in a state.
+    """First control points of a piece that begins in a state: (dim, 5), metres.
 
     Args:
         state: (5, dim): the position and its derivatives by seconds up to the fourth.
-        duration: of the piece, seconds.
+        duration: duration of the piece, seconds.
     """
     powers = [each / factorial(order) * duration**order for order, each in enumerate(state)]
     points = [
@@ -386,7 +394,10 @@ def begins_with(state: Array, duration: float) -> Array:
 
 
 def _legs(course: Course) -> csr_array:
-    """(legs * 8, pieces * 8): from the pieces' control points to those of every leg."""
+    """Matrix from the pieces' control points to those of every leg.
+
+    Shape: (legs * 8, pieces * 8), dimensionless weights.
+    """
     piece_of = np.cumsum(course.knot[:-1]) - 1
     knots = course.times[course.knot]
     begin, lasting = knots[piece_of], np.diff(knots)[piece_of]
@@ -400,7 +411,7 @@ def _legs(course: Course) -> csr_array:
 
 
 def _world(rows: Rows, index: Array, course: Course, origin: Array, low: Array, high: Array) -> None:
-    """Where a tube reaches beyond the world, its control points do not."""
+    """Add bounds for tubes beyond the world, whose control points must stay within it; (dim,), metres."""
     reach = course.radius[..., None]
     low, high = (np.broadcast_to(side, course.start.shape) for side in (low, high))
     beyond = (np.minimum(course.start, course.end) - reach < low) | (
@@ -419,12 +430,12 @@ def _world(rows: Rows, index: Array, course: Course, origin: Array, low: Array, 
 
 
 def _tubes(rows: Rows, index: Array, course: Course, origin: Array) -> None:
-    """Each leg's control points in a box, in the frame of its segment, that the tube holds."""
+    """Add for each leg a box in its segment's frame inside the tube; origins are (agents, dim), metres."""
     dim = origin.shape[-1]
     along = course.end - course.start
     length = np.linalg.norm(along, axis=-1)
     frame = _frames(along, length)
-    # The box reaches as far past the segment's ends as beside it, its corners just inside the tube.
+    # The box extends past the segment's ends as far as beside it, with its corners just inside the tube.
     spare = np.maximum(course.radius - course.safe, course.radius / 2) / sqrt(dim)
     columns = np.moveaxis(index, 3, 2)
     start = course.start - origin[:, None]
@@ -443,7 +454,7 @@ def _tubes(rows: Rows, index: Array, course: Course, origin: Array) -> None:
 
 
 def _waypoints(rows: Rows, index: Array, course: Course, origin: Array) -> None:
-    """Where the flight need not pass through the steps' positions, it is near them at their times."""
+    """Add tolerances of the steps' positions if they are not exact; origins are (agents, dim), metres."""
     dim = origin.shape[-1]
     inner = np.flatnonzero(course.fixed & ~course.pinned)
     if not inner.size:
@@ -461,7 +472,7 @@ def _waypoints(rows: Rows, index: Array, course: Course, origin: Array) -> None:
 
 
 def _keep(rows: Rows, cut: Cut, course: Course) -> None:
-    """All cuts share the excess of the first leg: where they cannot be kept, the largest is the least."""
+    """Add a cut; all cuts share the excess of the first leg, which minimises the largest violation."""
     dim, size = cut.weight.shape
     pieces = int(course.knot.sum()) - 1
     first = ((cut.agent * dim + np.arange(dim)[:, None]) * pieces + cut.piece) * size + np.arange(size)
@@ -470,14 +481,14 @@ def _keep(rows: Rows, cut: Cut, course: Course) -> None:
 
 
 def _loose(pinned: Flags) -> Flags:
-    """(legs, 8): the control point is not at a step where the plan alone says what is right."""
+    """Flags of control points that are not exactly at a step's planned position: (legs, 8)."""
     loose = np.ones((pinned.size - 1, DEGREE + 1), dtype=bool)
     loose[:, 0], loose[:, DEGREE] = ~pinned[:-1], ~pinned[1:]
     return loose
 
 
 def _frames(along: Array, length: Array) -> Array:
-    """Right-angled frames whose first direction is along the segment: (..., axis, dim)."""
+    """Orthonormal frames whose first direction is along the segment, metres: (..., axis, dim)."""
     dim = along.shape[-1]
     first = np.zeros_like(along)
     first[..., 0] = 1.0
@@ -493,7 +504,9 @@ def _frames(along: Array, length: Array) -> Array:
 
 
 def _hold(rows: Rows, index: Array, plane: Plane, pinned: Flags, origin: Array) -> None:
-    """The control points of the plane's part of the leg, but those at a step that is passed through."""
+    """Add a plane for the control points of its part of the leg, except exact ones; origins are
+    (agents, dim), metres.
+    """
     offset = plane.offset - plane.normal @ origin[plane.first]
     columns, weight = [index[plane.first, plane.leg]], [plane.normal]
     if plane.second != plane.first:

@@ -1,4 +1,4 @@
-"""Diagnostics for plans that cannot be flown: no polynomials were found, or the vehicles would need more time.
+"""Diagnostics for unflyable plans: no polynomials, or a longer time is needed.
 
 says MC703 MC711
 """
@@ -15,14 +15,17 @@ from missionc.ir import PLAIN, Mission
 from missionc.verification.certificate import TUBE, Certificate, Check
 
 NEARLY_WHOLE = 1.25
-"""A whole stretch keeps the plan's corners, so it is proposed if it is longer by no more than this."""
+"""A whole stretch factor keeps the plan's corners, so it is proposed if it is larger by no more than this."""
 GRID = 20
-"""Other stretches are proposed in so many parts of one."""
+"""Other stretch factors are multiples of one over this number."""
 MOST_REASONS = 4
 
 
 def not_flyable(mission: Mission, tried: list[Check]) -> Diagnostic:
-    """What failed in the attempt that came nearest; ``tried`` has the worst of each that led to polynomials."""
+    """Diagnostic of the nearest attempt's failure.
+
+    ``tried`` has the worst check of each attempt with polynomials.
+    """
     failed = max(tried, key=lambda check: (check.at is not None, check.margin), default=None)
     plain = all(agent.vehicle == PLAIN for agent in mission.agents)
     spans = {agent.name: agent.span for agent in mission.agents}
@@ -56,11 +59,11 @@ def not_flyable(mission: Mission, tried: list[Check]) -> Diagnostic:
 
 
 def too_fast(mission: Mission, peaks: tuple[tuple[str, Peak], ...], stretch: float) -> Diagnostic:
-    """Which agents exceed what, in the flight that exceeds it least, and how much longer it would have to take.
+    """Diagnostic of exceeded limits by agent, in the flight with the smallest excess, and the needed stretch.
 
     Args:
-        peaks: by the agents' names; at least one.
-        stretch: by which the plan has been stretched already.
+        peaks: exceeded limits by agent name; at least one.
+        stretch: present stretch factor of the plan.
     """
     worst: dict[str, tuple[str, Peak]] = {}
     for name, peak in sorted(peaks, key=lambda entry: -entry[1].stretch):
@@ -82,7 +85,7 @@ def too_fast(mission: Mission, peaks: tuple[tuple[str, Peak], ...], stretch: flo
 
 
 def proposed(needed: float) -> float:
-    """A stretch of at least ``needed`` that is easy to write."""
+    """Stretch factor of at least ``needed`` with a short number."""
     whole = float(math.ceil(needed))
     return whole if whole <= NEARLY_WHOLE * needed else math.ceil(needed * GRID) / GRID
 
@@ -90,7 +93,7 @@ def proposed(needed: float) -> float:
 def not_slower(
     mission: Mission, certificate: Certificate, judgements: tuple[Judgement, ...], stretch: float
 ) -> Diagnostic:
-    """Which requirements the stretched plan breaks; or what else about it is not as the mission has it."""
+    """Diagnostic of requirements, or other conditions, that the stretched plan violates."""
     broken = [each for each in judgements if not each.satisfied]
     spans = {requirement.name: requirement.span for requirement in mission.requirements}
     names = " and ".join(f"`{each.name}`" for each in broken)

@@ -1,7 +1,7 @@
-"""Required performance of a flight: a note where a team without a vehicle needs more than any profile allows.
+"""Required performance of a flight: a note if a team without a vehicle needs more than any profile allows.
 
 in   Mission, the certificate of its polynomials
-out  a note, where the flight is harder than any profile allows
+out  a note if the flight exceeds every profile
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from missionc.verification.certificate import Certificate
 
 
 def required_performance(mission: Mission, certificate: Certificate) -> tuple[str, ...]:
-    """About the largest acceleration of all; the limits of those with a vehicle are kept, or no flight is made."""
+    """Note on the largest acceleration; limits of vehicles are always satisfied in flights."""
     peak = next(figure for figure in certificate.figures if figure.name == "peak acceleration")
     most = max(vehicle.acceleration for vehicle in profiles().values() if vehicle != PLAIN)
     plain = any(agent.name == peak.subject and agent.vehicle == PLAIN for agent in mission.agents)

@@ -1,9 +1,9 @@
-"""Safe ends of a flight: at many moments a stop of everybody, a hover, and a landing in turns.
+"""Safe ends of a flight: at many times a stop of all agents, a hover, and a landing in turns.
 
     in   Mission, the whole of its flight
     out  Stops, each of which the verifier passes
 
-A moment at which no stop is short, clear and within the limits has none: the flight goes on to the next that has.
+A time without a short and clear stop within the limits has no safe end: the flight continues to the next one.
 """
 
 from __future__ import annotations
@@ -20,13 +20,16 @@ from missionc.verification.flight.verify_safe_end import HOVER, failing_stops, l
 from missionc.verification.flight.verify_whole_flight import Stop
 
 EVERY, MOST = 0.5, 40
-"""Seconds from a moment to the next, and how many there are at most: of a long flight they are further apart."""
+"""Seconds between two stop times, and their maximum number: a long flight has larger intervals."""
 ROUNDED = 1e-3
-"""Seconds: to which moments are written."""
+"""Resolution of stop times, seconds."""
 
 
 def safe_ends(mission: Mission, whole: Mapping[str, Pieces], before: float, risen: float) -> tuple[Stop, ...]:
-    """The stops in the order of their moments, the last where the flight ends; arguments as of ``verify_safe_end``."""
+    """Stops in the order of their times, the last at the flight's end.
+
+    Arguments as for ``verify_safe_end``.
+    """
     flown = [whole[agent.name] for agent in mission.agents]
     last = float(flown[0].times[-1])
     count = min(MOST, max(1, math.floor(last / EVERY)))
@@ -41,10 +44,10 @@ def safe_ends(mission: Mission, whole: Mapping[str, Pieces], before: float, rise
 
 
 def _stops(mission: Mission, flown: list[Pieces], times: list[float], before: float) -> list[Stop]:
-    """The stops at those times of the flight at which there seems to be one within the limits; nobody lands yet."""
+    """Stops at those times of the flight that seem to be within the limits; without landings."""
     vehicles = [agent.vehicle for agent in mission.agents]
     states = np.swapaxes(derivatives_at(curves_of(flown, slice(None)), np.array(times), ORDERS), 0, 1)
-    # Where the flight ends everybody hovers.
+    # At the flight's end all agents hover.
     states[np.array(times) >= flown[0].times[-1], :, ORDERS - 1] = 0.0
     found = []
     for time, state, seconds in zip(times, states, quickest(states, vehicles).tolist(), strict=True):

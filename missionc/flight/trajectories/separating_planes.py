@@ -1,9 +1,8 @@
-"""Separating planes, where polynomials come too close: each curve is kept on its side.
+"""Separating planes for polynomials that come too close: each curve is constrained to its side.
 
-The verified motion of two agents within a step is straight, so at its closest
-approach there is a plane between them that it never crosses: if the control
-points respect it, the polynomials keep the distance too. The same holds for a
-convex obstacle. Only planes that are needed are made.
+The verified motion of two agents within a step is straight, so there is a plane at its closest approach that it never
+crosses. If the control points respect it, the polynomials satisfy the separation too. The same holds for a convex
+obstacle. Only necessary planes are made.
 
 Source:
     Hönig, Preiss, Kumar, Sukhatme, Ayanian, "Trajectory Planning for Quadrotor Swarms" (2018), section V.
@@ -27,18 +26,18 @@ from missionc.verification.plan.clearances import margins, near_pairs, pair_marg
 from missionc.verification.plan.obstacle_bodies import Distance, solid
 
 LENIENT = 2e-6
-"""Metres: a plane is never tighter than the verified motion by this, or bodies that start in touch had no room."""
+"""Metres by which a plane is looser than the verified motion, so that bodies initially in contact have room."""
 
 
 NARROWEST = 1e-3
-"""Metres: a tube is not halved below this."""
+"""Metres: least radius of a tube after halving."""
 SMALLEST = 1 / 8
-"""The smallest part of a leg that a moving obstacle's planes are for, but for what its own turns leave."""
+"""Smallest part of a leg for a moving obstacle's planes, except parts from its own turns."""
 
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """Two agents, or one agent and an obstacle, too close in a leg, from ``begin`` to ``end`` (seconds)."""
+    """Two agents, or an agent and an obstacle, too close in a leg, from ``begin`` to ``end`` (seconds)."""
 
     leg: int
     begin: float
@@ -46,7 +45,7 @@ class Near:
     first: int
     other: int | Obstacle
     short: float = field(compare=False)
-    """Metres: by how much at least."""
+    """Lower bound of the missing distance, metres."""
 
     @property
     def agents(self) -> tuple[int, ...]:
@@ -58,16 +57,16 @@ class Near:
 
 
 Held: TypeAlias = dict[Near, list[Plane]]
-"""The planes that are to end each conflict."""
+"""Planes against each conflict."""
 
 
 def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
-    """All places where the curves keep less than the mission's separation or clearance.
+    """All places where the curves violate the mission's separation or clearance.
 
-    Beside obstacles that move or grow, the parts of legs are looked at that planes were made for.
+    Beside moving or growing obstacles, the tested parts of legs are those with planes.
 
     Args:
-        level: cut at the joints of the legs.
+        level: curves cut at the joints of the legs.
     """
     near_misses: list[Near] = []
     for leg, first, second in near_pairs(mission, level, spare=0.0):
@@ -96,10 +95,10 @@ def _close(lower: Array, upper: Array) -> Flags:
 
 
 def held_apart(mission: Mission, course: Course, held: Held, near_misses: list[Near], level: Curves) -> Held:
-    """The planes, and those that end the near misses.
+    """Planes, including new ones against the conflicts.
 
-    The verified motion lays them. Where those did not help beside a moving obstacle, its time is halved; and
-    where that is short already, the curve lays them as it was found.
+    They come from the verified motion. If these do not help beside a moving obstacle, their time intervals are halved;
+    the shortest ones use the fitted curve instead.
     """
     more = dict(held)
     for near in near_misses:
@@ -123,7 +122,7 @@ def _contains(wide: Near, near: Near) -> bool:
 
 
 def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) -> list[Plane]:
-    """Laid by the verified motion, and only as far as it respects them; or by the curve that was found."""
+    """Planes from the verified motion, as far as it respects them; or from the fitted curve."""
     match near.other:
         case int(second):
             ends = np.stack([course.start[:, near.leg], course.end[:, near.leg]], axis=1)
@@ -147,9 +146,12 @@ def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) 
 
 
 def _between(mission: Mission, near: Near, second: int, relative: Array, safe: float) -> list[Plane]:
-    """``relative``: (2, dim), the first agent as the second sees it, at both ends of its straight motion."""
+    """Planes between two agents.
+
+    ``relative``: (2, dim), metres, their difference at both ends of straight motion.
+    """
     spacing = mission.spacing(near.first, second)
-    # Where two keep an ellipsoid from each other, it is a ball in this metric, and the plane touches it.
+    # If two agents have a separation ellipsoid, it is a ball in this metric, and the plane touches it.
     metric = np.array([1.0, 1.0, spacing.flatness])[: relative.shape[1]]
     start, along = relative[0] * metric, (relative[1] - relative[0]) * metric
     square = float(along @ along)
@@ -172,7 +174,10 @@ def _beside(
     relax: bool,
     safe: float,
 ) -> list[Plane]:
-    """One plane for each part of the shape; ``ends``, (2, dim), are where the agent is at two times, (2,), seconds."""
+    """One plane for each part of the shape.
+
+    ``ends``, (2, dim), metres, are positions at two times, (2,), seconds.
+    """
     need = mission.agents[near.first].radius + mission.clearance
     shift = np.array([displaced(obstacle, time, mission.dimension) for time in when])
     grown = np.array([obstacle.grown(time) for time in when])
@@ -186,7 +191,7 @@ def _beside(
         normal = _gradient(distance, point)
         level = float(normal @ point) - float(distance(point)) + need + safe
         if relax:
-            # The verified motion itself must be on this side, or nothing could be.
+            # The verified motion itself must be on this side, or the problem is infeasible.
             level = min(level, float((seen @ normal - grown).min()) - LENIENT)
         planes.append(Plane(near.leg, share, near.first, near.first, normal, level + swelling + drift @ normal))
     return planes
@@ -201,7 +206,9 @@ def _parts(shape: Shape) -> list[Shape]:
 
 
 def _closest(distance: Distance, seen: Array, grown: Array) -> Array:
-    """The point of the segment nearest to the shape, which grows as it is passed, to a ten-thousandth of its length."""
+    """Nearest point of the segment, (2, dim), metres, to the growing shape, to a ten-thousandth of its
+    length: (dim,).
+    """
     low, high = 0.0, 1.0
     for _ in range(2):
         share = np.linspace(low, high, 201)
@@ -212,14 +219,14 @@ def _closest(distance: Distance, seen: Array, grown: Array) -> Array:
 
 
 def _gradient(distance: Distance, point: Array) -> Array:
-    """The direction away from the shape."""
+    """Unit vector away from the shape at a point, (dim,), metres."""
     small = 1e-6 * np.eye(point.size)
     slope = distance(point + small) - distance(point - small)
     return np.asarray(slope / max(float(np.linalg.norm(slope)), 1e-300))
 
 
 def groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
-    """The agents to be fitted together: those that are ``stale``, each with all that planes tie it to."""
+    """Groups of agents to fit together: ``stale`` ones, each with all agents tied by planes."""
     root = {index: index for index in stale}
     for plane in planes:
         for index in (plane.first, plane.second):
@@ -241,7 +248,7 @@ def groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
 
 
 def narrowed(radius: Array, again: list[Near]) -> Array:
-    """(agents, legs), metres: tubes halved where planes did not end these conflicts (a shape that is not convex)."""
+    """Tube radii, (agents, legs), metres, halved where planes did not remove conflicts (nonconvex shapes)."""
     radius = radius.copy()
     for near in again:
         for index in (near.first, near.other):

@@ -1,16 +1,15 @@
-"""Stops: from any moment of a flight to rest, within what the vehicle may do, without a jump from position to snap.
+"""Stops: from any time of a flight to rest, within the vehicle limits, without a jump from position to snap.
 
     in   the state at a moment, the Vehicle
-    out  Pieces: the stop, and a hover after it; None where no stop of this kind keeps the vehicle's limits
+    out  Pieces: the stop, and a hover after it; None if no such stop satisfies the vehicle limits
 
-A polynomial of degree seven has eight coefficients. The state gives five of
-them, and velocity, acceleration and jerk that are zero at the end the other
-three: where it comes to rest follows. Its duration is the one free number, and
-the shortest is taken with which every limit is kept.
+A polynomial of degree seven has eight coefficients. The state gives five of them, and zero velocity, acceleration and
+jerk at the end the other three; the resting place follows. Its duration is free; the shortest one that satisfies every
+limit is used.
 
 Source:
     Mueller, Hehn and D'Andrea, "A Computationally Efficient Motion Primitive for Quadrocopter Trajectory Generation"
-    (2015), of ends that are free in position; here with one derivative more.
+    (2015), with free end positions; here with one derivative more.
 """
 
 from __future__ import annotations
@@ -36,17 +35,20 @@ from missionc.verification.plan.conservative_advancement import least
 ORDERS = 5
 """Position, velocity, acceleration, jerk and snap."""
 SHORTEST, LONGEST, LONGER = 0.25, 12.0, 1.12
-"""Seconds of a stop: the first that is tried, the last one at most, and how many times longer each is."""
+"""Seconds of a stop: the first tried, the longest, and the factor between two."""
 GLANCES = 33
-"""Moments of a stop that are looked at before its limits are found."""
+"""Number of tested times of a stop before its exact limits."""
 SURE = 0.995
-"""The share of a limit that these moments may show, where no more is looked at: in between there may be more."""
+"""Share of a limit up to which these times suffice: in between the value may be larger."""
 HOVER = 1.0
-"""Seconds of hovering after it."""
+"""Seconds of hovering after a stop."""
 
 
 def _ending() -> Array:
-    """(3, 5): from the first five coefficients of a stop of 1 s the others, so that it ends at rest."""
+    """Matrix from the first five coefficients of a stop of 1 s to the others, for rest at its end.
+
+    Shape: (3, 5), numbers.
+    """
     ends = np.array([[math.perm(power, order) for power in range(8)] for order in (1, 2, 3)], dtype=np.float64)
     return np.asarray(np.linalg.solve(ends[:, ORDERS:], -ends[:, :ORDERS]))
 
@@ -55,31 +57,34 @@ ENDING = _ending()
 
 
 def state_at(flight: Pieces, time: float) -> Array:
-    """(5, 4): x, y, z in metres and yaw in rad, and their derivatives by seconds up to the fourth.
+    """State of x, y, z in metres and yaw in rad, with derivatives by seconds up to the fourth: (5, 4).
 
     Args:
-        time: seconds; before the beginning and after the end, the states there.
+        time: seconds; clipped to the flight.
     """
     return np.asarray(derivatives_at(curves_of([flight], slice(None)), np.array([time]), ORDERS)[0, 0])
 
 
 def stop_and_hover(state: Array, vehicle: Vehicle, hover: float = HOVER) -> Pieces | None:
-    """The shortest stop from a state, and the hover after it.
+    """Shortest stop from a state, and the hover after it.
 
     Args:
-        state: (5, 4), as of ``state_at``.
+        state: (5, 4), from ``state_at``.
         hover: seconds, more than 0.
 
     Returns:
-        Two pieces, float32 values. It keeps the vehicle's limits of motion, of its yaw rate and of its heights;
-        obstacles and others are the caller's.
+        Two pieces, float32 values, within the vehicle's limits of motion, yaw rate and height; the caller checks
+            obstacles and other agents.
     """
     stopped = stop_together([state], [vehicle], hover)
     return None if stopped is None else stopped[0]
 
 
 def stop_together(states: Sequence[Array], vehicles: Sequence[Vehicle], hover: float = HOVER) -> list[Pieces] | None:
-    """Likewise of several vehicles at once, whose stops last equally long: the shortest that suits them all."""
+    """Stops of several vehicles with equal duration, the shortest for all.
+
+    States are (5, 4), metres, rad, seconds.
+    """
     begin = np.stack(states)
     duration = SHORTEST
     while duration <= LONGEST:
@@ -94,13 +99,13 @@ def stop_together(states: Sequence[Array], vehicles: Sequence[Vehicle], hover: f
 
 
 def quickest(states: Array, vehicles: Sequence[Vehicle]) -> Array:
-    """(moments,), seconds: how long the stops of all last, at each of many moments, where no limit seems exceeded.
+    """Common duration of all stops at each of many times: (moments,), seconds, if no limit seems exceeded.
 
     Args:
         states: (moments, agents, 5, 4).
 
     Returns:
-        float32 values; not a number where there is no such stop.
+        float32 values; NaN without such a stop.
     """
     found, waiting = np.full(len(states), np.nan), np.arange(len(states))
     duration = SHORTEST
@@ -114,9 +119,11 @@ def quickest(states: Array, vehicles: Sequence[Vehicle]) -> Array:
 
 
 def stopping(states: Array, seconds: float) -> Array:
-    """(..., 4, 8): the stops of a duration from states (..., 5, 4), whatever they take; float32 values."""
+    """Stops of a duration from states (..., 5, 4), metres and seconds: (..., 4, 8); limits are ignored;
+    float32 values.
+    """
     factorial = np.array([math.factorial(order) for order in range(ORDERS)])
-    # In shares of the duration: so that the numbers are of one size.
+    # In shares of the duration, so that the numbers have similar sizes.
     known = states / factorial[:, None] * seconds ** np.arange(ORDERS)[:, None]
     shares = np.concatenate([known, ENDING @ known], axis=-2)
     whole = np.swapaxes(shares, -1, -2) / seconds ** np.arange(8)
@@ -124,14 +131,14 @@ def stopping(states: Array, seconds: float) -> Array:
 
 
 def with_hover(moving: Array, seconds: float, hover: float = HOVER) -> Pieces:
-    """A stop, (4, 8), of so many seconds, and the hover after it."""
+    """A stop, (4, 8), of ``seconds``, metres and rad, and the hover after it."""
     still = np.zeros_like(moving)
     still[:, 0] = values(moving, np.asarray(seconds)).astype(np.float32)
     return Pieces(np.array([seconds, float(np.float32(hover))]), np.stack([moving, still]))
 
 
 def _kept(stop: Pieces, vehicle: Vehicle) -> bool:
-    """Whether all limits of the vehicle are."""
+    """Return whether all vehicle limits are satisfied."""
     place = Curves(stop.times, stop.coefficients[None, :, :3])
     if peaks(limits_of(vehicle), place):
         return False
@@ -140,11 +147,11 @@ def _kept(stop: Pieces, vehicle: Vehicle) -> bool:
 
 
 def _seen_beyond(moving: Array, seconds: float, vehicles: Sequence[Vehicle], most: float) -> Flags:
-    """(..., agents): whether some moments show that a limit is not kept: most durations need no more than that.
+    """Flags of agents with a violation at some tested times, (..., agents), which suffices for most durations.
 
     Args:
-        moving: (..., agents, 4, 8).
-        most: the share of a limit that there may be after the beginning; all of it there.
+        moving: (..., agents, 4, 8), metres and seconds.
+        most: allowed share of a limit after the beginning; all of it there.
     """
     shares = np.linspace(0.0, 1.0, GLANCES)
     allowed = np.where(shares > 0, most, max(most, 1.0))
@@ -166,14 +173,17 @@ def _seen_beyond(moving: Array, seconds: float, vehicles: Sequence[Vehicle], mos
 
 
 def _derived(own: Array, seconds: float, order: int, shares: Array) -> Array:
-    """(..., shares, 4): a derivative of stops, (..., 4, 8), at shares of their duration."""
+    """Derivative of stops, (..., 4, 8), at shares of their duration.
+
+    Shape: (..., shares, 4), metres, rad and seconds.
+    """
     factor = np.array([math.perm(power, order) for power in range(order, 8)])
     coefficients = own[..., order:] * (factor * seconds ** np.arange(8 - order))
     return np.asarray(np.swapaxes(coefficients @ (shares[:, None] ** np.arange(8 - order)).T, -1, -2))
 
 
 def _slow(rate: Curves, most: float) -> bool:
-    """Whether one coordinate stays within a number on both sides."""
+    """Return whether one coordinate stays within ``most`` on both sides."""
     if math.isinf(most):
         return True
     own, changes = rate.coefficients[0], speed_bounds(rate)[0]
@@ -185,7 +195,7 @@ def _slow(rate: Curves, most: float) -> bool:
 
 
 def _in_band(place: Curves, vehicle: Vehicle) -> bool:
-    """Whether it stays in its heights; where it was out of them it may be as far as it was."""
+    """Return whether it stays in its altitude band; initially outside, not further than it was."""
     heights = Curves(place.times, place.coefficients[:, :, 2:])
     own, changes = heights.coefficients[0], speed_bounds(heights)[0]
     begin = float(own[0, 0, 0])

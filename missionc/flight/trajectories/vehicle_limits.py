@@ -1,9 +1,8 @@
-"""Vehicle limits as gauges of a flight's derivatives: where they are exceeded, and cutting planes that end it.
+"""Vehicle limits as gauges of a flight's derivatives: their violations, and cutting planes against them.
 
-The gauge of a limit is 1 at the limit and twice as much for twice the
-derivative, so a flight that takes s times as long has the gauge over s**order.
-It is convex: where a control point of a derivative is beyond the limit, the
-half-space that holds all that is within is ``slope @ derivative <= 1``.
+The gauge of a limit is 1 at the limit and twice as much for twice the derivative, so a flight that is s times as long
+has the gauge over s**order. It is convex: if a control point of a derivative is beyond the limit, the half-space
+``slope @ derivative <= 1`` contains the allowed set.
 
 Source:
     Rockafellar, "Convex Analysis" (1970), section 15, of gauges; Kelley, "The Cutting-Plane Method" (1960).
@@ -26,23 +25,23 @@ from missionc.verification.flight.verify_polynomials import GRAVITY
 from missionc.verification.plan.conservative_advancement import least
 
 SHARE = 0.98
-"""The share of a limit that a fit may use: the rest is for rounding, and for what cuts leave over."""
+"""Share of a limit that a fit may use: the rest is for rounding, and for errors of the cuts."""
 PARTS = 4
-"""A piece's control points are looked at in so many parts of it: nearer to the curve than those of the whole."""
+"""Number of parts of a piece whose control points are tested: nearer to the curve than those of the whole."""
 EXACT = 1e-3
-"""The share of a limit to which a peak beyond it is found."""
+"""Relative precision of a peak beyond a limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """One figure of a vehicle, about the derivative of an order; vectors (..., 3) in SI units.
+    """One limit of a vehicle on a derivative of an order; vectors (..., 3) in SI units.
 
     Args:
-        most: the figure, in its unit.
-        gauge: (..., 3) to (...).
-        slope: of the gauge: (..., 3) to (..., 3).
-        steepest: the largest norm of a slope.
-        reading: what the vehicle does, to be compared with ``most``: (3,) to a number.
+        most: limit, in its unit.
+        gauge: function (..., 3) to (...).
+        slope: gradient of the gauge: (..., 3) to (..., 3).
+        steepest: largest norm of a gradient.
+        reading: actual value for comparison with ``most``: (3,) to a number.
     """
 
     name: str
@@ -57,7 +56,7 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """A limit that is exceeded: where the gauge is largest, what is done there, and when (seconds)."""
+    """An exceeded limit: its largest gauge, the value there, and the time (seconds)."""
 
     limit: Limit
     gauge: float
@@ -66,12 +65,12 @@ class Peak:
 
     @property
     def stretch(self) -> float:
-        """How many times as long the flight would have to take."""
+        """Factor of the flight's duration that would satisfy the limit."""
         return float(self.gauge ** (1 / self.limit.order))
 
 
 def limits_of(vehicle: Vehicle) -> list[Limit]:
-    """The limits of a vehicle's motion, but those that are infinite."""
+    """Finite limits of a vehicle's motion."""
     level, height, full = np.array([1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.ones(3)
     limits = [
         _length("speed", "m/s", 1, vehicle.speed, level),
@@ -99,7 +98,7 @@ def _length(name: str, unit: str, order: int, most: float, axes: Array) -> Limit
 
 
 def _tilt(most: float) -> Limit:
-    """The thrust leans by at most an angle: ``|a sideways| - tan(angle) a_z <= tan(angle) g``."""
+    """Limit of the thrust's tilt: ``|a sideways| - tan(angle) a_z <= tan(angle) g``."""
     level, up = np.array([1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
     tangent = math.tan(most)
 
@@ -135,7 +134,7 @@ def _strongest(most: float) -> Limit:
 
 
 def _weakest(least: float) -> Limit:
-    """The part of the thrust that points up is at least so much: then so is the thrust."""
+    """Lower limit of the thrust's upward part, which implies that of the thrust."""
     down, room = np.array([0.0, 0.0, -1.0]), GRAVITY * (1 - least)
 
     def gauge(vector: Array) -> Array:
@@ -159,10 +158,10 @@ def _unit(vector: Array) -> Array:
 
 
 def peaks(limits: list[Limit], flight: Curves) -> list[Peak]:
-    """The limits that one agent's flight exceeds.
+    """Limits that one agent's flight exceeds.
 
     Args:
-        flight: of one agent: (1, pieces, dim, 8).
+        flight: flight of one agent: (1, pieces, dim, 8).
     """
     maxima = []
     for limit in limits:
@@ -186,7 +185,7 @@ def peaks(limits: list[Limit], flight: Curves) -> list[Peak]:
 
 
 def cuts(limits: list[Limit], agent: int, points: Array, durations: Array) -> list[Cut]:
-    """One for each control point of a derivative, in a part of a piece, that is beyond a limit.
+    """One cut for each control point of a derivative, in a part of a piece, beyond a limit.
 
     Args:
         points: (pieces, dim, 8), metres.
@@ -205,22 +204,25 @@ def cuts(limits: list[Limit], agent: int, points: Array, durations: Array) -> li
 
 
 def in_parts(order: int) -> Array:
-    """(PARTS * (8 - order), 8): a piece's control points to those of a derivative in all parts; times in pieces."""
+    """Matrix from a piece's control points to those of a derivative in all parts, dimensionless weights.
+
+    Shape: (PARTS * (8 - order), 8).
+    """
     difference = np.diff(np.eye(DEGREE + 1), n=order, axis=0) * math.perm(DEGREE, order)
     borders = [(part / PARTS, (part + 1) / PARTS) for part in range(PARTS)]
     return np.concatenate([difference @ part_of(*border) * PARTS**order for border in borders])
 
 
 def _in_space(vectors: Array) -> Array:
-    """(..., dim) to (..., 3): what moves in a plane does not climb."""
+    """Three-dimensional vectors, such as m/s: (..., dim) to (..., 3); motion in a plane does not climb."""
     missing = 3 - vectors.shape[-1]
     return np.pad(vectors, [(0, 0)] * (vectors.ndim - 1) + [(0, missing)]) if missing else vectors
 
 
 def spare_performance(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
-    """Opposite corners of each leg's room, (agents, legs, dim).
+    """Opposite corners of each leg's bounds, (agents, legs, dim), metres.
 
-    Where the plan itself is beyond that, the flight goes no further than the plan; never out of the world.
+    If the plan itself exceeds them, the flight goes no further than the plan, and never out of the world.
     """
     corners = np.array([mission.room(index) for index in group])
     low, high = corners[:, 0], corners[:, 1]

@@ -16,7 +16,7 @@ PACKAGE = __name__.partition(".")[0]
 
 
 def call_site() -> Span:
-    """The expression that runs in the innermost function outside this package.
+    """Return the expression that runs in the innermost function outside this package.
 
     The span is empty, and its source has no text, if Python does not have the text: typed into a bare interpreter, say.
     """
@@ -32,7 +32,7 @@ def _expression(code: CodeType, instruction: int) -> Span:
     first, last, begin, end = next(islice(code.co_positions(), instruction // 2, None))
     if not source.text or first is None or not 1 <= first <= len(source.line_starts):
         return Span(source, 0, 0)
-    if last is None or begin is None or end is None:  # Python was told to keep lines alone
+    if last is None or begin is None or end is None:  # Python was told not to keep line numbers
         text = source.line(first)
         start = source.line_starts[first - 1]
         return Span(source, start + len(text) - len(text.lstrip()), start + len(text))
@@ -40,7 +40,7 @@ def _expression(code: CodeType, instruction: int) -> Span:
 
 
 def _offset(source: Source, line: int, column: int) -> int:
-    """The place of a column, which Python counts in bytes of UTF-8."""
+    """Character offset of a column, which Python counts in bytes of UTF-8."""
     return source.line_starts[line - 1] + len(source.line(line).encode()[:column].decode(errors="ignore"))
 
 

@@ -26,7 +26,7 @@ from missionc.ir.language.predicates import PREDICATES
 
 
 def _predicate(name: str) -> Callable[..., Formula]:
-    """The function that is a predicate of the language, written with its name and brackets."""
+    """Build the function that makes a predicate of the language, written with its name and brackets."""
 
     def called(*arguments: Part | QuantityLike) -> Formula:
         nodes = tuple(each.node if isinstance(each, Part) else quantity(each).node for each in arguments)
@@ -46,7 +46,10 @@ connected = _predicate("connected")
 
 
 class _States:
-    """State of an agent, to be compared: ``state.speed <= 1``; ``x``, ``y``, ``z``, ``speed`` and ``altitude``."""
+    """State of an agent for comparisons: ``state.speed <= 1``.
+
+    ``x``, ``y``, ``z``, ``speed`` and ``altitude``.
+    """
 
     def __getattr__(self, word: str) -> Quantity:
         if word not in STATES:
@@ -61,7 +64,7 @@ state = _States()
 
 
 def distance(*ends: Part | str) -> Quantity:
-    """The distance of an agent from a region's border, a beacon or an agent; or of two agents. Metres."""
+    """Distance in metres from an agent to a region's border, a beacon or an agent, or between two agents."""
     nodes = tuple(each.node if isinstance(each, Agents) else _end(each) for each in ends)
     return Quantity(ast.Distance(call_site(), nodes))
 
@@ -71,10 +74,11 @@ def _end(value: Part | str) -> ast.Name | ast.Member:
 
 
 def heading(within: QuantityLike, of: QuantityLike | Part) -> Formula:
-    """True of an agent whose heading is so near a direction, or that of a beacon: ``heading within 10 deg of mast``.
+    """Return a formula that is true of an agent if its heading is close to a direction or to that of a beacon.
 
     Args:
-        within: largest difference to either side, rad or a text such as ``"10 deg"``.
+        within: example ``heading within 10 deg of mast``: largest difference to either side, rad or a text such as
+            ``"10 deg"``.
         of: direction, likewise, from the x axis to the left; or a beacon.
     """
     towards = of.node if isinstance(of, Part) else quantity(of).node
@@ -82,12 +86,12 @@ def heading(within: QuantityLike, of: QuantityLike | Part) -> Formula:
 
 
 def minimum(*values: QuantityLike) -> Quantity:
-    """The least of some quantities: ``min(a, b)``."""
+    """Minimum of several quantities: ``min(a, b)``."""
     return _extreme("min", values)
 
 
 def maximum(*values: QuantityLike) -> Quantity:
-    """The largest of some quantities: ``max(a, b)``."""
+    """Maximum of several quantities: ``max(a, b)``."""
     return _extreme("max", values)
 
 
@@ -106,27 +110,27 @@ def _height(height: Range | None) -> ast.Height | None:
 
 
 def box(low: PointLike, high: PointLike, height: Range | None = None) -> Shape:
-    """All points between two corners. ``height``: lowest and highest point of a plane box in a volume, metres."""
+    """Box between two corners; ``height`` is the lowest and highest point of a plane box in a volume, metres."""
     return Shape(ast.Box(call_site(), point(low), point(high), _height(height)))
 
 
 def disc(centre: PointLike, radius: QuantityLike, height: Range | None = None) -> Shape:
-    """A disc in the plane, metres; ``height`` as for ``box``."""
+    """Disc in the plane, metres; ``height`` as for ``box``."""
     return Shape(ast.Disc(call_site(), point(centre), quantity(radius).node, _height(height)))
 
 
 def ball(centre: PointLike, radius: QuantityLike) -> Shape:
-    """A ball in a volume, metres."""
+    """Ball in a volume, metres."""
     return Shape(ast.Ball(call_site(), point(centre), quantity(radius).node))
 
 
 def cylinder(centre: PointLike, radius: QuantityLike, height: Range) -> Shape:
-    """A standing cylinder in a volume, metres."""
+    """Upright cylinder in a volume, metres."""
     lowest, highest = height
     heights = ast.Height(call_site(), quantity(lowest).node, quantity(highest).node)
     return Shape(ast.Cylinder(call_site(), point(centre), quantity(radius).node, heights))
 
 
 def polygon(*corners: PointLike, height: Range | None = None) -> Shape:
-    """A simple polygon, its corners in either order, metres; ``height`` as for ``box``."""
+    """Simple polygon with its corners in either order, metres; ``height`` as for ``box``."""
     return Shape(ast.Polygon(call_site(), tuple(map(point, corners)), _height(height)))

@@ -11,17 +11,17 @@ from missionc.frontend.syntax import ast, show_tree
 from missionc.ir import FIGURES, PAD_FIGURES
 
 Setting: TypeAlias = "QuantityLike | parts.Range"
-"""A value, or a lowest and a highest one."""
+"""A value, or a pair of the lowest and highest value."""
 Places: TypeAlias = "parts.Part | str | Iterable[parts.PointLike]"
 """A region, a point for each agent, or a text."""
 VehicleLike: TypeAlias = "str | tuple[str, Mapping[str, Setting]]"
-"""The name of a profile, or it and changed figures."""
+"""The name of a profile, or a pair of a name and changed parameters."""
 FlightLike: TypeAlias = "bool | str | Mapping[str, Any]"
-"""Takeoff and landing: whether there are, or their figures."""
+"""True if the team takes off and lands, or the parameters of both."""
 
 
 class TeamItems(TypedDict, total=False):
-    """Items of a team, as ``Mission.team`` describes them."""
+    """Items of a team, as described in ``Mission.team``."""
 
     dynamics: Required[str]
     start: Required[Places]
@@ -34,7 +34,7 @@ class TeamItems(TypedDict, total=False):
 
 
 def _dynamics(word: str) -> Callable[..., str]:
-    """The function of the dynamics of that word, which takes the largest value of each limit, or a pair of both."""
+    """Build the function for a kind of dynamics, which takes the upper bound of each limit or a pair of bounds."""
     return lambda **limits: f"{word}({', '.join(_settings(limits, '<='))})"
 
 
@@ -47,11 +47,11 @@ unicycle = _dynamics("unicycle")
 
 
 def team_items(items: Mapping[str, Any]) -> tuple[ast.TeamItem, ...]:
-    """The items of a team, those that are given.
+    """Items of a team that have a value.
 
     Raises:
-        TypeError: there is no such item, or no dynamics or start.
-        ValueError: a text is no item.
+        TypeError: an item is unknown, or dynamics or start are missing.
+        ValueError: a text is not an item.
     """
     unknown = [word for word in items if word not in _TEXTS]
     missing = [word for word in ("dynamics", "start") if word not in items]
@@ -90,7 +90,7 @@ def _yaw(value: QuantityLike) -> str:
 
 
 def _settings(values: Mapping[str, Setting], relation: str = "") -> list[str]:
-    """Settings by their words; ``relation`` is that of words in no table of figures."""
+    """Texts of the settings by keyword; ``relation`` is that of keywords in no table of parameters."""
     texts = []
     for word, value in values.items():
         figure = FIGURES.get(word) or PAD_FIGURES.get(word)
@@ -110,4 +110,4 @@ _TEXTS: dict[str, Callable[[Any], str]] = {
     "flight": _flight,
     "yaw": _yaw,
 }
-"""The text of each item after its word, in the order in which they are printed."""
+"""Text of each item after its keyword, in the order in which they are printed."""

@@ -1,7 +1,7 @@
-"""The mission as a Python object: its declarations, the parts that they name, and the text that they print.
+"""The mission as a Python object: its declarations, the parts that they name, and the printed text.
 
-A declaration is a node of the syntax tree, made of Python values or read from text. The text of the mission is that of
-``missionc fmt``.
+A declaration is a node of the syntax tree, made of Python values or read from text. The text of the mission is laid out
+as by ``missionc fmt``.
 """
 
 from __future__ import annotations
@@ -51,22 +51,22 @@ NAMES: dict[type, type[Part]] = {
     ast.Flag: Formula,
     ast.Let: Formula,
 }
-"""The part that the name of a declaration is."""
+"""Kind of part that each kind of declaration names."""
 
 Named_ = TypeVar("Named_", bound=Part)
 Pairs: TypeAlias = "Mapping[tuple[AgentsLike, AgentsLike], QuantityLike]"
-"""A value for each pair of agents or teams, from the one to the other."""
+"""Value for each pair of agents or teams, from the first to the second."""
 
 
 class Mission:
     """A mission, built declaration by declaration.
 
-    A method adds the declaration of its name, and returns the part that it names. ``str(mission)`` is the text. Numbers
-    are in SI units; a text such as ``"500 ms"`` has its own unit.
+    Each method adds the declaration that it is named after, and returns the part that it names. ``str(mission)`` is the
+    text. Numbers are in SI units; a text such as ``"500 ms"`` has its own unit.
 
     Args:
-        name: that of the mission.
-        folder: where the files lie that the mission names.
+        name: name of the mission.
+        folder: folder of the files that the mission names.
     """
 
     def __init__(self, name: str, folder: str | PathLike[str] = "") -> None:
@@ -90,7 +90,7 @@ class Mission:
 
     @classmethod
     def from_text(cls, text: str, name: str = "text.mission", limits: Limits | None = None) -> Mission:
-        """Read a mission from its text; ``name`` is its file in messages, and files that it names lie beside that.
+        """Read a mission from its text; ``name`` is its file name in messages and for relative paths.
 
         Raises:
             ValueError: the text has errors of syntax.
@@ -107,21 +107,21 @@ class Mission:
 
     @property
     def name(self) -> str:
-        """The name of the mission; empty if its text declares none."""
+        """Name of the mission; empty if its text declares none."""
         return next((each.name.text for each in self._declarations if isinstance(each, ast.MissionName)), "")
 
     @property
     def declarations(self) -> tuple[ast.Declaration, ...]:
-        """The declarations, as they were added; each node has the place in Python, or in a text, that made it."""
+        """Declarations in the order of addition; each node has the place in Python or in a text that made it."""
         return tuple(self._declarations)
 
     @property
     def source(self) -> Source:
-        """The text, under the name of a file in the mission's folder."""
+        """Text of the mission, under the name of a file in its folder."""
         return Source(self._file or str(self.folder / f"{self.name}.mission"), str(self))
 
     def __str__(self) -> str:
-        """The text, as ``missionc fmt`` writes it."""
+        """Text of the mission, as ``missionc fmt`` writes it."""
         head = len(read_declarations(Source("", self._head), Limits())) if self._head else 0
         rest = self._declarations[head:]
         shown = show_tree.show(ast.Program(call_site(), tuple(rest))) if rest else ""
@@ -131,10 +131,10 @@ class Mission:
         return f"<Mission {self.name}: {len(self._declarations)} declarations>"
 
     def __getitem__(self, name: str) -> Any:
-        """The part of a name: of a region, a team, a parameter, ….
+        """Return the part with a name: a region, a team, a parameter, ….
 
         Raises:
-            KeyError: nothing of that name is declared here; included files are not looked into.
+            KeyError: nothing of that name is declared here; included files are not searched.
         """
         for each in self._declarations:
             if type(each) in NAMES and cast(ast.Region, each).name.text == name:
@@ -163,11 +163,11 @@ class Mission:
         self._add(ast.Include(call_site(), path))
 
     def time(self, step: QuantityLike, horizon: QuantityLike) -> None:
-        """Set the time between two steps, and that of the last one; seconds."""
+        """Set the time between two steps and the time of the last step, in seconds."""
         self._add(ast.Time(call_site(), quantity(step).node, quantity(horizon).node))
 
     def world(self, low: PointLike, high: PointLike) -> None:
-        """Set two opposite corners of the world, metres: a plane of two coordinates, or a volume of three."""
+        """Set two opposite corners of the world, metres: a plane with two coordinates, or a volume with three."""
         self._add(ast.World(call_site(), point(low), point(high)))
 
     def region(self, name: str, shape_: parts.ShapeLike) -> Region:
@@ -186,9 +186,9 @@ class Mission:
         """Declare an obstacle.
 
         Args:
-            moving: its velocity, m/s.
-            along: its offsets over time, ``(time, x, y)`` each, in seconds and metres; or a CSV file of them.
-            uncertain: the speed with which it grows on all sides, m/s.
+            moving: velocity, m/s.
+            along: offsets over time, ``(time, x, y)`` each, in seconds and metres, or a CSV file of them.
+            uncertain: speed of growth on all sides, m/s.
         """
         span = call_site()
         motion: ast.Motion | None = None
@@ -203,7 +203,7 @@ class Mission:
         self._add(ast.Obstacle(span, declared_name(name), parts.shape(shape_).node, motion, growth))
 
     def beacon(self, name: str, position: PointLike) -> Part:
-        """Declare a beacon: a point of a graph, or one that distances are measured to."""
+        """Declare a beacon: a vertex of a graph, or a point that distances are measured to."""
         return self._named(Part, ast.Beacon(call_site(), declared_name(name), point(position)))
 
     # -------------------------------------------------------------------- agents
@@ -227,12 +227,12 @@ class Mission:
         Args:
             dynamics: ``unicycle(speed=(0, 2))``, or a text.
             start: a region, a point for each agent, or a text such as ``"line (0, 0) to (8, 0)"``.
-            finish: position at the horizon, likewise.
-            radius: of each body, metres.
-            altitude: flying height in a plane, metres.
-            vehicle: the name of a profile; with changed figures ``("crazyflie21", {"speed": 0.8})``.
-            flight: whether the team takes off and lands; or ``{"pads": points, "hover": 1}``, or a text in braces.
-            yaw: direction of the nose, rad, or ``"along path"``.
+            finish: position at the horizon, in the same forms.
+            radius: radius of each body, metres.
+            altitude: flight altitude in a plane, metres.
+            vehicle: the name of a profile; with changed parameters ``("crazyflie21", {"speed": 0.8})``.
+            flight: True if the team takes off and lands, or ``{"pads": points, "hover": 1}``, or a text in braces.
+            yaw: yaw angle, rad, or ``"along path"``.
         """
         items = {"dynamics": dynamics, "start": start, "finish": finish, "radius": radius, "altitude": altitude}
         made = team_items({**items, "vehicle": vehicle, "flight": flight, "yaw": yaw})
@@ -257,13 +257,13 @@ class Mission:
         drain: Mapping[str, QuantityLike] | None = None,
         refill: Mapping[NamedLike, QuantityLike] | None = None,
     ) -> Quantity:
-        """Declare a resource of each of some agents.
+        """Declare a resource of some agents.
 
         Args:
             start: value at 0 s.
-            capacity: largest value; ``start`` if left out.
+            capacity: maximum value; ``start`` if omitted.
             drain: consumption per second and per metre: ``{"s": 0.2, "m": 0.5}``.
-            refill: gain per second in each of some regions: ``{dock: 2}``.
+            refill: gain per second in each region: ``{dock: 2}``.
         """
         rates = [f"start {parts.tight(start)}", *([] if capacity is None else [f"capacity {parts.tight(capacity)}"])]
         rates += [f"drain {parts.tight(rate)} per {unit}" for unit, rate in (drain or {}).items()]
@@ -278,7 +278,7 @@ class Mission:
         set: NamedLike | list[NamedLike],
         cleared: NamedLike | list[NamedLike] | None = None,
     ) -> Formula:
-        """Declare a flag that each of some agents remembers; ``set`` and ``cleared`` are regions."""
+        """Declare a flag that each of some agents stores; ``set`` and ``cleared`` are regions."""
         marks = [f"set in {_name(each)}" for each in _listed(set)]
         marks += [f"cleared in {_name(each)}" for each in _listed(cleared)]
         return self._read(Formula, f"flag {name} of {agents(of)} {{ {', '.join(marks)} }}")
@@ -299,10 +299,10 @@ class Mission:
 
         Args:
             kind: ``proximity``, ``beacons`` or ``sight``.
-            radius: range of a link, metres.
-            over: the agents that have links; all if left out.
-            pairs: ranges from some agents to others: ``{(tower, drone): 8}``.
-            weights: weight of each link, by its name; with those of pairs ``{"delay": (2, {(drone, tower): 3})}``.
+            radius: maximum length of a link, metres.
+            over: the agents that have links; all if omitted.
+            pairs: ranges between pairs of agents: ``{(tower, drone): 8}``.
+            weights: weight of each link, by name; with weights of pairs ``{"delay": (2, {(drone, tower): 3})}``.
         """
         text = [f"graph {name} = {kind}", *([] if radius is None else [parts.tight(radius)])]
         text += [] if over is None else [f"over {agents(over)}"]
@@ -328,10 +328,10 @@ class Mission:
 
         Args:
             kind: ``line``, ``chain``, ``circle``, ``grid``, ``star``, ``offsets`` or ``distances``.
-            of: its agents, in order.
-            tolerance: largest error of each edge, metres; with ``total``, of all errors together.
-            offsets: offset of each agent to the first, metres; or a CSV file of them.
-            distances: distances of pairs of members, by their numbers, metres.
+            of: agents in the order of the formation.
+            tolerance: maximum error of each edge, metres; with ``total``, of the sum of all errors.
+            offsets: offset of each agent from the first, metres, or a CSV file of them.
+            distances: distances between pairs of members, by index, metres.
             settings: ``spacing``, ``radius``, ``heading``, ``rows``, ``columns``.
         """
         text = [f"formation {name} = {kind} of {agents(of)}"]
@@ -344,11 +344,11 @@ class Mission:
         return self._read(Formula, " ".join([*text, f"{'total ' * total}tolerance {parts.tight(tolerance)}"]))
 
     def separation(self, distance: QuantityLike) -> None:
-        """Set the smallest gap between the surfaces of two agents, metres."""
+        """Set the minimum gap between the surfaces of two agents, metres."""
         self._add(ast.Separation(call_site(), quantity(distance).node))
 
     def clearance(self, distance: QuantityLike) -> None:
-        """Set the smallest gap between an agent and an obstacle, metres."""
+        """Set the minimum gap between an agent and an obstacle, metres."""
         self._add(ast.Clearance(call_site(), quantity(distance).node))
 
     def tolerate_delay(self, delay: QuantityLike, of: AgentsLike) -> None:
@@ -362,11 +362,11 @@ class Mission:
         return self._named(Formula, ast.Let(call_site(), declared_name(name), parts.formula(body).node))
 
     def require(self, body: parts.FormulaLike, label: str | None = None) -> None:
-        """Add a requirement, judged at step 0."""
+        """Add a requirement, evaluated at step 0."""
         self._add(ast.Require(call_site(), _label(label), parts.formula(body).node))
 
     def prefer(self, body: parts.FormulaLike, label: str | None = None, *, weight: QuantityLike | None = None) -> None:
-        """Add a soft requirement, with its weight among the others."""
+        """Add a soft requirement, with its relative weight."""
         value = None if weight is None else quantity(weight).node
         self._add(ast.Prefer(call_site(), _label(label), parts.formula(body).node, value))
 
@@ -379,7 +379,9 @@ class Mission:
         self._add(ast.Maximize(call_site(), declared_name(goal)))
 
     def solve(self, backend: str = "auto", **options: QuantityLike) -> None:
-        """Choose a backend; options such as ``nodes=110``, ``connectivity="lambda2"``, ``roadmap="lanes.graphml"``."""
+        """Choose a backend and its options, such as ``nodes=110``, ``connectivity="lambda2"``,
+        ``roadmap="lanes.graphml"``.
+        """
         written = [
             f'{word} = "{value}"'
             if isinstance(value, str) and not nameable(value) and "." in value
@@ -394,7 +396,8 @@ class Mission:
         """Declare the obstacles of a map, a drawing, a table or a GeoJSON file.
 
         Args:
-            options: words of the language with their values: ``resolution=0.05``, ``origin=("8.54 deg", "47.38 deg")``,
+            options: keywords of the language with their values: ``resolution=0.05``, ``origin=("8.54 deg", "47.38
+                deg")``,
                 ``layer=["WALLS"]``, ``height=(0, 3)``, ``named="hall"``, ….
         """
         self._from("obstacles", file, options)
@@ -426,10 +429,10 @@ class Mission:
 
 
 def read_declarations(source: Source, limits: Limits | None = None) -> list[ast.Declaration]:
-    """The declarations of a text, without those that it includes.
+    """Declarations in a text, without those in included files.
 
     Raises:
-        ValueError: it has errors of syntax.
+        ValueError: the text has errors of syntax.
     """
     declarations, wrong = parts.read_alone(source, limits or Limits())
     if wrong:
@@ -438,7 +441,7 @@ def read_declarations(source: Source, limits: Limits | None = None) -> list[ast.
 
 
 def _formatted(source: Source, limits: Limits) -> str:
-    """A text without errors of syntax in the layout of ``missionc fmt``."""
+    """Format a text without syntax errors in the layout of ``missionc fmt``."""
     program = ast.Program(Span(source, 0, len(source.text)), tuple(read_declarations(source, limits)))
     return format_mission(source, program, limits)
 
@@ -464,7 +467,7 @@ def _pairs(pairs: Pairs) -> str:
 
 
 def _option(word: str, value: Any) -> str:
-    """The value of a word after ``from "FILE"``."""
+    """Text of the value that follows a keyword after ``from "FILE"``."""
     match word, value:
         case "layer", str():
             return f'"{value}"'

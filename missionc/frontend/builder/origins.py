@@ -1,7 +1,7 @@
-"""Origins of findings: a place in the text of a mission that was built in Python → the expression that built it.
+"""Origins of findings: maps places in the text of a mission built in Python to the expressions that built them.
 
 in   findings about the text, the mission
-out  the same findings at the lines of Python, with the place in the text beside each
+out  the same findings at the lines of Python, each with its place in the text as well
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from missionc.base.source import Source, Span
 from missionc.frontend.builder.mission import Mission, read_declarations
 
 MissionLike: TypeAlias = "str | Path | Source | Mission"
-"""The path of a file, a text under a name, or a mission built in Python."""
+"""Path of a file, a text with a name, or a mission built in Python."""
 
 
 def source_of(mission: MissionLike) -> str | Path | Source:
-    """A mission as the front end reads it.
+    """Convert a mission to the form that the front end reads.
 
     Raises:
-        TypeError: the value is no mission.
+        TypeError: the value is not a mission.
     """
     if isinstance(mission, str | Path | Source):
         return mission
@@ -33,7 +33,10 @@ def source_of(mission: MissionLike) -> str | Path | Source:
 
 
 def at_origins(findings: Iterable[Diagnostic], mission: MissionLike) -> tuple[Diagnostic, ...]:
-    """Findings about the text of a mission, moved to what made each part; those about other texts as they are."""
+    """Move findings about the text of a mission to the Python code of each part.
+
+    Other findings stay unchanged.
+    """
     listed = tuple(findings)
     if not isinstance(mission, Mission) or not any(finding.primary for finding in listed):
         return listed
@@ -52,7 +55,7 @@ def _moved(finding: Diagnostic, origin: Callable[[Span], Span]) -> Diagnostic:
 
 
 def _origins(mission: Mission) -> Callable[[Span], Span]:
-    """The place that made the smallest part around a span of the mission's text."""
+    """Build the map from spans of the mission's text to the place that made the smallest enclosing part."""
     source = mission.source
     places = [
         (printed, made) for printed, made in _pairs(mission.declarations, read_declarations(source)) if made.source.text
@@ -68,7 +71,7 @@ def _origins(mission: Mission) -> Callable[[Span], Span]:
 
 
 def _pairs(made: object, printed: object) -> Iterator[tuple[Span, Span]]:
-    """The place of each part in the text, and where it was made: two trees, the same but for their spans."""
+    """Pairs of spans of each part, in the text and in Python, from two trees that differ only in spans."""
     waiting = [(made, printed)]
     while waiting:
         one, other = waiting.pop()

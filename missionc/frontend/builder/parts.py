@@ -1,8 +1,8 @@
 """Parts of a mission as Python objects: formulas, quantities, shapes and agents, with the operators of Python.
 
-A part holds a node of the syntax tree, whose span is the Python expression that built it. The operators of the language
-are methods of ``Formula``, made from ``language.operators``. Wherever a part is expected, its text in the mission
-language is accepted too: ``"2 m"``, ``"every drone: base"``.
+A part contains a node of the syntax tree, whose span is the Python expression that built it. The operators of the
+language are methods of ``Formula``, made from ``language.operators``. Wherever a part is expected, its text in the
+mission language is accepted too: ``"2 m"``, ``"every drone: base"``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from missionc.ir.language.operator import Bounds, Fixity, Operator
 from missionc.ir.language.operators import OPERATORS
 
 LARGEST = Limits().formula_nodes
-"""Operators in one part, every use of a part counted."""
+"""Maximum number of operators in one part, with every use of a part counted."""
 
 Node = TypeVar("Node")
 FormulaLike: TypeAlias = "Formula | bool | str"
@@ -38,29 +38,29 @@ AgentsLike: TypeAlias = "Agents | str"
 NamedLike: TypeAlias = "Part | str"
 PointLike: TypeAlias = "Sequence[QuantityLike] | str"
 Range: TypeAlias = "tuple[QuantityLike, QuantityLike]"
-"""Both ends included."""
+"""Range of whole numbers, both ends included."""
 
 
 Made = TypeVar("Made", bound="Part")
 
 
 def _both_ways(join: Callable[[Any, Any], Made]) -> tuple[Callable[[Any, Any], Made], Callable[[Any, Any], Made]]:
-    """Two methods of a part: an operator with the part on its left, and one with it on its right."""
+    """Build two methods of an operator: with the part on its left, and with the part on its right."""
     return lambda self, other: join(self, other), lambda self, other: join(other, self)
 
 
 class Part:
-    """A part of a mission: a node of its syntax tree, with operators."""
+    """Part of a mission: a node of its syntax tree, with operators."""
 
     __slots__ = ("depth", "node", "size")
-    __array_ufunc__ = None  # numpy leaves `array_scalar <= part` to the part
+    __array_ufunc__ = None  # numpy delegates `array_scalar <= part` to the part
     template: ClassVar[str] = "group _ = {}"
-    """A declaration that holds the text of such a part."""
+    """Declaration into which the text of such a part is inserted."""
     show: ClassVar[Any] = staticmethod(show_tree.agents)
-    """The printer of the node."""
+    """Printer of the node."""
 
     def __init__(self, node: object, *parts: Part, chained: Part | None = None) -> None:
-        """``parts`` are those that the node is made of; ``chained`` one that it takes the place of."""
+        """Create a part from its node; ``parts`` are its operands, and ``chained`` is a part that it replaces."""
         self.node: Any = node
         self.depth: int = 1 + max((part.depth for part in parts), default=0)
         self.size: int = 1 + sum(part.size for part in parts)
@@ -89,15 +89,15 @@ class Part:
         )
 
     __hash__ = object.__hash__
-    __iter__ = None  # indices would go on for ever
+    __iter__ = None  # otherwise iteration over indices would never end
 
     def __getitem__(self, indices: Any) -> Any:
-        """The member of a family by its indices: ``lane[2]``, ``rack[0, 1]``."""
+        """Member of a family by its indices: ``lane[2]``, ``rack[0, 1]``."""
         return type(self)(_member_of_family(self.node, indices))
 
 
 class Formula(Part):
-    """A formula, about the team or one agent. Its methods are the operators of the language.
+    """Formula about the team or one agent. Its methods are the operators of the language.
 
     ``f & g``, ``f | g``, ``~f`` and ``f >> g`` are ``and``, ``or``, ``not`` and ``implies``. Times are seconds or texts
     such as ``"5 steps"``; the last bound of a window may be ``"end"``.
@@ -119,11 +119,11 @@ class Formula(Part):
         return _applied("not", (self,))
 
     def for_each(self, **ranges: Range) -> Formula:
-        """The formula for every whole number of a range: ``f.for_each(i=(0, 9))`` is ``for i in 0..9: f``."""
+        """Formula for every whole number in a range: ``f.for_each(i=(0, 9))`` is ``for i in 0..9: f``."""
         return self._for("every", ranges)
 
     def for_some(self, **ranges: Range) -> Formula:
-        """The formula for at least one whole number of a range: ``for some i in 0..9: f``."""
+        """Formula for at least one whole number in a range: ``for some i in 0..9: f``."""
         return self._for("some", ranges)
 
     def _for(self, kind: str, ranges: Mapping[str, Range]) -> Formula:
@@ -138,7 +138,7 @@ class Formula(Part):
 
 
 class Measure(Part):
-    """A value to be compared with a quantity."""
+    """Value that can be compared with a quantity."""
 
     __slots__ = ()
 
@@ -160,7 +160,7 @@ class Measure(Part):
 
 
 class Quantity(Measure):
-    """A number with its unit, a parameter, a resource, a state, a distance, or arithmetic over these."""
+    """Number with its unit, parameter, resource, state, distance, or arithmetic over these."""
 
     __slots__ = ()
     template = "param _ = {}"
@@ -176,7 +176,7 @@ class Quantity(Measure):
 
 
 class Count(Measure):
-    """The number of agents that ``count`` finds. Compare it: ``f.count(hops=1) >= 2``, or ``== 2`` for exactly two."""
+    """Number of agents that ``count`` finds, for comparisons: ``f.count(hops=1) >= 2``, or ``== 2``."""
 
     __slots__ = ()
 
@@ -194,7 +194,7 @@ class Count(Measure):
 
 
 class Shape(Part):
-    """A set of points. ``a + b`` is the union, ``a * b`` the intersection, ``a - b`` the difference."""
+    """Set of points. ``a + b`` is the union, ``a * b`` the intersection, ``a - b`` the difference."""
 
     __slots__ = ()
     template = "region _ = {}"
@@ -206,14 +206,14 @@ class Shape(Part):
 
 
 class Region(Formula, Shape):
-    """A region: in a formula, true of an agent whose centre is inside; in a shape, its set of points."""
+    """Region; in a formula, true of an agent whose centre is inside; in a shape, its set of points."""
 
     __slots__ = ()
     template = "region _ = {}"
 
 
 class Agents(Formula):
-    """A team, a group, one agent, or members of a team. In a formula, true of an agent that is one of them.
+    """Team, group, one agent, or members of a team; in a formula, true of the agents in it.
 
     ``drone[0]`` is an agent, ``drone[0:3]`` the first three: as in Python, the end is excluded.
     """
@@ -240,19 +240,21 @@ class Agents(Formula):
         return Agents(ast.Member(span, team, quantity(0 if index.start is None else index.start).node, last.node))
 
     def every(self, body: FormulaLike) -> Formula:  # type: ignore[override, unused-ignore]
-        """True if the formula is true for each of these agents: ``every drone: f``."""
+        """Return a formula that is true if ``body`` is true for each of these agents: ``every drone: f``."""
         return self._quantified("every", None, body)
 
     def some(self, body: FormulaLike) -> Formula:
-        """True if the formula is true for at least one of these agents: ``some drone: f``."""
+        """Return a formula that is true if ``body`` is true for at least one of these agents: ``some drone: f``."""
         return self._quantified("some", None, body)
 
     def at_least(self, number: QuantityLike, body: FormulaLike) -> Formula:
-        """True if the formula is true for so many of these agents: ``at least 2 drone: f``."""
+        """Return a formula that is true if ``body`` is true for ``number`` of these agents: ``at least 2 drone: f``."""
         return self._quantified("at least", number, body)
 
     def without_any(self, number: QuantityLike, body: FormulaLike) -> Formula:
-        """True if the formula, about the team, is true after the loss of any so many of these agents."""
+        """Return a formula that is true if ``body``, about the team, stays true after the loss of any ``number`` of
+        these agents.
+        """
         return self._quantified("without any", number, body)
 
     def _quantified(self, kind: str, number: QuantityLike | None, body: FormulaLike) -> Formula:
@@ -261,7 +263,7 @@ class Agents(Formula):
         return Formula(ast.Quantified(call_site(), kind, least, self.node, inner.node), inner)
 
     def satisfies(self, body: FormulaLike) -> Formula:
-        """True if the formula is true for this one agent: ``drone[0]: f``."""
+        """Return a formula that is true if ``body`` is true for this one agent: ``drone[0]: f``."""
         inner = formula(body)
         return Formula(ast.OneAgent(call_site(), self.node, inner.node), inner)
 
@@ -270,11 +272,11 @@ class Agents(Formula):
 
 
 def formula(value: FormulaLike) -> Formula:
-    """A formula of a Python value: a part, True or False, or a text such as ``"every drone: base"``.
+    """Convert a Python value to a formula: a part, True or False, or a text such as ``"every drone: base"``.
 
     Raises:
-        TypeError: the value is no formula.
-        ValueError: the text is none.
+        TypeError: the value is not a formula.
+        ValueError: the text is not a formula.
     """
     if isinstance(value, bool):
         return Formula(ast.Truth(call_site(), value))
@@ -282,13 +284,13 @@ def formula(value: FormulaLike) -> Formula:
 
 
 def quantity(value: QuantityLike) -> Quantity:
-    """A quantity of a Python value: a part, a number in SI units, or a text such as ``"2 m"``.
+    """Convert a Python value to a quantity: a part, a number in SI units, or a text such as ``"2 m"``.
 
     Numbers are rounded to 15 digits.
 
     Raises:
-        TypeError: the value is no quantity.
-        ValueError: the text is none, or the number is not finite.
+        TypeError: the value is not a quantity.
+        ValueError: the text is not a quantity, or the number is not finite.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
@@ -303,32 +305,32 @@ def quantity(value: QuantityLike) -> Quantity:
 
 
 def tight(value: QuantityLike) -> str:
-    """The text of a quantity where arithmetic stands in brackets."""
+    """Text of a quantity, with arithmetic in brackets."""
     return show_tree.tight(quantity(value).node)
 
 
 def shape(value: ShapeLike) -> Shape:
-    """A shape of a part, or of a text such as ``"box (0, 0) to (2, 1)"``.
+    """Convert a part, or a text such as ``"box (0, 0) to (2, 1)"``, to a shape.
 
     Raises:
-        TypeError: the value is no shape.
-        ValueError: the text is none.
+        TypeError: the value is not a shape.
+        ValueError: the text is not a shape.
     """
     return _part(Shape, value, "a shape, such as `box((0, 0), (2, 1))`")
 
 
 def agents(value: AgentsLike) -> Agents:
-    """Agents of a part, or of a text such as ``"drone[0..2]"``.
+    """Convert a part, or a text such as ``"drone[0..2]"``, to agents.
 
     Raises:
-        TypeError: the value is no team, group or agent.
-        ValueError: the text is none.
+        TypeError: the value is not a team, group or agent.
+        ValueError: the text is not a set of agents.
     """
     return _part(Agents, value, "a team, a group or an agent")
 
 
 def point(value: PointLike) -> ast.Point:
-    """A point of two or three quantities, metres."""
+    """Convert two or three quantities to a point, metres."""
     if isinstance(value, str):
         return cast(ast.Beacon, read_text("beacon _ = {}", value)).position
     if isinstance(value, Part) or not isinstance(value, Iterable):
@@ -338,7 +340,7 @@ def point(value: PointLike) -> ast.Point:
 
 
 def points(value: PointLike | Iterable[PointLike]) -> tuple[ast.Point, ...]:
-    """The points of a list, or the one point given alone."""
+    """Points of a list, or a single point."""
     if isinstance(value, str):
         return (point(value),)
     listed: list[Any] = list(value)
@@ -347,7 +349,7 @@ def points(value: PointLike | Iterable[PointLike]) -> tuple[ast.Point, ...]:
 
 
 def name_of(value: NamedLike) -> ast.Name:
-    """The name of a region, a graph or a beacon, declared or as text."""
+    """Name of a region, a graph or a beacon, declared or as text."""
     if isinstance(value, str):
         value = region(value)
     if not isinstance(value, Part) or not isinstance(value.node, ast.Name):
@@ -356,16 +358,16 @@ def name_of(value: NamedLike) -> ast.Name:
 
 
 def region(name: str) -> Region:
-    """A name as written in a mission: a member of a family may have indices."""
+    """Region by its name as written in a mission; a member of a family may have indices."""
     return _part(Region, name, "a name")
 
 
 def declared_name(text: str) -> ast.Name:
-    """The name in a declaration; ``lane[i in 0..2]`` declares a family.
+    """Parse the name in a declaration; ``lane[i in 0..2]`` declares a family.
 
     Raises:
-        TypeError: the name is no text.
-        ValueError: the text is no name.
+        TypeError: the name is not a text.
+        ValueError: the text is not a name.
     """
     if not isinstance(text, str):
         raise TypeError(f"expected a name, found {text!r}")
@@ -390,10 +392,10 @@ def _part(kind: type[Kind], value: object, expected: str) -> Kind:
 
 
 def read_text(template: str, *texts: str) -> ast.Declaration:
-    """The one declaration that a template makes of some texts, as if written at the call site.
+    """Parse the single declaration that a template makes of some texts, with the call site as its span.
 
     Raises:
-        ValueError: the texts make no declaration, or several.
+        ValueError: the texts do not make exactly one declaration.
     """
     declarations, wrong = read_alone(Source("text", template.format(*texts)), Limits())
     shown = " ".join(texts)
@@ -405,7 +407,7 @@ def read_text(template: str, *texts: str) -> ast.Declaration:
 
 
 def read_alone(source: Source, limits: Limits) -> tuple[list[ast.Declaration], list[Diagnostic]]:
-    """The declarations of a text, without those that it includes; and all that is wrong with it."""
+    """Parse a text without the files that it includes; returns its declarations and all errors."""
     read: list[ast.Declaration] = []
     wrong: list[Diagnostic] = []
     for passage in passages(source):
@@ -416,7 +418,7 @@ def read_alone(source: Source, limits: Limits) -> tuple[list[ast.Declaration], l
 
 
 def with_span(node: Node, span: Span) -> Node:
-    """The same tree, with one span in every node."""
+    """Copy of a tree with one span in every node."""
     if isinstance(node, tuple):
         return cast(Node, tuple([with_span(part, span) for part in node]))
     if not is_dataclass(node) or isinstance(node, type | Source):
@@ -432,7 +434,7 @@ def with_span(node: Node, span: Span) -> Node:
 
 
 def _chain(word: str, left: FormulaLike, right: FormulaLike) -> Formula:
-    """``a & b & c`` as one operator on three operands."""
+    """Combine ``a & b & c`` into one operator with three operands."""
     first, last = formula(left), formula(right)
     match first.node:
         case ast.Apply(operator=own, operands=operands) if own == word:
@@ -473,11 +475,11 @@ _BOUNDS: dict[Bounds, tuple[str, ...]] = {
     Bounds.PERIOD: ("period",),
     Bounds.LENGTH: (),
 }
-"""The parameters that bound an operator, but for lengths."""
+"""Parameters that bound an operator, except lengths."""
 
 
 def _method(operator: Operator) -> Callable[..., Formula]:
-    """The method of ``Formula`` that is an operator of the language."""
+    """Build the method of ``Formula`` for an operator of the language."""
     other = ("other",) if operator.fixity is Fixity.INFIX else ()
     parameters = [
         Parameter(each, Parameter.POSITIONAL_OR_KEYWORD) for each in ("self", *other, *_BOUNDS[operator.bounds])

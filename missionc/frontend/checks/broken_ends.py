@@ -1,7 +1,7 @@
-"""Requirements that starts or finishes surely break by interval robustness, and the part that breaks.
+"""Interval robustness check for requirements that starts or finishes break for certain, with the broken part.
 
-The intervals of every formula are worked out with arrays, so this is loaded only
-for missions of which ``check_ends`` has not found without that nothing is broken.
+The intervals of every formula are computed with arrays, so ``check_ends`` loads this module only if its cheaper test
+has not shown that nothing is broken.
 """
 
 from __future__ import annotations
@@ -28,13 +28,15 @@ from missionc.verification.monitoring.end_columns import FIRST
 from missionc.verification.monitoring.interval_robustness import Intervals, RobustnessInterval
 
 ROUNDING = 1e-9
-"""Metres: what is missed by less may be rounding, unless it is exactly at a border that is not its own."""
+"""Violations below this distance, in metres, may be rounding, except exactly at the border of another place."""
 
 
 class Culprit(Record):
-    """The smallest part that decides it, at an agent and a known step; ``upper``: by the most that it can be worth.
+    """Smallest part that decides a formula, at an agent and a known step.
 
-    ``words``: those that it came from, or what asks for it.
+    ``upper``: decided by its upper bound.
+
+    ``words``: the words that it came from, or those of the formula that contains it.
     """
 
     node: Node
@@ -45,7 +47,7 @@ class Culprit(Record):
 
 
 def broken_ends(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """One finding for each requirement that no plan can satisfy, because of where it begins or ends."""
+    """One finding for each requirement that no plan can satisfy because of a start or finish."""
     intervals = Intervals(mission, ground.atlas)
     known = intervals.of(goal.formula for goal in kernel.requirements)
     return [
@@ -66,7 +68,7 @@ def _bound(known: dict[Node, RobustnessInterval], place: Culprit) -> float:
 
 
 def _culprit(intervals: Intervals, known: dict[Node, RobustnessInterval], root: Node) -> Culprit:
-    """Down from a requirement to what its bound is the bound of."""
+    """Descend from a requirement to the part that determines its bound."""
     place = Culprit(root, 0, FIRST, True, root.span)
     while True:
         wanted = -_bound(known, place) if isinstance(place.node, Not) else _bound(known, place)
@@ -78,7 +80,7 @@ def _culprit(intervals: Intervals, known: dict[Node, RobustnessInterval], root: 
 
 
 def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
-    """The places that a node's bound may be that of."""
+    """Places below a node that may determine its bound."""
     node, upper = place.node, place.upper is not isinstance(place.node, Not)
     if graph_of(node) is not None:
         return
@@ -86,7 +88,7 @@ def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
         agent = place.agent if ask.of_itself else ask.agents[0]
         steps = intervals.columns(ask.low, ask.high, place.column)[0]
         if window_of(node) and ask.node is not children(node)[-1]:
-            steps = [place.column]  # whatever comes later, what holds up to it has to hold now
+            steps = [place.column]  # whatever comes later, what holds until then must hold now
         yield from (Culprit(ask.node, agent, step, upper) for step in steps)
 
 
@@ -129,7 +131,7 @@ def _verdict(culprit: Culprit) -> str:
 
 
 def _whatever_the_motion(mission: Mission, goal: Goal, culprit: Culprit) -> Diagnostic:
-    """A requirement that does not depend on the motion, such as one about the number of agents."""
+    """Finding for a requirement that does not depend on motion, such as one about the number of agents."""
     step = 0 if culprit.column == FIRST else mission.steps
     return Diagnostic(
         CONTRADICTION,
@@ -146,7 +148,7 @@ def _s(verb: str, names: list[str]) -> str:
 def _because(
     mission: Mission, culprit: Culprit, intervals: Intervals, amount: float
 ) -> tuple[tuple[int, ...], list[str]]:
-    """Whose places decide it, and how far apart they are."""
+    """Agents whose places decide the culprit, and text of their distances."""
     position = intervals.position[:, culprit.column]
 
     def apart(first: int, second: int) -> str:

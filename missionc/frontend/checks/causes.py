@@ -1,7 +1,8 @@
-"""Causes of death: the figures that show by themselves that a formula cannot hold, and what is said of each.
+"""Causes of unsatisfiability: the quantities that prove that a formula cannot hold, with a message for each.
 
-A goal too far, two sides of an `until` further apart than a step, a stay shorter than the lowest speed allows, more
-agents than there is room for, a formation that fits nowhere. Each is said of outer bounds of where centres can be.
+Causes are a goal that is too far, two sides of an `until` further apart than one step, a stay that the minimum speed
+does not allow, more agents than a set can contain, and a formation that fits nowhere. Each is proved on outer bounds of
+the places of centres.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ Areas: TypeAlias = frozenset[Area]
 
 
 class Cause(Record, eq=False):
-    """Why a formula cannot hold of these agents: a headline, the figure at its words, other places, a way out.
+    """Reason why a formula cannot hold for some agents: headline, quantity at its words, other places, remedy.
 
-    ``bits`` are those of the agents.
+    ``bits`` is the bit set of the agents.
     """
 
     code: Code
@@ -48,10 +49,10 @@ class Cause(Record, eq=False):
 
 @dataclass(slots=True, eq=False)
 class Causes:
-    """The causes that are found in a mission.
+    """Search for the causes in a mission.
 
     Args:
-        suspecting: a cause is whatever no place shows to be none, so that no geometry is asked; nothing is said of it.
+        suspecting: report each possible cause that sample places do not rule out, without geometry and without text.
     """
 
     ground: FreeSpace
@@ -65,13 +66,13 @@ class Causes:
         return self.ground.mission
 
     def common(self, areas: Areas) -> Area:
-        """The places in each of the sets, of which there is one at least."""
+        """Points that are in all of the sets, of which there is at least one."""
         if areas not in self.sets:
             self.sets[areas] = reduce(common, areas)
         return self.sets[areas]
 
     def either(self, alternatives: Sequence[Areas]) -> Areas:
-        """The sets that a centre is in which is in those of one of the alternatives."""
+        """Sets that contain a centre if it is in the sets of one of the alternatives."""
         key = tuple(alternatives)
         if not key or not all(key):
             return frozenset()
@@ -85,7 +86,7 @@ class Causes:
     # -------------------------------------------------------------- too far, too near
 
     def far(self, node: Node, area: Area, steps: Mapping[int, int]) -> Cause | None:
-        """Those who cannot be there by the step given for each; that somebody is elsewhere at the first is not said."""
+        """Cause for the agents that cannot be there by their step, unless one is elsewhere only at the first step."""
         if self.suspecting:
             return _suspect(self.away((area,), {agent: by for agent, by in steps.items() if by > 0}))
         journeys = []
@@ -108,7 +109,7 @@ class Causes:
         )
 
     def away(self, areas: Collection[Area], steps: Mapping[int, int]) -> int:
-        """The agents that cannot be in all of these sets by the step given for each, not even at the first."""
+        """Bits of the agents that cannot be in all of these sets by their step, not even at the first."""
         if not areas:
             return 0
         area = self.common(frozenset(areas))
@@ -129,7 +130,7 @@ class Causes:
         return Journey(agent, way.length, way.bent, ways.passage(agent, start, area) if math.isinf(way.length) else 0.0)
 
     def jump(self, node: UntilNode, hold: Areas, end: Areas, steps: Mapping[int, int]) -> Cause | None:
-        """Those who cannot go in one step from where the left side holds to where the right one does."""
+        """Cause for the agents that cannot get from the left side of an *until* to its right side in one step."""
         if not hold or not end or hold & end:
             return None
         here, there, ways = self.common(hold), self.common(end), self.ground.ways
@@ -157,7 +158,7 @@ class Causes:
     # ------------------------------------------------------------------ stays
 
     def restless(self, node: Node, areas: Areas, moves: Mapping[int, int]) -> Cause | None:
-        """Those whom their lowest speed takes further than a set is wide, in the moves that each has to stay for."""
+        """Cause for agents whose minimum speed takes them out of a set during the moves that each has to stay in it."""
         fast = {each: count for each, count in moves.items() if count > 0 and self._least(each, 1) > 0}
         if not areas or not fast:
             return None
@@ -188,10 +189,10 @@ class Causes:
         )
 
     def _least(self, agent: int, moves: int) -> float:
-        """How far apart the two ends of so many moves are at least, metres; 0 where it may turn back.
+        """Minimum distance between the ends of ``moves`` moves, metres; 0 if the agent may turn back.
 
-        With headings that differ by at most ``turn`` from one move to the next, each move has at least its cosine to
-        the middle one along that one's direction, as long as none is at a right angle to it.
+        If headings differ by at most ``turn`` between consecutive moves, each move advances along the direction of the
+        middle move by at least the cosine of the angle between them, as long as all angles are below a right angle.
         """
         dynamics = self.mission.agents[agent].dynamics
         length = dynamics.lowest_speed * self.mission.step
@@ -205,7 +206,7 @@ class Causes:
     # ------------------------------------------------------------------ room
 
     def crowded(self, node: Node, count: int, parts: Sequence[Mapping[int, Areas]]) -> Cause | None:
-        """A set with room for fewer than have to be in it, where so many of the parts hold."""
+        """Cause for a set that is too small for the agents that must be in it if ``count`` of the parts hold."""
         agents = [frozenset(part) for part in parts]
         sets = {area: None for part in parts for areas in part.values() for area in areas}
         for area in sets:
@@ -213,7 +214,7 @@ class Causes:
             there = frozenset[int]().union(*inside)
             if count < len(parts):
                 if sum(map(len, agents)) != len(frozenset[int]().union(*agents)):
-                    continue  # one agent may be what several parts count
+                    continue  # one agent may be counted by several parts
                 number = count - sum(not each for each in inside)
             else:
                 number = len(there)
@@ -247,7 +248,7 @@ class Causes:
         )
 
     def no_fit(self, node: Node, predicate: Predicate) -> Cause | None:
-        """A formation that has no place in the world."""
+        """Cause for a formation that has no place in the world."""
         formation = predicate.formation
         if formation is None:
             return None
@@ -274,7 +275,10 @@ def _suspect(bits: int) -> Cause | None:
 
 
 def _least_spacing(mission: Mission, agents: Sequence[int]) -> float:
-    """How far apart two of the agents have to be, at least: the least of all pairs, or less where they are many."""
+    """Lower bound on the distance between any two of the agents.
+
+    Smaller than the exact one if there are many.
+    """
     if len(agents) <= 32:
         return min(mission.spacing(*pair).least for pair in combinations(agents, 2))
     return 2 * min(mission.agents[each].radius for each in agents) + mission.separation

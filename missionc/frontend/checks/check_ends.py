@@ -1,11 +1,11 @@
-"""Check of requirements at the ends: those that starts or finishes break by themselves, by interval robustness.
+"""Check of requirements at the first and last step, by interval robustness.
 
     in   Mission, its Kernel, the FreeSpace
     out  nothing but findings
     says MC510
 
-A requirement is judged as far as the first and the last step decide it. What
-hangs on anything in between is left to planning.
+A requirement is evaluated as far as the first and the last step decide it. Whatever depends on the steps in between is
+left to planning.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 def check_ends(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """One finding for each requirement that no plan can satisfy, because of where it begins or ends."""
+    """One finding for each requirement that no plan can satisfy because of a start or finish."""
     if not mission.agents:
         return []
     formulas = [goal.formula for goal in kernel.requirements]
     if possible(mission, formulas, ground).issuperset(formulas):
         return []
     from missionc.frontend.checks.broken_ends import (
-        broken_ends,  # with numpy, for what places alone do not show to be possible
+        broken_ends,  # with numpy, if sample places do not show that all is possible
     )
 
     return broken_ends(mission, kernel, ground)

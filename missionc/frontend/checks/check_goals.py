@@ -1,9 +1,9 @@
-"""Reachability of goals: those that no agent can reach in the time at its top speed, and those no passage leads to.
+"""Reachability of goals: those out of reach at maximum speed in time, and those without a wide enough passage.
 
     says MC509 MC551
 
-The shortest way to the goal, on a straight line or round the obstacles that stand, is a lower bound, so nothing is said
-of a mission that some plan satisfies.
+The shortest path to the goal, straight or around the static obstacles, is a lower bound, so a satisfiable mission gets
+no finding.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.wording import listed, metres, seconds, speed
 
 THIN = 1e-3
-"""Metres: a passage narrower than that is none."""
+"""Minimum width of a passage, metres."""
 
 WIDEN = "widen a passage"
 
 
 class Journey(Record):
-    """An agent that is at least ``distance`` metres from where it has to be.
+    """Agent that is at least ``distance`` metres from a required place.
 
     Args:
-        bent: because of obstacles; infinite where there is no way.
-        passage: metres of room that the widest passage there leaves a centre, where it is too narrow.
+        bent: length of the path around obstacles; infinite if there is none.
+        passage: width in metres that the widest passage leaves for a centre, if it is too narrow.
     """
 
     agent: Agent
@@ -47,12 +47,12 @@ class Journey(Record):
 
     @property
     def barred(self) -> bool:
-        """Whether there is no way at all."""
+        """True if there is no path at all."""
         return math.isinf(self.distance)
 
 
 def check_goals(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """Finishes out of reach of their starts, and requirements out of reach of theirs."""
+    """Findings for finishes and requirements that are out of reach of the starts."""
     return [*_finishes(mission, ground), *requirements_out_of_reach(mission, kernel, ground, mission.steps)]
 
 
@@ -70,7 +70,7 @@ def _finishes(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
 
 
 def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
-    """From the start to the finish of each agent that cannot be there in time."""
+    """Journeys from start to finish of the agents that cannot arrive in time."""
     finish, atlas, steps = agents[0].finish, ground.atlas, ground.mission.steps
     if finish is not None and finish.region is not None:
         return _late(ground, agents, atlas.outer(finish.shape), steps)
@@ -78,7 +78,7 @@ def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
 
 
 def _late_to_point(ground: FreeSpace, agent: Agent, steps: int) -> Journey | None:
-    """From the start of an agent to the point where it finishes; None where it may be there in time."""
+    """Journey from the start of an agent to its finish point, or None if it may arrive in time."""
     assert agent.finish is not None
     assert agent.finish.point is not None
     goal, far = agent.finish.point, reach(ground.mission, agent, steps)
@@ -88,7 +88,7 @@ def _late_to_point(ground: FreeSpace, agent: Agent, steps: int) -> Journey | Non
 
 
 def requirements_out_of_reach(mission: Mission, kernel: Kernel, ground: FreeSpace, last: int) -> list[Diagnostic]:
-    """What requirements ask for up to a step, and nobody reaches by then."""
+    """Findings for goals that requirements need up to a step and no agent can reach by then."""
     if not mission.agents:
         return []
     places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
@@ -99,7 +99,7 @@ def requirements_out_of_reach(mission: Mission, kernel: Kernel, ground: FreeSpac
         seen: set[tuple[Literal, int]] = set()
         for fact in sorted(necessary.of_requirement(requirement.formula).facts, key=lambda fact: fact.when.high):
             if not 0 < fact.when.high <= last:
-                continue  # at 0, a contradiction with the start
+                continue  # at 0 it is a contradiction with the start
             area = places.rule(fact.literal).within
             about = fact.literal, fact.who.bits
             if isinstance(area, Unbounded) or not fact.who.agents or about in seen:
@@ -115,7 +115,7 @@ def requirements_out_of_reach(mission: Mission, kernel: Kernel, ground: FreeSpac
 
 
 def _late(ground: FreeSpace, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
-    """The agents that cannot be at a goal within so many steps, with how far, at least, each starts from it."""
+    """Journeys of the agents that cannot reach a goal within ``steps``, each with a lower bound on its distance."""
     mission, ways, few, open_ = ground.mission, ground.ways, len(agents) <= MANY, agents
     if few:
         open_ = [agent for agent in agents if not _in_time(ground, agent, goal, reach(mission, agent, steps))]
@@ -135,14 +135,14 @@ def _late(ground: FreeSpace, agents: Sequence[Agent], goal: Area, steps: int) ->
 
 
 def _in_time(ground: FreeSpace, agent: Agent, goal: Area, metres_: float) -> bool:
-    """Whether the goal is surely no further, on a straight line, than so much from where the agent is at the start."""
+    """Return whether the goal is certainly within ``metres_`` of the agent's start on a straight line."""
     if agent.start.point is not None:
         return goal.depth(agent.start.point) > SURE - metres_
     return ground.atlas.outer(agent.start.shape).witness(lambda place: goal.depth(place) + metres_)
 
 
 def journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Journey]:
-    """How far, at least, each agent starts from a goal."""
+    """Lower bound on the distance of each agent's start from a goal."""
     exact = [(agent, agent.start.point) for agent in agents if agent.start.point is not None]
     by_agent = {}
     if exact:
@@ -158,7 +158,7 @@ def journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Jou
 
 
 def figures(mission: Mission, journey: Journey) -> str:
-    """How far an agent starts from where it has to be, and what that takes."""
+    """Distance of an agent's start from its goal, and the time that it takes, as text."""
     fastest = journey.agent.dynamics.top_speed
     if journey.barred:
         return _narrow(mission, journey)
@@ -177,7 +177,7 @@ def _narrow(mission: Mission, journey: Journey) -> str:
 
 
 def begins(journey: Journey) -> Label:
-    """Where the journey begins, and how it goes."""
+    """Label at the start of a journey, with its description."""
     how = "" if journey.barred else ", around the obstacles" if journey.bent else ", on a straight line"
     return Label(journey.agent.start.span, f"path starts here{how}")
 

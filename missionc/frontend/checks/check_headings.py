@@ -1,10 +1,10 @@
-"""Check of headings: whoever is asked where it faces has a heading.
+"""Check of headings: agents whose heading is compared must have one.
 
     in   Mission
     out  nothing but findings
     says MC222
 
-The heading is a state of dynamics that move where they face. Of others nothing says where they face as they go.
+The heading is a state of dynamics that move in the direction in which they face. Other dynamics do not define it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir.wording import all_listed, listed
 
 
 def check_headings(mission: Mission) -> list[Diagnostic]:
-    """Each question of headings that is asked of agents without one."""
+    """One finding for each heading predicate that is evaluated for agents without a heading."""
     return list(_without_heading(mission))
 
 

@@ -1,4 +1,4 @@
-"""Check of horizons: the look-ahead of each formula against the mission's duration, and a printer of them.
+"""Check of horizons: the look-ahead of each formula against the mission's duration, and a printer for it.
 
     in   Mission
     out  nothing but findings
@@ -37,11 +37,10 @@ _HORIZON = re.compile(r"horizon\s+([0-9.eE+-]+\s*[a-z]*)\Z")
 
 
 class Look(Record):
-    """How far ahead of where it stands a formula looks, in steps.
+    """Number of steps that a formula looks ahead of the step at which it is evaluated.
 
-    ``total`` is infinite where no horizon is long enough. ``own`` of it is the
-    formula's own window (up to ``a`` of ``[a, end]``), the rest that of ``then``, the
-    operand that looks furthest.
+    ``total`` is infinite if no horizon is long enough. ``own`` is the part from the formula's own window (up to ``a``
+    of ``[a, end]``), and the rest is that of ``then``, the operand that looks furthest ahead.
     """
 
     total: float
@@ -50,7 +49,7 @@ class Look(Record):
 
 
 def check_horizons(mission: Mission) -> list[Diagnostic]:
-    """Each outermost window that looks past the mission's last step; of one text, that which looks furthest first."""
+    """Outermost windows that look past the mission's last step; for repeated text, the furthest one first."""
     looks = {formula: _look(formula) for formula in formulas(mission)}
     seen: set[Formula] = set()
     late = [
@@ -64,17 +63,20 @@ def check_horizons(mission: Mission) -> list[Diagnostic]:
 
 
 def steps_ahead(roots: Iterable[Formula]) -> dict[Formula, Look]:
-    """How far every formula under the roots looks.
+    """Look-ahead of every formula under the roots.
 
     Source:
-        [strel] Definition 5, with ``until``'s left side asked one step less far.
+        [strel] Definition 5, with ``until``'s left side evaluated one step less far.
     """
     return {formula: _look(formula) for formula in formulas_bottom_up(roots)}
 
 
 @once
 def _look(formula: Formula) -> Look:
-    """How far one looks; asked bottom up it never goes deeper than one operand."""
+    """Look-ahead of one formula.
+
+    Needs those of its operands first, so that the recursion is one level deep.
+    """
     below = operands(formula)
     if not isinstance(formula, Apply) or formula.operator.spatial or len(below) > 2:  # a chain of `and` or `or`
         then = max(below, key=lambda operand: _look(operand).total, default=None)
@@ -91,7 +93,7 @@ def _look(formula: Formula) -> Look:
 
 
 def outermost_windows(root: Formula, looks: Mapping[Formula, Look], seen: set[Formula]) -> list[Apply]:
-    """The temporal operators that stand under no other, in the order of the text; ``seen`` grows, and is left out."""
+    """Temporal operators under no other one, in the order of the text; skips ``seen`` and adds to it."""
     windows: list[Apply] = []
     stack = [root]
     while stack:
@@ -107,14 +109,14 @@ def outermost_windows(root: Formula, looks: Mapping[Formula, Look], seen: set[Fo
 
 
 def _needed(node: Node, below: Mapping[Node, float]) -> float:
-    """The steps that must lie ahead of where the node stands, given those that its placeholders need."""
+    """Steps that a node needs ahead of its own step, given those that its placeholders need."""
     if node in below:
         return below[node]
     return max([0, *(_under_window(_needed(ask.node, below), ask) for ask in asks(node))])
 
 
 def _under_window(needed: float, ask: Ask) -> float:
-    """The steps needed where something is asked all through a window."""
+    """Steps needed if something is evaluated throughout a window."""
     if ask.high is None:
         return ask.low if needed <= ask.before_last else math.inf
     return ask.high + needed
@@ -124,7 +126,7 @@ def _under_window(needed: float, ask: Ask) -> float:
 
 
 def _chain(formula: Formula, looks: Mapping[Formula, Look]) -> list[Apply]:
-    """The windows, outermost first, that add up to how far the formula looks."""
+    """Windows, outermost first, that add up to the look-ahead of the formula."""
     chain: list[Apply] = []
     following: Formula | None = formula
     while following is not None:
@@ -135,7 +137,7 @@ def _chain(formula: Formula, looks: Mapping[Formula, Look]) -> list[Apply]:
 
 
 def _opens_to_the_end(formula: Apply, looks: Mapping[Formula, Look]) -> bool:
-    """Whether the formula is the ``[a, end]``, or recurs to the end, from whose last step something looks further."""
+    """Return whether the formula is the window to the end at whose last step an operand looks past the end."""
     reaches = isinstance(formula.bounds, Period) or (isinstance(formula.bounds, Window) and formula.bounds.high is None)
     below = looks[formula].then
     return reaches and math.isinf(looks[formula].total) and below is not None and math.isfinite(looks[below].total)
@@ -166,7 +168,7 @@ def _past_the_end(
 
 
 def _lasting(mission: Mission, horizon: str) -> Fix | None:
-    """Another horizon; None where it is not written as a number."""
+    """Fix with a longer horizon, or None if the horizon is not written as a number."""
     span = mission.time_span
     number = _HORIZON.search(span.text) if span else None
     if span is None or number is None:
@@ -195,7 +197,7 @@ def _label(mission: Mission, window: Apply, looks: Mapping[Formula, Look], *, fi
 def _bounded(
     mission: Mission, chain: list[Apply], stuck: Apply, looks: Mapping[Formula, Look]
 ) -> tuple[str, Fix | None]:
-    """The way out of a window to ``end`` with something under it that looks further."""
+    """Remedy for a window to ``end`` whose operand looks further."""
     assert isinstance(stuck.bounds, Window | Period)
     before = sum(looks[window].own for window in chain[: chain.index(stuck)])
     further = sum(looks[window].own for window in chain[chain.index(stuck) + 1 :])
@@ -212,7 +214,7 @@ def _bounded(
 
 
 def _spelt_out(mission: Mission, stuck: Apply, latest: int) -> tuple[str, Fix | None]:
-    """The way out of a recurrence whose operand looks further: one over the stretches from whose ends it can."""
+    """Remedy for a recurrence whose operand looks further: one over the periods that end early enough."""
     assert isinstance(stuck.bounds, Period)
     period, word = stuck.bounds.steps, _quoted(stuck)
     if latest < period:
@@ -226,7 +228,7 @@ def _quoted(formula: Apply) -> str:
 
 
 def show_horizons(mission: Mission) -> str:
-    """One line for each requirement and preference: its name, and the last step that can change its truth."""
+    """One line for each requirement and preference: its name and the last step that can change its truth."""
     looks = steps_ahead(goal.formula for goal in goals(mission))
     rows = [(goal.name, looks[goal.formula].total) for goal in goals(mission)]
     width = max((len(name) for name, _ in rows), default=0)

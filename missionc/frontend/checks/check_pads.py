@@ -1,8 +1,8 @@
-"""Check of pads: room to rise above them all at once, clear of obstacles, inside what the vehicle flies in.
+"""Check of pads: clearance for simultaneous takeoff, from obstacles, and within the flight volume.
 
     says MC544 MC545
 
-Where a pad is below a start that the compiler chooses, it is looked at once there is a plan.
+A pad below a start that the compiler chooses is checked once there is a plan.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from missionc.ir import Agent, Mission, Obstacle, Vector
 from missionc.ir.wording import metres, number
 
 ROUNDING = 1e-6
-"""Metres by which two pads may seem too near and are not."""
+"""Tolerance in metres for two pads that seem too close to each other."""
 SLACK = 5e-3
-"""Metres by which a column may be nearer to an obstacle: flights need not begin nearer than this to where plans do."""
+"""Tolerance in metres for a column near an obstacle: flights need the clearance of plans only."""
 
 
 def check_pads(mission: Mission) -> list[Diagnostic]:
-    """What is in the way of rising and landing; nothing of a mission that does not say that it comes from the floor."""
+    """Findings about takeoff and landing; none for a mission that does not start from the floor."""
     if all(agent.pad is None for agent in mission.agents):
         return []
     above = {agent.index: point for agent in mission.agents if (point := _above(mission, agent)) is not None}
@@ -39,7 +39,7 @@ def check_pads(mission: Mission) -> list[Diagnostic]:
 
 
 def _above(mission: Mission, agent: Agent) -> Vector | None:
-    """Where it hovers, a point of the world; None where only a plan can tell."""
+    """Hover point of an agent in the world, or None if it depends on the plan."""
     start, pad = agent.start.point, agent.pad
     if pad is None:
         return start
@@ -51,17 +51,20 @@ def _above(mission: Mission, agent: Agent) -> Vector | None:
 
 
 def _in_turns(mission: Mission, above: dict[int, Vector]) -> bool:
-    """Whether all can rise from pads that are too near for that at once; not known where only a plan can tell."""
+    """Return whether all agents can take off in turn from pads too close for takeoff at once.
+
+    False if it depends on the plan.
+    """
     if len(above) < len(mission.agents):
         return False
-    from missionc.verification.flight.verify_whole_flight import pads_suffice  # by arrays, which few missions need here
+    from missionc.verification.flight.verify_whole_flight import pads_suffice  # with arrays
 
     heights = [(*above[agent.index][:2], (*above[agent.index], agent.altitude)[2]) for agent in mission.agents]
     return pads_suffice(mission, heights)
 
 
 def _apart(above: dict[int, Vector], pair: tuple[int, int]) -> float:
-    """Seen from above, metres."""
+    """Horizontal distance of a pair, metres."""
     return math.dist(above[pair[0]][:2], above[pair[1]][:2])
 
 
@@ -70,7 +73,7 @@ def _wrong(mission: Mission, agent: Agent, point: Vector) -> Diagnostic | None:
     sides = zip(low, point, high, strict=True)
     if any(not a - ROUNDING <= value <= b + ROUNDING for a, value, b in sides):
         return _outside(mission, agent, point)
-    from missionc.geometry.columns import column_clearance  # by arrays, which few missions need here
+    from missionc.geometry.columns import column_clearance  # with arrays
 
     need = agent.radius + max(agent.vehicle.tracking, mission.clearance)
     for verb, time in (("rise", 0.0), ("land", float(mission.horizon))):

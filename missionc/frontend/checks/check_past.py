@@ -1,10 +1,10 @@
-"""Check of windows that reach back: those that hold no step, or step 0 alone, wherever they are asked.
+"""Check of past windows: those that contain no step, or only step 0, wherever they are evaluated.
 
     in   Mission
     out  nothing but findings
     says MC308
 
-Before step 0 there are no steps: nothing was so ``once``, and anything ``historically``.
+Before step 0 there are no steps, so ``once`` is false of everything there and ``historically`` true.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from missionc.ir.wording import seconds
 
 
 def check_past(mission: Mission) -> list[Diagnostic]:
-    """Each operator whose window lies before the mission's start."""
+    """One finding for each operator whose window lies before the mission's start."""
     latest = _latest(mission)
     findings = []
     for formula in formulas(mission):
@@ -35,7 +35,7 @@ def check_past(mission: Mission) -> list[Diagnostic]:
 
 
 def _latest(mission: Mission) -> dict[Formula, int]:
-    """The last step that each formula is asked at; one that is asked at none is left out."""
+    """Last step at which each formula is evaluated; formulas that are never evaluated are omitted."""
     latest = {goal.formula: 0 for goal in goals(mission)}
     for formula in reversed(formulas(mission)):
         if formula not in latest:
@@ -46,7 +46,7 @@ def _latest(mission: Mission) -> dict[Formula, int]:
 
 
 def _below(formula: Formula, step: int, last: int) -> list[tuple[Formula, int]]:
-    """The operands of a formula that is asked up to a step, and up to which they are."""
+    """Operands of a formula that is evaluated up to a step, with the last step of each."""
     below = operands(formula)
     if not isinstance(formula, Apply) or formula.operator.spatial or len(below) > 2:  # a chain of `and` or `or`
         return [(operand, step) for operand in below]
@@ -59,7 +59,7 @@ def _below(formula: Formula, step: int, last: int) -> list[tuple[Formula, int]]:
 
 
 def _before_start(mission: Mission, formula: Apply, nearest: int, every: bool, step: int) -> Diagnostic:
-    """``nearest`` is the last step of the window where it is asked at the last ``step``."""
+    """Finding; ``nearest`` is the last step of the window when it is evaluated at the last ``step``."""
     word, last = formula.operator.name, formula.operands[-1]
     asked = "evaluated only at 0 s" if step == 0 else f"evaluated at {seconds(mission, step)} at the latest"
     if nearest < 0:

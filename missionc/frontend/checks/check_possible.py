@@ -1,13 +1,13 @@
-"""Check of possible goals: requirements that no motion satisfies, dead alternatives, passages too narrow.
+"""Check of satisfiability: requirements that no motion satisfies, dead alternatives, narrow passages.
 
     in   Mission, its Kernel, the FreeSpace
     out  nothing but findings
     says MC509 MC551 MC552 MC553 MC554 MC555 MC556 MC557
 
-A requirement is refused if it cannot be satisfied as a whole. An alternative of an `or`, or a preference, earns a
+A requirement is an error if it cannot be satisfied as a whole. An alternative of an `or`, or a preference, gets a
 warning if it can never be satisfied.
 
-A formation that is kept from the first step on, during a window or up to the end of an `until` is compared with the
+A formation that holds from the first step on, during a window or up to the end of an `until` is compared with the
 passages on its way to the places where its agents must be by then. Only what every plan has to satisfy counts, so
 nothing is reported about a choice.
 """
@@ -34,14 +34,14 @@ from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import All, Any, Atom, Goal, Kernel, Node, Until
 
 MOST_WAYS = 20
-"""Ways that are looked for; of more nothing is said."""
+"""Maximum number of paths that are searched; further passages are not checked."""
 
 
 class Convoy(Record):
     """A formation that is kept from the first step on, and destination of the formation while it is, or a step later.
 
     Args:
-        steps: from the last step at which it is kept to that at which they are there.
+        steps: steps from the last one of the formation to that of the agents' arrival.
     """
 
     formation: Formation
@@ -52,7 +52,7 @@ class Convoy(Record):
 
 
 def check_passages(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """One finding for each formation that does not get through to where it is asked to be."""
+    """One finding for each formation that does not fit through the passages to its goal."""
     if mission.dimension != 2 or not mission.formations or not ground.ways.shapes:
         return []
     findings, said = list[Diagnostic](), set[Formation]()
@@ -73,7 +73,9 @@ def _figure(mission: Mission, ground: FreeSpace, convoy: Convoy) -> str | None:
 
 
 def _throughout(mission: Mission, kernel: Kernel, ground: FreeSpace) -> Iterator[Convoy]:
-    """Formations of an `always` from the first step on, and where one of their agents has to be within its window."""
+    """Formations in an `always` from the first step on, with places that one of their agents must reach
+    in its window.
+    """
     necessary, places = NecessaryConditions.of(mission, kernel), ground.places(mission.agents)
     facts = [fact for goal in kernel.requirements for fact in necessary.of_requirement(goal.formula).facts]
     for kept in facts:
@@ -94,7 +96,7 @@ def _of_each(fact: Fact) -> bool:
 
 
 def _up_to_there(kernel: Kernel, ground: FreeSpace) -> Iterator[Convoy]:
-    """Formations that an `until` asks for up to where its right side has their agents."""
+    """Formations on the left of an `until`, with the places that its right side needs."""
     for goal in kernel.requirements:
         for conjunct in conjuncts((goal.formula,)):
             node = conjunct.formula
@@ -137,10 +139,10 @@ def _stuck(convoy: Convoy, figure: str) -> Diagnostic:
 def check_possible(
     mission: Mission, kernel: Kernel, ground: FreeSpace, before: Sequence[Diagnostic] = ()
 ) -> list[Diagnostic]:
-    """One finding for each goal that cannot hold, and for each alternative.
+    """One finding for each goal that cannot hold, and for each dead alternative.
 
     Args:
-        before: what was found already; of a requirement that has an error there nothing more is said.
+        before: earlier findings; requirements with an error there are skipped.
     """
     if not mission.agents:
         return []
@@ -166,13 +168,13 @@ def check_possible(
 
 
 def _alternatives(kernel: Kernel) -> dict[Node, None]:
-    """What the author offered a choice of: the nodes of each `or`."""
+    """Alternatives that the author wrote: the nodes of each `or`."""
     written = (node for each, node in kernel.meanings.items() if isinstance(each, Apply) and each.operator.name == "or")
     return dict.fromkeys(node for node in written if isinstance(node, Any))
 
 
 def _lost(ever: MayAnalysis, chosen: dict[Node, None]) -> Iterator[Node]:
-    """The alternatives that can never be the one that holds, of nobody they are asked of; where not all are."""
+    """Alternatives that can never hold for any agent, where not all of them are dead."""
     for node in chosen:
         if isinstance(node, Any) and node in ever.known:
             known = [part for part in node.parts if part in ever.known]

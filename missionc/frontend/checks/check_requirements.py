@@ -4,9 +4,9 @@
     out  nothing but findings
     says MC307 MC510 MC511 MC514 MC515 MC517 MC521
 
-Nothing is reported without a proof, so many impossible requirements are left to the solver. A contradiction is a pair
-of facts about the same agent at the same step that every plan would need. They come from one requirement, from two,
-or from a requirement and a start or finish.
+Every report has a proof, so many impossible requirements are left to the solver. A contradiction is a pair of facts
+about the same agent at the same step that every plan would need. They come from one requirement, from two, or from a
+requirement and a start or finish.
 
 ``eventually[0, 20 s] base`` of a team that starts in ``base`` is satisfied before any agent moves. Only sure facts
 about the starts count. Sets of agents are the bits of a number.
@@ -45,16 +45,16 @@ from missionc.ir.wording import listed, seconds
 from missionc.verification.monitoring.end_columns import MOST_NODES
 
 FEW = 256
-"""Agents that are looked at; of larger teams nothing is said."""
+"""Maximum number of agents; larger teams are not checked."""
 
 
 def check_first_step(
     mission: ir.Mission, undecided: Iterable[tuple[ir.Requirement, k.Goal]], ground: FreeSpace
 ) -> Iterator[Diagnostic]:
-    """One finding for each part of a requirement that every start satisfies before anybody has moved.
+    """One finding for each part of a requirement that every start satisfies before any agent has moved.
 
     Args:
-        undecided: the requirements of which nothing else is known, with what they mean.
+        undecided: the requirements without another finding, with their meaning.
     """
     if len(mission.agents) > FEW:
         return
@@ -73,7 +73,7 @@ def check_first_step(
 
 
 def _awaited(goal: k.Goal) -> dict[Span, list[tuple[k.Node, int | None]]]:
-    """What is waited for from the first step on, by where it is written, and of whom."""
+    """Awaited nodes from the first step on, by their place in the text, with the agents they are about."""
     awaited: dict[Span, list[tuple[k.Node, int | None]]] = {}
     for conjunct in conjuncts((goal.formula,)):
         node = conjunct.formula
@@ -84,13 +84,13 @@ def _awaited(goal: k.Goal) -> dict[Span, list[tuple[k.Node, int | None]]]:
 
 @dataclass(slots=True, eq=False)
 class Starts(Domain[int]):
-    """The domain of those of whom a formula surely holds at the first step, wherever they start."""
+    """Domain of the agents for which a formula certainly holds at the first step, wherever they start."""
 
     mission: ir.Mission
     ground: FreeSpace
     everyone: int
     joint: Joint
-    """Where each agent starts, if that is given."""
+    """Start of each agent, if it is given."""
     known: dict[tuple[ir.Predicate, bool], int] = field(default_factory=dict)
 
     def atom(self, predicate: ir.Predicate, holds: bool) -> int:
@@ -169,7 +169,7 @@ def _asks_nothing(
 
 
 class RequiredFact(Record):
-    """A fact, the requirement that rests on it, and where it lets an agent be."""
+    """Fact, its requirement, and the places that it allows for an agent."""
 
     requirement: k.Goal
     fact: necessary_conditions.Fact
@@ -182,7 +182,7 @@ def contradictions(
     necessary: necessary_conditions.NecessaryConditions,
     requirements: list[k.Goal],
 ) -> Iterator[Diagnostic]:
-    """One finding for each requirement, or pair of them, that no plan can satisfy."""
+    """One finding for each requirement, or pair of requirements, that no plan can satisfy."""
     facts: list[RequiredFact] = []
     instants: dict[necessary_conditions.Instant, k.Goal] = {}
     for requirement in requirements:
@@ -213,7 +213,10 @@ def _asked(
 
 
 def _clashes(facts: list[RequiredFact]) -> Iterator[tuple[RequiredFact, RequiredFact, tuple[int, int]]]:
-    """Pairs of facts that no plan can have both, in the order of the text; of many, a predicate with its negation."""
+    """Pairs of facts that exclude each other, in the order of the text.
+
+    Of many, a predicate with its negation.
+    """
     before: dict[Literal, list[RequiredFact]] = {}
     for number, entry in enumerate(facts):
         others = facts[:number] if number < MOST_RULES else before.get(entry.fact.literal.opposite, [])[:MOST_RULES]
@@ -232,7 +235,7 @@ def _impossible_instants(
     instants: dict[necessary_conditions.Instant, k.Goal],
     reported: set[frozenset[k.Goal]],
 ) -> Iterator[Diagnostic]:
-    """Formulas that have to hold at some step, and cannot at any."""
+    """Findings for formulas that must hold at some step and cannot hold at any."""
     queue = list(instants)
     for instant in queue:
         requirement = instants[instant]
@@ -253,10 +256,10 @@ def _impossible_instants(
 
 
 class BoundaryPositions(Record, eq=False):
-    """Agents and their places at one end of the mission; the other fields have rows of the first.
+    """Agents and their places at one end of the mission; the other fields have one row for each agent.
 
     Args:
-        points: of those that are at a point.
+        points: points of the agents that have one.
     """
 
     placed: list[tuple[ir.Agent, ir.InitialSet]]
@@ -266,13 +269,13 @@ class BoundaryPositions(Record, eq=False):
 
 
 class RequirementEnds(Record, eq=False):
-    """Where agents start and finish, looked up once for all facts about the same ones."""
+    """Starts and finishes of agents, looked up once for all facts about the same agents."""
 
     mission: ir.Mission
     known: dict[tuple[tuple[int, ...], int], BoundaryPositions] = field(default_factory=dict)
 
     def there(self, agents: tuple[int, ...], step: int) -> BoundaryPositions:
-        """The places of these agents at the first step, or those that have one at the last."""
+        """Places of these agents at the first step, or of those that have one at the last step."""
         if (agents, step) not in self.known:
             self.known[agents, step] = self._there(agents, step)
         return self.known[agents, step]
@@ -292,7 +295,7 @@ class RequirementEnds(Record, eq=False):
 
 
 def _against_places(ends: RequirementEnds, places: LiteralPlaces, entry: RequiredFact) -> Iterator[Diagnostic]:
-    """The start, or the finish, that makes a fact of that step impossible."""
+    """Findings for starts or finishes that make a fact about that step impossible."""
     fact, mission = entry.fact, ends.mission
     if not fact.who.agents:
         return
@@ -308,7 +311,7 @@ def _against_places(ends: RequirementEnds, places: LiteralPlaces, entry: Require
 def _impossible_at(
     places: LiteralPlaces, literal: Literal, there: BoundaryPositions
 ) -> list[tuple[ir.Agent, ir.InitialSet]]:
-    """The agents whose places surely break the literal."""
+    """Agents whose places certainly break the literal."""
     rows = [there.exact[point] for point in _impossible_points(places, literal, there.points)]
     for region, within in there.regions.items():
         if exclude(places.rule(Literal(ir.Inside(region, False), True)), places.rule(literal)):
@@ -317,7 +320,7 @@ def _impossible_at(
 
 
 def _impossible_points(places: LiteralPlaces, literal: Literal, points: list[ir.Vector]) -> list[int]:
-    """Which of the points the literal surely does not hold at."""
+    """Indices of the points at which the literal certainly does not hold."""
     if not points:
         return []
     rule = places.rule(literal)
@@ -393,7 +396,7 @@ def _text(fact: necessary_conditions.Fact) -> str:
 
 
 def _says(mission: ir.Mission, fact: necessary_conditions.Fact) -> str:
-    """``asks `not fire` of every `drone`, from 0 s to 20 s``"""
+    """Text such as ``asks `not fire` of every `drone`, from 0 s to 20 s``."""
     of = "" if fact.who == necessary_conditions.THE_TEAM else f" of {fact.who.words}"
     when = fact.when
     if when.low == when.high:
@@ -413,14 +416,17 @@ def _steps(mission: ir.Mission, low: int, high: int) -> str:
 
 
 class CulpritRequirement(Record):
-    """The smallest part from which it follows, and why it is as it is."""
+    """Smallest part that decides a requirement, and the reason."""
 
     formula: ir.Formula
     why: str
 
 
 def check_requirements(mission: ir.Mission, kernel: k.Kernel, ground: FreeSpace | None = None) -> list[Diagnostic]:
-    """All about the requirements that needs no planning to see; ``ground`` is the mission's where it is known."""
+    """All findings about the requirements that need no planning.
+
+    ``ground`` is the mission's free space, if known.
+    """
     if not mission.agents or mission.world.flat:
         return []
     ground = ground or FreeSpace.of(mission)
@@ -440,7 +446,7 @@ def check_requirements(mission: ir.Mission, kernel: k.Kernel, ground: FreeSpace 
 
 
 def _dead_comparisons(mission: ir.Mission, known: MustAnalysis) -> Iterator[Diagnostic]:
-    """Comparisons that no agent can satisfy, where what they are part of is not decided by them."""
+    """Findings for comparisons that no agent can satisfy and that do not decide the formula they are in."""
     dead = {formula for formula in formulas(mission) if known.of(formula).number == FALSE and _compares(formula)}
     if dead:
         decided = {goal.formula for goal in mission.requirements if known.of(goal.formula).number in (TRUE, FALSE)}
@@ -453,7 +459,7 @@ def _compares(formula: ir.Formula) -> bool:
 
 
 def _culprit(known: MustAnalysis, root: ir.Formula) -> CulpritRequirement:
-    """Down from a formula that is surely true, or false, to the part that makes it so."""
+    """Descend from a formula that is certainly true or false to the part that makes it so."""
     formula = root
     while True:
         decided = [operand for operand in operands(formula) if known.of(operand).true | known.of(operand).false]
@@ -486,7 +492,7 @@ def _why(known: MustAnalysis, formula: ir.Formula) -> str:
 
 
 def _range(known: MustAnalysis, comparison: ir.Compare, bits: int) -> Range | None:
-    """Between which values a comparison's sides differ for one of these agents; None where that does not decide it."""
+    """Range of the difference of a comparison's sides for one of these agents, or None if it decides nothing."""
     agent = next(agent for agent, kind in known.kinds if kind & bits)
     values = of_comparison(known.ground, agent, comparison)
     return None if values.low < 0 < values.high else values

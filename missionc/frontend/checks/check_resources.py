@@ -1,11 +1,11 @@
-"""Check of resources: whoever is asked about one has it, and it lasts from where it is filled to where one has to be.
+"""Check of resources: agents that are tested have the resource, and it lasts from each refill to the next goal.
 
     in   Mission, its Kernel
     out  nothing but findings
     says MC221 MC531
 
-Straight lines at the top speed are the least that any plan uses up, so nothing is said of a mission that some plan
-satisfies.
+Straight lines at maximum speed are a lower bound on the consumption of any plan, so a satisfiable mission gets no
+finding.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ROUNDING = 1e-9
 
 
 class Demand(Record):
-    """These agents keep so much of a resource throughout these steps."""
+    """Requirement that agents keep a minimum of a resource throughout these steps."""
 
     resource: Resource
     least: float
@@ -42,7 +42,7 @@ class Demand(Record):
 
 
 def check_resources(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """Comparisons of a resource that somebody does not have, and resources that no plan can keep above a bound."""
+    """Findings for comparisons of a resource that an agent lacks, and for resources that must fall below a bound."""
     if not mission.resources:
         return []
     necessary, findings = NecessaryConditions.of(mission, kernel), [*_strangers(mission)]
@@ -54,7 +54,7 @@ def check_resources(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list
 
 
 def _strangers(mission: Mission) -> Iterator[Diagnostic]:
-    """Who is asked about a resource that it does not have, once for each comparison."""
+    """One finding for each comparison that is evaluated for agents without the resource."""
     said: set[tuple[Span, Resource]] = set()
     for formula, agents in asked_agents(mission):
         match formula:
@@ -84,7 +84,7 @@ def _demands(mission: Mission, facts: Sequence[Fact]) -> Iterator[Demand]:
 
 
 def _runs_out(mission: Mission, ground: FreeSpace, demand: Demand) -> Diagnostic | None:
-    """Nobody gets to where it is filled before time alone has used it up."""
+    """Finding if no agent reaches a refill before the drain over time uses up the resource."""
     resource, spare = demand.resource, demand.resource.start - demand.least
     used = resource.per_second * mission.step
     step = max(demand.first, math.floor(spare / used + ROUNDING) + 1) if used > 0 else mission.steps + 1
@@ -101,7 +101,7 @@ def _runs_out(mission: Mission, ground: FreeSpace, demand: Demand) -> Diagnostic
 
 
 def _too_far(mission: Mission, ground: FreeSpace, demand: Demand, facts: Sequence[Fact]) -> Diagnostic | None:
-    """Somebody has to be where neither what it starts with nor a full one takes it."""
+    """Finding if an agent must be at a place that neither its initial nor a full resource reaches."""
     places, resource = ground.places(mission.agents), demand.resource
     sources = [ground.atlas.outer(refill.region.shape) for refill in resource.refills if refill.per_second > 0]
     for fact in facts:
@@ -120,13 +120,13 @@ def _too_far(mission: Mission, ground: FreeSpace, demand: Demand, facts: Sequenc
 
 
 def _distance(ground: FreeSpace, agent: Agent, area: Area) -> float:
-    """From where the agent starts, at least, metres."""
+    """Lower bound on the distance from the agent's start, metres."""
     found = journeys(ground, [agent], area)
     return found[0].distance if found else 0.0
 
 
 def _used(resource: Resource, agent: Agent, distance: float) -> float:
-    """What going so many metres uses up, at least."""
+    """Lower bound on the consumption over ``distance`` metres."""
     if distance == 0 or not math.isfinite(distance):
         return 0.0 if distance == 0 else math.inf
     fastest = agent.dynamics.top_speed

@@ -1,4 +1,4 @@
-"""Check of routes: those that need more agents than there are, and those of no length at all.
+"""Check of routes: those that need more agents than there are, and those without length.
 
 says MC307 MC514 MC515
 """
@@ -17,7 +17,7 @@ from missionc.ir.pair_ranges import heaviest
 
 
 def check_routes(mission: Mission, known: MustAnalysis) -> list[Diagnostic]:
-    """Every spatial operator whose bounds cannot be meant."""
+    """One finding for each spatial operator whose bounds make no sense."""
     asked = _asked(mission)
     findings = []
     for formula in formulas(mission):
@@ -41,14 +41,14 @@ def length_of(formula: Apply) -> Length:
 
 
 def too_few_agents(formula: Formula) -> bool:
-    """Whether no route is as long as a spatial operator asks."""
+    """Return whether no route is as long as a spatial operator needs."""
     if not isinstance(formula, Apply) or not formula.operator.spatial:
         return False
     return 1 < len(length_of(formula).graph.agents) < fewest_agents(formula)
 
 
 def fewest_agents(formula: Apply) -> int:
-    """How many agents the shortest route within the bounds has on it, at least."""
+    """Minimum number of agents on a route within the bounds."""
     length = length_of(formula)
     if length.metric is Metric.METRES:
         return 1 if length.low <= 0 else 2
@@ -57,7 +57,7 @@ def fewest_agents(formula: Apply) -> int:
 
 
 def _asked(mission: Mission) -> dict[Formula, int]:
-    """The agents, as bits, that each formula may be asked of."""
+    """Bits of the agents for which each formula may be evaluated."""
     asked = dict.fromkeys(formulas(mission), 0)
     for formula in reversed(formulas(mission)):
         match formula:
@@ -121,13 +121,13 @@ def _reaches_itself(mission: Mission, formula: Apply, end: Formula, whom: int) -
 
 
 def _fix(formula: Apply) -> Fix | None:
-    """None where the bounds do not stand beside their operator."""
+    """Fix for the bounds, or None if they are not written next to their operator."""
     words = operator_words(formula)
     return None if words == formula.span else Fix(words, _from_one(formula))
 
 
 def _from_one(formula: Apply) -> str:
-    """The operator with a lower bound of one hop (in metres: more than none)."""
+    """Text of the operator with a lower bound of one hop (in metres: more than zero)."""
     length, name = length_of(formula), formula.operator.name
     unit = length.word
     low = "0.1" if length.metric is Metric.METRES else "1"

@@ -1,10 +1,9 @@
-"""Check of starts and finishes: in the world, clear of obstacles and of each other, in regions with room for all.
+"""Check of starts and finishes: in the world, clear of obstacles and each other, in large enough regions.
 
     says MC501 MC502 MC503 MC516
 
-An agent is in the world where its centre is. Obstacles are taken where they
-are at time 0 for starts and at the horizon for finishes. Two agents never
-touch: exactly the separation apart is too close.
+An agent is in the world if its centre is. Obstacles are taken at their positions at time 0 for starts and at the
+horizon for finishes. Two agents never touch: exactly the separation apart is too close.
 """
 
 from __future__ import annotations
@@ -24,11 +23,11 @@ from missionc.ir.agents import ends_by_region
 from missionc.ir.wording import at_least_metres, listed, metres, number, spaced
 
 MOST_PAIRS = 2_000
-"""Pairs of agents too close to each other that are looked for; one finding names the first and counts the others."""
+"""Maximum number of pairs that are too close; one finding names the first and counts the others."""
 
 
 class Stage(Record):
-    """The starts, or the finishes: who is where, when (seconds)."""
+    """Starts or finishes: the place of each agent and the time in seconds."""
 
     verb: str
     verbs: str
@@ -41,7 +40,7 @@ class Stage(Record):
 
 
 def check_starts(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
-    """Everything wrong with where agents start and finish."""
+    """All findings about the starts and finishes of agents."""
     starts = Stage("start", "starts", 0.0, mission.starts)
     finishes = Stage("finish", "finishes", float(mission.horizon), mission.finishes)
     return [
@@ -76,7 +75,7 @@ def _in_obstacles(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Dia
 
 
 def _too_near(mission: Mission, stage: Stage, obstacle: Obstacle) -> dict[int, float]:
-    """Which of the exact places are closer to an obstacle than they may be, and how close."""
+    """Agents at exact places closer to an obstacle than allowed, with their distance."""
     places = [point for *_, point in stage.exact]
     margins = [agent.radius + mission.clearance for agent, *_ in stage.exact]
     open_ = near_to(obstacle, stage.time, places, margins)
@@ -132,7 +131,9 @@ def _no_room_for_one(
 def _no_room_for_all(
     ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, InitialSet]]
 ) -> list[Diagnostic]:
-    """Bodies, each with half the separation around it, that are larger together than the region and its rim."""
+    """Findings for regions that are smaller, with their rim, than the bodies in them with half the separation around
+    each.
+    """
     mission = ground.mission
     sizes = [agent.radius + mission.separation / 2 for agent, _ in there]
     free = ground.free(min(agent.radius for agent, _ in there), stage.time)
@@ -148,7 +149,7 @@ def _no_room_for_all(
 
 
 def _by_span(entries: Iterable[tuple[Agent, InitialSet]]) -> list[list[tuple[Agent, InitialSet]]]:
-    """The entries whose places were written at one place together."""
+    """Entries grouped by the place at which they were written."""
     groups: dict[Span, list[tuple[Agent, InitialSet]]] = {}
     for agent, place in entries:
         groups.setdefault(place.span, []).append((agent, place))

@@ -1,16 +1,16 @@
-"""Check of vehicles: room to fly, places within it, attainable speeds, time in the air, tracking margins.
+"""Check of vehicles: flight volume, places within it, reachable speeds, time in the air, tracking margins.
 
     in   Mission, its Kernel
     out  nothing but findings
     says MC509 MC518 MC519 MC520 MC522 MC551 MC731
 
-The room of a vehicle is the world less its fence inset, within its band of heights. Of a region only the bounding box
-is compared with it, so a region that passes may still lie outside.
+The flight volume of a vehicle is the world minus its fence inset, within its band of heights. Only the bounding box of
+a region is compared with it, so a region that passes may still lie outside.
 
 A tracking margin holds for flights within the limits of the vehicle's profile, at which `bench/tracking.py` measured
 it. A vehicle with higher limits has to state a margin of its own.
 
-Goals are checked with the speeds that vehicles fly: a goal may be within reach of the dynamics, and of no flight.
+Goals are checked with the speeds that vehicles fly: a goal may be within reach of the dynamics but not of any flight.
 Only goals due before the last step count, since a window to the end, like a finish, moves with a time-scaled plan.
 """
 
@@ -33,11 +33,11 @@ from missionc.ir.vehicle_profiles import profiles
 from missionc.ir.wording import listed, metres, number, speed
 
 LIMITS = ("speed", "vertical_speed", "acceleration", "jerk")
-"""Figures of a vehicle that its tracking error grows with."""
+"""Parameters of a vehicle that its tracking error grows with."""
 
 
 def check_tracking(mission: Mission) -> list[Diagnostic]:
-    """One finding for each team whose vehicle has a higher limit than its profile, and the profile's margin."""
+    """One finding for each team whose vehicle has a higher limit than its profile but the profile's margin."""
     teams = {agent.team: agent for agent in reversed(mission.agents)}
     return [finding for agent in reversed(teams.values()) for finding in _tracking_beyond(agent)]
 
@@ -68,7 +68,7 @@ def _words(name: str) -> str:
 
 
 def _enough(agent: Agent) -> str:
-    """The margin that grows as the speed does, where that is what was raised: as measured, it is in proportion."""
+    """Text of a margin in proportion to the speed, if the speed limit was raised."""
     profile = profiles()[agent.vehicle.name]
     times = max(getattr(agent.vehicle, name) / getattr(profile, name) for name in ("speed", "vertical_speed"))
     if times <= 1 or times > 10:
@@ -77,8 +77,10 @@ def _enough(agent: Agent) -> str:
 
 
 def check_flown_speeds(mission: Mission, kernel: Kernel) -> list[Diagnostic]:
-    """What is out of reach, of a mission in which nothing is at the speeds of its dynamics; none where no vehicle is
-    slower than those."""
+    """Findings for goals out of reach at flown speeds.
+
+    For missions with vehicles slower than their dynamics only.
+    """
     agents = tuple(
         replace(agent, dynamics=agent.dynamics.at_most(_most(mission, agent), math.inf)) for agent in mission.agents
     )
@@ -95,17 +97,17 @@ def check_flown_speeds(mission: Mission, kernel: Kernel) -> list[Diagnostic]:
 
 
 def _most(mission: Mission, agent: Agent) -> float:
-    """Metres a second in any direction: what is flown sideways and up or down at once."""
+    """Maximum speed in any direction, m/s, from the horizontal and vertical limits."""
     vehicle = agent.vehicle
     return vehicle.speed if mission.dimension == 2 else math.hypot(vehicle.speed, vehicle.vertical_speed)
 
 
 ROUNDING = 1e-9
-"""Metres by which a place may seem to lie outside and does not."""
+"""Tolerance in metres for a place that seems to lie outside."""
 
 
 def check_vehicles(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
-    """What the vehicles of the mission cannot do in it."""
+    """Findings for everything that the vehicles of the mission cannot do in it."""
     findings: list[Diagnostic] = []
     for team in _teams(mission):
         findings += _slower_than_planned(team[0])
@@ -160,7 +162,7 @@ def _outside(mission: Mission, ground: FreeSpace, team: list[Agent]) -> list[Dia
 
 
 def _beyond(mission: Mission, ground: FreeSpace, agent: Agent, place: InitialSet) -> bool:
-    """Whether no point of the place is in the room of the vehicle, though some is in the world."""
+    """Return whether the place meets the world but not the flight volume of the vehicle."""
     if place.point is not None:
         low = high = place.point
     else:
@@ -173,7 +175,7 @@ def _beyond(mission: Mission, ground: FreeSpace, agent: Agent, place: InitialSet
 
 
 def _meets(first: tuple[Vector, Vector], second: tuple[Vector, Vector]) -> bool:
-    """Whether two boxes, by their corners, have a point in common."""
+    """Return whether two boxes, given by their corners, intersect."""
     sides = zip(*first, *second, strict=True)
     return all(a <= d + ROUNDING and c <= b + ROUNDING for a, b, c, d in sides)
 

@@ -5,13 +5,14 @@
     says MC037 MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC530 MC531
          MC536 MC541 MC542 MC543 MC558 MC731
 
-Only what no plan can mend is an error: an outer bound proves whatever is reported as out of reach or without room.
+Only what makes every plan impossible is an error: outer bounds prove every report of a goal out of reach or a place too
+small.
 
-A graph and a formation need enough agents. No sight may depend on a moving obstacle, and the bodies of a formation
+A graph and a formation need enough agents. Sight must not depend on a moving obstacle, and the bodies of a formation
 must not touch.
 
-An obstacle lies outside the world if it is too far away to touch a body in it. A beacon, and a region whose distance
-is measured, may lie beside the world, up to the length of its diagonal away.
+An obstacle lies outside the world if it is too far away to touch a body in it. A beacon, and a region whose distance is
+measured, may lie beside the world, up to the length of its diagonal away.
 
 The user's own roadmap is checked once for each size and dynamics of agents. A finding names the first such agent that
 is blocked.
@@ -70,7 +71,7 @@ FEWEST = 2
 
 
 def check_graphs(mission: Mission) -> list[Diagnostic]:
-    """Graphs and formations that cannot be meant."""
+    """Findings for graphs and formations that make no sense."""
     findings = [_small_graph(graph) for graph in mission.graphs if len(graph.agents) < FEWEST]
     moving = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
     if moving:
@@ -88,7 +89,7 @@ def check_graphs(mission: Mission) -> list[Diagnostic]:
 
 
 def _connected(mission: Mission) -> list[Graph]:
-    """The graphs that formulas call connected, as declared."""
+    """Graphs that formulas test for connectivity, as declared."""
     asked = {
         formula.predicate.graph.name
         for formula in formulas(mission)
@@ -98,7 +99,7 @@ def _connected(mission: Mission) -> list[Graph]:
 
 
 def _tight(mission: Mission, formation: Formation) -> Iterator[tuple[int, int, float]]:
-    """Pairs that the formation keeps too close, with the most it lets them be apart in metres."""
+    """Pairs that the formation keeps too close, with their maximum distance in metres."""
     for first, second, target, tolerance in _reaches(formation):
         spacing = mission.spacing(first, second)
         if isinstance(target, tuple):
@@ -110,8 +111,7 @@ def _tight(mission: Mission, formation: Formation) -> Iterator[tuple[int, int, f
 
 
 def _reaches(formation: Formation) -> Iterator[tuple[int, int, float | tuple[float, ...], float]]:
-    """Where the formation has two agents see each other, or how far apart, and its tolerance in metres: the pair of
-    each edge, and neighbours by offset."""
+    """Pairs of agents at the edges of a formation, each with its length or offset and tolerance, metres."""
     tolerance = formation.tolerance
     offsets: list[tuple[tuple[float, ...], int]] = []
     for edge in formation.edges:
@@ -196,10 +196,10 @@ Place: TypeAlias = "Obstacle | Region | Beacon"
 
 
 def check_places(mission: Mission, kernel: Kernel, entered: set[str]) -> tuple[list[Diagnostic], frozenset[str]]:
-    """A finding for each place outside the world, one for all of a file.
+    """One finding for each place outside the world, or one for all places in a file.
 
     Args:
-        entered: the regions that an agent is to enter or to avoid, which are an error there (MC504).
+        entered: regions that an agent must enter or avoid, which are an error outside the world (MC504).
     """
     measured = _measured(kernel)
     places: tuple[Place, ...] = (*mission.obstacles, *mission.regions, *mission.beacons)
@@ -230,7 +230,7 @@ def _outside(mission: Mission, place: Place, measured: bool) -> bool:
 
 
 def _away(mission: Mission, place: Place) -> float:
-    """Metres from the world, at most; those of an obstacle over all its motion."""
+    """Maximum distance from the world in metres, for an obstacle over all its motion."""
     low, high = mission.world.low, mission.world.high
     if isinstance(place, Beacon):
         return between((place.position, place.position), (low, high))
@@ -243,7 +243,7 @@ def _away(mission: Mission, place: Place) -> float:
 
 
 def _measured(kernel: Kernel) -> set[str]:
-    """The regions whose distance a formula measures."""
+    """Regions whose distance a formula measures."""
     atoms = [node.predicate for node in postorder(kernel.meanings.values()) if isinstance(node, Atom)]
     features = [feature for atom in atoms if isinstance(atom, Compare) for _, feature in atom.terms]
     targets = [feature.target for feature in features if isinstance(feature, DistanceTo)]
@@ -298,11 +298,11 @@ def _one_outside(mission: Mission, place: Place) -> Diagnostic:
 
 
 def check_lanes(mission: Mission) -> list[Diagnostic]:
-    """All that is wrong with a roadmap where it is; nothing without one."""
+    """Findings for a roadmap in its mission; none without a roadmap."""
     lanes = mission.solve.roadmap
     if lanes is None:
         return []
-    from missionc.geometry.lane_room import (  # it needs arrays
+    from missionc.geometry.lane_room import (  # needs arrays
         agents_by_kind,
         lanes_blocked,
         nodes_blocked,
@@ -418,7 +418,7 @@ def _too_few(lanes: Lanes, region: Region, crowd: list[tuple[Agent, InitialSet]]
 
 
 def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = None) -> list[Diagnostic]:
-    """All about the world and who is in it that cannot be meant; ``ground`` is the mission's where it is known."""
+    """All findings about the world and its contents; ``ground`` is the mission's free space, if known."""
     if mission.world.flat:
         return [_flat_world(mission)]
     ground = ground or FreeSpace.of(mission)
@@ -455,14 +455,14 @@ def _check_regions(mission: Mission, ground: FreeSpace, entered: set[str]) -> li
 
 
 def _entered(mission: Mission, kernel: Kernel) -> set[str]:
-    """The regions of which it is asked who is in them; a distance, or a shape, may be that of any other."""
+    """Regions whose membership is tested; distances and shapes may use others as well."""
     atoms = (node.predicate.region for node in postorder(kernel.meanings.values()) if isinstance(node, Atom))
     ends = (place.region for agent in mission.agents for place in agent.ends)
     return {region.name for region in (*atoms, *ends) if region}
 
 
 def _around(mission: Mission, ground: FreeSpace, region: Region) -> list[Obstacle]:
-    """The standing obstacle that covers the region, or else all that meet it."""
+    """Static obstacle that covers the region, or else all that intersect it."""
     atlas = ground.atlas
     area = atlas.outer(region.shape)
     still = [obstacle for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]

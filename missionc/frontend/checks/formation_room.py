@@ -1,4 +1,4 @@
-"""Formation room: whether a formation has a place in the world, round what stands, and a way through its passages."""
+"""Space for formations: tests of whether one fits in the world around static obstacles, and through its passages."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from missionc.geometry.formation_placements import Spot
 
 Layout: TypeAlias = dict[int, tuple[float, ...]]
-"""Where each agent is, seen from the first, metres."""
+"""Position of each agent relative to the first, metres."""
 
 ROUNDING = 1e-9
 
 HEADINGS = 8
-"""Headings in which a place for a formation is looked for in plain numbers."""
+"""Number of headings that are tried to place a formation without arrays."""
 
 
 def no_room(ground: FreeSpace, formation: Formation, *, suspecting: bool) -> str | None:
-    """Why a formation has no place; None where it may have one.
+    """Reason why a formation has no place, or None if it may have one.
 
-    ``suspecting``: only places that show it to have one are looked for, and without them nothing is said of why.
+    ``suspecting``: search only for places that prove that it has one, and give no reason if there are none.
     """
     mission = ground.mission
     if not formation.edges:
@@ -54,12 +54,12 @@ def parted(
     goal: Mapping[int, Area],
     grown: float,
 ) -> str | None:
-    """Why agents that keep a formation do not get from a start to a goal, each a set of places by agent.
+    """Reason why agents that keep a formation cannot get from a start to a goal, each a set of places by agent.
 
-    Only of one that keeps its heading: of one that turns, bounds over all headings let nearly everything through.
+    Tests only a formation that keeps its heading: for one that turns, bounds over all headings rule out almost nothing.
 
     Args:
-        grown: metres that agents may be away from the goal.
+        grown: distance in metres from the goal that is allowed.
     """
     mission = ground.mission
     turns = not formation.edges or not isinstance(formation.edges[0].target, tuple)
@@ -79,7 +79,7 @@ def parted(
                 here = here.intersection(_flat(ground, ground.atlas.grown(sets[agent], far, outer=True)))
         ends.append(here)
     if any(end.is_empty for end in ends) or places.is_empty:
-        return None  # no matter of passages
+        return None  # not a matter of passages
     first = mission.agents[order[0]]
     stride = first.dynamics.top_speed * mission.step * (1 + ROUNDING) + ROUNDING
     if joined_placements(places, stride, ends):
@@ -99,8 +99,8 @@ def _flat(ground: FreeSpace, area: Area) -> Any:
 
 
 def _places(ground: FreeSpace, formation: Formation, *, first: bool) -> Any:
-    """Where the first agent of a formation can be, at least, as a geometry of the plane."""
-    from missionc.geometry.formation_placements import placements  # with shapely, where no place has been found
+    """Outer bound of the places of the first agent of a formation, as a geometry of the plane."""
+    from missionc.geometry.formation_placements import placements  # with shapely, if no place has been found
 
     mission = ground.mission
     order, spots = _spots(mission, formation)
@@ -112,14 +112,14 @@ def _places(ground: FreeSpace, formation: Formation, *, first: bool) -> Any:
 
 
 def _spots(mission: Mission, formation: Formation) -> tuple[list[int], list[Spot]]:
-    """The agents of a formation, the first one its base, and where each is at least, seen from the base."""
+    """Agents of a formation, the first one its base, and outer bounds of their places relative to the base."""
     if isinstance(formation.edges[0].target, tuple):
         return _offsets(formation)
     return _about_longest(formation)
 
 
 def _offsets(formation: Formation) -> tuple[list[int], list[Spot]]:
-    """The formation as offsets to its first agent, each within the tolerance."""
+    """Formation as offsets from its first agent, each within the tolerance."""
     from missionc.geometry.formation_placements import Spot
 
     order, spots = [formation.edges[0].first], [Spot(((0.0, 0.0),), 0.0)]
@@ -132,10 +132,11 @@ def _offsets(formation: Formation) -> tuple[list[int], list[Spot]]:
 
 
 def _about_longest(formation: Formation) -> tuple[list[int], list[Spot]]:
-    """Seen from one end of the longest edge, along it: those with an edge to both ends, or else no further than one is.
+    """Positions relative to one end of the longest edge, along it, for agents with edges to both ends.
 
-    By the law of cosines an agent at ``r`` and ``s`` from the ends of an edge of length ``d`` is
-    ``(r² - s² + d²) / 2d`` along it; each is taken with all that the tolerance lets it be.
+    An agent with an edge to one end only is kept if it is bounded by that edge. By the law of cosines an agent at ``r``
+    and ``s`` from the ends of an edge of length ``d`` is ``(r² - s² + d²) / 2d`` along it; each with the range that the
+    tolerance allows.
     """
     from missionc.geometry.formation_placements import Spot
 
@@ -171,7 +172,7 @@ def _about_longest(formation: Formation) -> tuple[list[int], list[Spot]]:
 
 
 def _between(here: tuple[float, float], there: tuple[float, float], least: float, most: float) -> Iterator[float]:
-    """The lengths of the edge, in its range, at which an agent is nearest along it: where r² - s² is its square."""
+    """Lengths of the edge within its range at which an agent is nearest along it: where r² - s² is its square."""
     for r, s in product(here, there):
         square = r * r - s * s
         if square > 0 and least < math.sqrt(square) < most:
@@ -190,7 +191,7 @@ def _target(target: float | Sequence[float]) -> float:
 
 
 def _layout(mission: Mission, formation: Formation) -> Layout | None:
-    """Places that have every edge as it should be, one agent after the other; None where none were found."""
+    """Layout with every edge at its length, agent by agent, or None if none was found."""
     if isinstance(formation.edges[0].target, tuple):
         layout: Layout = {formation.edges[0].first: (0.0,) * mission.dimension}
         for edge in formation.edges:
@@ -215,7 +216,7 @@ def _layout(mission: Mission, formation: Formation) -> Layout | None:
 
 
 def _candidates(layout: Layout, known: Sequence[tuple[int, float]]) -> Iterator[tuple[float, float]]:
-    """Places at the right distance from the first two of those that an agent has an edge to."""
+    """Places at the right distance from the first two known neighbours of an agent."""
     if not known:
         yield (0.0, 0.0)
         return
@@ -242,7 +243,9 @@ def _fits(layout: Layout, known: Sequence[tuple[int, float]], place: tuple[float
 
 
 def _placed(mission: Mission, formation: Formation, layout: Layout) -> bool:
-    """Whether a layout has a place in the world where every agent is surely clear of what stands, and of the others."""
+    """Return whether a layout has a place in the world where every agent is certainly clear of obstacles and the
+    others.
+    """
     standing = [each.shape for each in mission.obstacles if isinstance(each.motion, Still)]
     fixed = isinstance(formation.edges[0].target, tuple) or mission.dimension != 2
     for number in range(1 if fixed else HEADINGS):
@@ -276,7 +279,7 @@ def _clear(mission: Mission, standing: Sequence[Any], agent: int, place: tuple[f
 
 
 def _too_long(mission: Mission, formation: Formation) -> str | None:
-    """An edge that is longer than the world, as far as its tolerance lets it be."""
+    """Text about an edge that is longer than the world, even with its tolerance."""
     sides = [high - low for low, high in zip(mission.world.low, mission.world.high, strict=True)]
     for edge in formation.edges:
         if isinstance(edge.target, tuple):

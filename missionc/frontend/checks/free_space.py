@@ -1,4 +1,4 @@
-"""Free space: outer bounds of where agents can be, the world less the obstacles, and deductions from that alone."""
+"""Free space: outer bounds of agents' places, the world minus the obstacles, and conclusions from them alone."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from missionc.geometry.displacement import displaced, moved
 from missionc.ir import Agent, Mission, Obstacle, Shape, Still
 
 HAIR = 0.01
-"""Metres around an obstacle that count as its inside, where all bodies are larger: more than circles are off by."""
+"""Margin in metres around an obstacle that counts as its inside, if all bodies are larger."""
 
 SLACK = 1e-6
-"""Metres by which obstacles are taken smaller, so that a place that just touches one still counts as free."""
+"""Shrinkage of obstacles in metres, so that a place that just touches one still counts as free."""
 
 
 class Containment(Enum):
-    """Where a shape is that nobody can be in; or that somebody may be."""
+    """Location of a shape that no agent can be in, or that some agent may be in."""
 
     NOWHERE = "it is empty"
     ELSEWHERE = "outside the world"
@@ -30,14 +30,14 @@ class Containment(Enum):
 
 
 class FreeSpace(Record, eq=False):
-    """Outer bounds of where an agent's centre can be, by its radius; each question is answered once."""
+    """Outer bounds of the places of an agent's centre, by its radius; each query is computed once."""
 
     mission: Mission
     atlas: Atlas
     standing: Area
-    """At most the points of the obstacles that never move: those that grow, as small as they begin."""
+    """Inner bound of the obstacles that never move; growing ones at their initial size."""
     filled: Area
-    """The same, and a hair's breadth around them, which no agent's centre can be in either."""
+    """The same with a small margin around them; no agent's centre can be in it either."""
     ways: LeastWays
     known_free: dict[tuple[float, float | None], Area] = field(default_factory=dict)
     known_lies: dict[Shape, Containment] = field(default_factory=dict)
@@ -45,7 +45,7 @@ class FreeSpace(Record, eq=False):
 
     @staticmethod
     def of(mission: Mission) -> FreeSpace:
-        """The free space of a mission whose world is not flat."""
+        """Free space of a mission whose world is not flat."""
         dimension = mission.dimension
         shapes = [region.shape for region in mission.regions]
         for obstacle in mission.obstacles:
@@ -58,12 +58,12 @@ class FreeSpace(Record, eq=False):
         return FreeSpace(mission, atlas, standing, filled, LeastWays(mission, atlas, standing))
 
     def fills(self, obstacle: Obstacle, area: Area) -> bool:
-        """Whether an obstacle that stands still covers an area by itself, but for a hair's breadth."""
+        """Return whether a static obstacle covers an area by itself, except for a tiny margin."""
         body = self.atlas.inner(obstacle.shape)
         return covers(self.atlas.grown(body, _hair(self.mission), outer=False), area)
 
     def lies(self, shape: Shape) -> Containment:
-        """Whether anybody's centre may be in a shape that stays."""
+        """Return whether any agent's centre may be in a static shape."""
         if shape not in self.known_lies:
             self.known_lies[shape] = self._lies(shape)
         return self.known_lies[shape]
@@ -77,7 +77,7 @@ class FreeSpace(Record, eq=False):
         return Containment.COVERED if covers(self.filled, area) else Containment.OPEN
 
     def places(self, agents: Sequence[Agent]) -> LiteralPlaces:
-        """Where literals let the centre of any of these agents be."""
+        """Places that literals allow for the centre of any of these agents."""
         radii = [agent.radius for agent in agents]
         between = min(radii), max(radii)
         if between not in self.known_places:
@@ -85,7 +85,7 @@ class FreeSpace(Record, eq=False):
         return self.known_places[between]
 
     def free(self, radius: float, time: float | None = None) -> Area:
-        """Where the centre of an agent can be: ever, or (moving obstacles regarded too) at a time, in seconds."""
+        """Places of an agent's centre at any time, or at a time in seconds if moving obstacles count too."""
         if (radius, time) not in self.known_free:
             self.known_free[radius, time] = self._free(radius, time)
         return self.known_free[radius, time]
@@ -100,7 +100,7 @@ class FreeSpace(Record, eq=False):
         return common(without(atlas.whole(), blocked), atlas.whole())
 
     def _then(self, obstacle: Obstacle, time: float) -> Area:
-        """At most the points of an obstacle at a time, in seconds."""
+        """Inner bound of an obstacle at a time, in seconds."""
         there = self.atlas.inner(moved(obstacle.shape, displaced(obstacle, time, self.mission.dimension)))
         grown = obstacle.grown(time)
         return self.atlas.grown(there, grown, outer=False) if grown else there

@@ -1,4 +1,4 @@
-"""Literals, which are predicates and their negations: the places each allows, and the pairs that exclude each other."""
+"""Literals (predicates and their negations): the places that each allows, and pairs that exclude each other."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.ir.distances.signed_distance import measured_outside
 
 
 class Literal(Record):
-    """A predicate, or (``positive`` False) its negation."""
+    """Predicate, or its negation if ``positive`` is False."""
 
     predicate: Predicate
     positive: bool
@@ -25,19 +25,19 @@ class Literal(Record):
 
 
 class Unbounded(Record):
-    """The predicate says nothing about where an agent's centre is."""
+    """Result for a predicate that does not constrain an agent's centre."""
 
 
 UNBOUNDED = Unbounded()
 
 MOST_RULES = 250
-"""Literals whose places are worked out, and that are compared with one another; of more, little is said."""
+"""Maximum number of literals that are compared with one another; further ones are ignored."""
 
 Bound: TypeAlias = Area | Unbounded
 
 
 def comparison_literal(literal: Literal) -> Compare | Unbounded:
-    """A literal of a comparison as a comparison: ``not (e >= 0)`` is ``-e > 0``."""
+    """Literal of a comparison as a comparison: ``not (e >= 0)`` is ``-e > 0``."""
     predicate = literal.predicate
     if not isinstance(predicate, Compare):
         return UNBOUNDED
@@ -48,10 +48,10 @@ def comparison_literal(literal: Literal) -> Compare | Unbounded:
 
 
 class LiteralRule(Record, eq=False):
-    """What a literal says of where an agent's centre is.
+    """Constraint of a literal on an agent's centre.
 
-    ``within`` holds at least the places where the literal can be true, ``beyond``
-    at most those where it is false; ``said`` is the literal as a comparison.
+    ``within`` is an outer bound of the places where the literal can be true, ``beyond`` an inner bound of those where
+    it is false; ``said`` is the literal as a comparison.
     """
 
     literal: Literal
@@ -61,13 +61,13 @@ class LiteralRule(Record, eq=False):
 
 
 def nowhere_literal(rule: LiteralRule, free: Area) -> bool:
-    """Whether the literal is false at every place of an outer area."""
+    """Return whether the literal is false at every place in an outer area."""
     outside = not isinstance(rule.within, Unbounded) and disjoint(rule.within, free)
     return outside or (not isinstance(rule.beyond, Unbounded) and covers(rule.beyond, free))
 
 
 def exclude(one: LiteralRule, other: LiteralRule) -> bool:
-    """Whether no agent can have both literals at once."""
+    """Return whether two literals exclude each other for one agent."""
     if one.literal == other.literal.opposite or _apart(one.said, other.said):
         return True
     if not isinstance(one.within, Unbounded) and nowhere_literal(other, one.within):
@@ -80,7 +80,7 @@ def _all_beyond(rule: LiteralRule, area: Area) -> bool:
 
 
 class LiteralPlaces(Record, eq=False):
-    """Where literals let the centre of an agent be, whose radius is between two bounds in metres."""
+    """Places that literals allow for the centre of an agent with a radius between two bounds in metres."""
 
     atlas: Atlas
     least: float
@@ -111,7 +111,7 @@ class LiteralPlaces(Record, eq=False):
                 return UNBOUNDED
 
     def _where(self, inequality: Compare) -> Bound:
-        """The places a comparison allows: a half space, or those within a distance."""
+        """Places that a comparison allows: a half space, or those within a distance."""
         match inequality.terms:
             case ((weight, DistanceTo(target)),) if weight < 0 and not isinstance(target, int):
                 return self._up_to(target, inequality.constant / -weight)
@@ -142,7 +142,7 @@ class LiteralPlaces(Record, eq=False):
                 return UNBOUNDED
 
     def _nearer_than(self, inequality: Compare) -> Bound:
-        """The places too near for a comparison that keeps a distance of more than 0."""
+        """Places too near for a comparison that requires a distance above 0."""
         atlas = self.atlas
         match inequality.terms:
             case ((weight, DistanceTo(target)),) if weight > 0 and not isinstance(target, int):
@@ -165,7 +165,7 @@ def _weights(terms: tuple[tuple[float, Feature], ...], dimension: int) -> Vector
 
 
 def _apart(one: Compare | Unbounded, other: Compare | Unbounded) -> bool:
-    """Whether ``f + a >= 0`` and ``-f + b >= 0`` have ``a + b < 0`` (or 0, where one of them is strict)."""
+    """Return whether ``f + a >= 0`` and ``-f + b >= 0`` have ``a + b < 0`` (or 0, if one of them is strict)."""
     if isinstance(one, Unbounded) or isinstance(other, Unbounded) or not one.terms or not other.terms:
         return False
     first, second = dict(_merged(one)), dict(_merged(other))
@@ -181,7 +181,7 @@ def _apart(one: Compare | Unbounded, other: Compare | Unbounded) -> bool:
 
 
 def _merged(inequality: Compare) -> Iterator[tuple[Feature, float]]:
-    """Each feature once, with its whole weight; those that cancel are left out."""
+    """Each feature once with its total weight; those that cancel are omitted."""
     weights: dict[Feature, float] = {}
     for weight, feature in inequality.terms:
         weights[feature] = weights.get(feature, 0.0) + weight

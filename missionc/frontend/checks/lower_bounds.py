@@ -1,11 +1,11 @@
-"""Lower bounds: metres and steps that every plan of a mission takes, whatever the engine, roadmap or seed.
+"""Lower bounds on the metres and steps of every plan of a mission, for any engine, roadmap or seed.
 
-An agent that has to be at several places moves at least along the shortest tour of them from its start, around the
-obstacles that are always there. Other agents and times in between only make the tour longer, so a bound is proved,
-and may be far from what is possible.
+An agent that must visit several places moves at least along the shortest tour of them from its start, around the
+obstacles that are always there. Other agents and times in between only make the tour longer, so each bound is proved,
+but may be far from the optimum.
 
-The least tour is computed over sets of stops, from the time at which each stop is due and the distances between
-stops. It gives, for each set, the least metres and the fewest steps after which the agent need not move.
+The least tour is computed over sets of stops, from the time at which each stop is due and the distances between stops.
+It gives, for each set, the least metres and the fewest steps after which the agent need not move.
 
 Source:
     Held and Karp, "A dynamic programming approach to sequencing problems", 1962, here with windows of time.
@@ -30,21 +30,24 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 class Due(Record):
-    """The steps of which one is that of a stop."""
+    """Steps at one of which a stop is due."""
 
     low: int
     high: int
 
 
 class Legs(Record):
-    """The least of a kind, metres or whole steps: from the start to each stop, and from each stop to each other."""
+    """Minimum length of each leg, in metres or steps: from the start to each stop, and between stops."""
 
     first: Sequence[float]
     between: Sequence[Sequence[float]]
 
 
 def least_metres(due: Sequence[Due], legs: Legs) -> list[float]:
-    """Metres of the shortest way by each set of stops, as a bit mask of them; infinite where none is in order."""
+    """Length in metres of the shortest path through each set of stops (bit mask).
+
+    Infinite if no order works.
+    """
     count, before = len(due), _before(due)
     best = [[math.inf] * count for _ in range(1 << count)]
     for mask in range(1, 1 << count):
@@ -58,9 +61,9 @@ def least_metres(due: Sequence[Due], legs: Legs) -> list[float]:
 
 
 def fewest_steps(due: Sequence[Due], legs: Legs) -> list[float]:
-    """Steps after which an agent that was at each set of stops in time need not move any more; infinite where late.
+    """Steps after which an agent that visited each set of stops in time can stay; infinite if too late.
 
-    It is somewhere at whole steps only, and leaves a stop when that is due at the earliest.
+    The agent is at places at whole steps only, and leaves a stop at the earliest when that is due.
     """
     count, before = len(due), _before(due)
     visit = [[math.inf] * count for _ in range(1 << count)]
@@ -80,7 +83,7 @@ def fewest_steps(due: Sequence[Due], legs: Legs) -> list[float]:
 
 
 def _before(due: Sequence[Due]) -> list[int]:
-    """For each stop those, as a bit mask, that are due before it."""
+    """Bit mask of the stops that are due before each stop."""
     return [
         sum(
             1 << other
@@ -92,7 +95,7 @@ def _before(due: Sequence[Due]) -> list[int]:
 
 
 def _misplaced(rest: int, last: int, before: Sequence[int]) -> bool:
-    """Whether a stop of the rest comes after the last one."""
+    """Return whether a remaining stop comes after the last one."""
     return any(before[stop] >> last & 1 for stop in _members(rest, len(before)))
 
 
@@ -101,37 +104,37 @@ def _members(mask: int, count: int) -> list[int]:
 
 
 SLACK, BENT, FASTER = 2e-5, 1e-3, 1e-5
-"""Metres by which a leg is taken shorter, more where it is bent, and the share by which agents are taken faster: more
-than verification lets pass."""
+"""Reductions of a leg in metres, straight and bent, and of speed as a ratio: more than the tolerances of
+verification."""
 
 ROUNDING = 1e-6
-"""Steps by which a leg is taken shorter before they are rounded up."""
+"""Steps subtracted from a leg before rounding up."""
 
 STOPS, TOGETHER = 7, 5
-"""Stops of a tour at most, and those of them that one agent of several makes: time doubles with each."""
+"""Maximum number of stops in a tour, and of stops shared by several agents: time doubles with each."""
 
 TOURS = 300_000
-"""Legs of all tours that are looked at, about: many agents have fewer stops each."""
+"""Approximate maximum number of legs in all tours; with many agents, each has fewer stops."""
 
 DECIMALS = 9
-"""Decimals of a bound, seconds or metres."""
+"""Decimals of a bound, in seconds or metres."""
 
 UNITS = {Objective.DURATION: "s", Objective.DISTANCE: "m"}
-"""What bounds are in, by what is minimized."""
+"""Unit of the bounds, by objective."""
 
 ROUND = 150
-"""Legs that are looked for round obstacles; the others are straight."""
+"""Number of legs computed around obstacles; the others are straight."""
 
 
 class LowerBounds(Record):
-    """What every plan takes at least: ``metres``, all agents together, and ``steps`` until nobody moves any more."""
+    """Lower bounds for every plan: ``metres`` of all agents together, and ``steps`` until all agents stay."""
 
     metres: float
     steps: int
 
 
 class _Task(Record):
-    """So many of these agents have to be in an area, each at one of the steps at which that is ``due``."""
+    """Number of agents that must be in an area, each at one of the ``due`` steps."""
 
     number: int
     agents: tuple[int, ...]
@@ -140,7 +143,10 @@ class _Task(Record):
 
 
 class _Tour(Record):
-    """An agent's least metres and steps, by the set of ``tasks`` that it does; those of ``own`` it does in any case."""
+    """Minimum metres and steps of an agent, by the set of ``tasks`` that it does.
+
+    It always does those in ``own``.
+    """
 
     tasks: tuple[_Task, ...]
     own: int
@@ -148,19 +154,19 @@ class _Tour(Record):
     steps: Sequence[float]
 
     def doing(self, tasks: Sequence[_Task]) -> tuple[float, float]:
-        """Metres and steps with these tasks beside its own; of those it has no part in nothing is known."""
+        """Metres and steps with these tasks in addition to its own; tasks that it has no part in are ignored."""
         mask = self.own | sum(1 << number for number, task in enumerate(self.tasks) if task in tasks)
         return self.metres[mask], self.steps[mask]
 
 
 def lower_bounds(mission: Mission, kernel: Kernel, *, bent: bool = False) -> LowerBounds:
-    """The bounds of a mission whose world is not flat.
+    """Lower bounds of a mission whose world is not flat.
 
-    Each agent goes the tour of where it has to be, in the best order. Where one of some agents has to be somewhere, the
-    tasks are shared out in the best way; where several of them have to, the nearest go, and the dearest counts.
+    Each agent makes the tour of its required places in the best order. A task for one of several agents goes to the
+    best one. For a task that needs several agents, the nearest go and the most expensive one counts.
 
     Args:
-        bent: whether ways round obstacles are looked for, too.
+        bent: if true, compute paths around obstacles as well.
     """
     legs = _LegsOf(FreeSpace.of(mission), ROUND if bent else 0)
     tasks = [task for task in dict.fromkeys(_tasks(legs.ground, kernel)) if legs.known(task)]
@@ -187,9 +193,9 @@ def lower_bounds(mission: Mission, kernel: Kernel, *, bent: bool = False) -> Low
 
 
 def least_by_tours(mission: Mission, kernel: Kernel) -> float | None:
-    """What every plan comes to at least, seconds or metres, as the mission minimizes.
+    """Lower bound of the objective of the mission, in seconds or metres.
 
-    None where it minimizes neither, or its world is flat.
+    None if the objective is another one, or the world is flat.
     """
     if mission.objective not in UNITS or mission.world.flat:
         return None
@@ -198,10 +204,10 @@ def least_by_tours(mission: Mission, kernel: Kernel) -> float | None:
 
 
 def beside(mission: Mission, trace: Trace, least: float, by: str) -> Proven:
-    """A bound, seconds or metres, beside what a plan comes to; it is never more than that.
+    """Compare a lower bound, in seconds or metres, with the value of a plan, which caps it.
 
     Args:
-        by: as of ``Proven``.
+        by: as in ``Proven``.
     """
     lasts = mission.objective is Objective.DURATION
     value = round(trace.lasts * mission.step, DECIMALS) if lasts else trace.metres
@@ -209,7 +215,7 @@ def beside(mission: Mission, trace: Trace, least: float, by: str) -> Proven:
 
 
 def _shared_out(tours: dict[int, _Tour], few: list[_Task]) -> tuple[float, float]:
-    """Metres and steps where each of a few tasks is done by one agent that may: the least of all ways to share them."""
+    """Metres and steps if each of a few tasks is done by one agent: the minimum over all assignments."""
     whole = (1 << len(few)) - 1
     metres, steps = [0.0] + [math.inf] * whole, [0.0] + [math.inf] * whole
     for agent, tour in tours.items():
@@ -231,7 +237,7 @@ def _all(whole: int) -> range:
 
 
 def _tour(legs: _LegsOf, agent: int, own: Sequence[_Task], few: Sequence[_Task], most: int) -> _Tour:
-    """The tour of an agent by those of its own tasks that are furthest, and by those of a few that it may do."""
+    """Tour of an agent through its furthest own tasks, and those of the few shared tasks that it can do."""
     mine = [task for task in own if agent in task.agents]
     shared = [task for task in few if agent in task.agents][:most]
     mine = sorted(mine, key=lambda task: (-legs.first(agent, task.area), -task.due.low))[: most - len(shared)]
@@ -251,7 +257,7 @@ def _tour(legs: _LegsOf, agent: int, own: Sequence[_Task], few: Sequence[_Task],
 
 @dataclass(slots=True, eq=False)
 class _LegsOf:
-    """Legs between areas, metres, each looked for once, so many of them round what stands."""
+    """Legs between areas in metres, each computed once, up to a limit around static obstacles."""
 
     ground: FreeSpace
     left: int
@@ -259,7 +265,7 @@ class _LegsOf:
     found: dict[tuple[float, Area, Area], float] = field(default_factory=dict)
 
     def known(self, task: _Task) -> bool:
-        """Whether all of its agents move and have a way there."""
+        """Return whether all agents of the task move and have a path to it."""
         agents = [self.ground.mission.agents[agent] for agent in task.agents]
         if empty(task.area) or any(agent.dynamics.top_speed <= 0 for agent in agents):
             return False
@@ -271,12 +277,12 @@ class _LegsOf:
         return at.keys() >= set(task.agents)
 
     def first(self, agent: int, area: Area) -> float:
-        """From where an agent starts."""
+        """Length of the leg from an agent's start."""
         mover = self.ground.mission.agents[agent]
         return self._leg(mover, self.ground.ways.start(mover), area, self.starts[area][agent])
 
     def between(self, agent: int, one: Area, other: Area) -> float:
-        """From one area to another."""
+        """Length of the leg between two areas."""
         if one is other:
             return 0.0
         return self._leg(self.ground.mission.agents[agent], one, other, None)
@@ -300,7 +306,7 @@ class _LegsOf:
 
 
 def _tasks(ground: FreeSpace, kernel: Kernel) -> Iterator[_Task]:
-    """Who has to be somewhere at some step, by the requirements and at the end."""
+    """Tasks that the requirements and the finishes give to agents at some step."""
     mission = ground.mission
     places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
     facts = [fact for goal in kernel.requirements for fact in necessary.of_requirement(goal.formula).facts]
@@ -314,7 +320,7 @@ def _tasks(ground: FreeSpace, kernel: Kernel) -> Iterator[_Task]:
 
 
 def _dues(fact: Fact) -> Iterator[Due]:
-    """When a fact holds the first time, and the last."""
+    """First and last due steps of a fact."""
     when = fact.when
     yield Due(when.low, when.high)
     if when.repeats:

@@ -1,11 +1,11 @@
-"""May analysis: the agents of whom a formula may hold by the step it is asked at, and where these then are.
+"""May analysis: the agents for which a formula may hold by the step at which it is evaluated, and their places.
 
     in   a goal's formula, the FreeSpace
-    out  for each node whom it surely cannot hold of, and why
+    out  for each node the agents for which it cannot hold, and why
 
-Every constructor asks of those below it by when they have to hold and of whom; a leaf is dead where its agent cannot be
-there by then, and every other node as those below it make it. So an alternative is dead where all of it is, and a whole
-where one of its parts is. What is asked over links is left to planning. Agents are the bits of a number.
+Each constructor passes down to its operands the step by which they must hold and the agents. A leaf is dead if its
+agent cannot be there by then, and every other node follows from its operands. So a disjunction is dead if all of its
+operands are, and a conjunction if one is. Formulas over links are left to planning. Agents are the bits of a number.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from missionc.ir.kernel.walk import children, postorder
 from missionc.ir.language.walk_formulas import bits_of
 
 MOST_ASKED = 20_000
-"""Pairs of a node and an agent that it is asked of; of a goal with more nothing is said."""
+"""Maximum number of pairs of a node and an agent; larger goals are not analysed."""
 
 Bits: TypeAlias = int
 Areas: TypeAlias = frozenset[Area]
-"""Sets that a centre is in, each of them."""
+"""Sets that all contain a centre."""
 
 NOWHERE_KNOWN: Areas = frozenset()
 
 
 class May(Record):
-    """The agents of whom a formula is ``dead``: it holds of them at no step up to the one it is asked at.
+    """Agents for which a formula is ``dead``: it holds at no step up to the one at which it is evaluated.
 
-    Where it holds at a step, the agent is in ``places`` then, and of ``others`` each in its own.
+    If it holds at a step, the agent is in ``places`` then, and each agent in ``others`` in its own places.
     """
 
     dead: Bits = 0
@@ -49,17 +49,17 @@ class May(Record):
 ANYTHING = May()
 
 Asked: TypeAlias = dict[k.Node, dict[int, int]]
-"""By node and agent, the last step at which it is asked, or has to hold."""
+"""Last step, by node and agent, at which the node is evaluated or must hold."""
 
 
 @dataclass(slots=True, eq=False)
 class MayAnalysis:
-    """The may analysis of one goal's formula.
+    """May analysis of one goal's formula.
 
     Args:
-        telling: the nodes that there may be anything to say of (``telling``); all others may hold.
-        latest: steps are the last at which a node is ever asked, so that what is dead is never true; else those at
-            which it has to hold first, so that more is dead where all is needed.
+        telling: the nodes that may be dead (``telling``); all others may hold.
+        latest: if true, steps are the last ones at which a node is evaluated, so that a dead node is never true;
+            otherwise the first ones at which it must hold, so that more nodes are dead.
     """
 
     causes: Causes
@@ -69,7 +69,7 @@ class MayAnalysis:
     asked: Asked = field(default_factory=dict)
     known: dict[k.Node, May] = field(default_factory=dict)
     why: dict[k.Node, Cause | tuple[k.Node, ...]] = field(default_factory=dict)
-    """The cause of a dead node's death, or the nodes below that are it."""
+    """Cause of each dead node, or the nodes below that make it dead."""
 
     def __post_init__(self) -> None:
         order = postorder((self.root,), self._parts)
@@ -80,11 +80,11 @@ class MayAnalysis:
 
     @property
     def dead(self) -> bool:
-        """Whether the formula holds in no plan."""
+        """True if the formula holds in no plan."""
         return self.root in self.known and bool(self.known[self.root].dead & 1)
 
     def reasons(self, node: k.Node) -> list[Cause]:
-        """The causes of a dead node's death: of an alternative, those of each."""
+        """Causes of a dead node; for a disjunction, those of each operand."""
         found: dict[Cause, None] = {}
         waiting, seen = [node], set[k.Node]()
         while waiting:
@@ -102,7 +102,7 @@ class MayAnalysis:
         return self.causes.ground.mission
 
     def _ask(self, order: list[k.Node]) -> bool:
-        """By when, and of whom, each node is asked; whether that is little enough to look at."""
+        """Compute by when and for which agents each node is evaluated; returns False if that is too much."""
         self.asked[self.root] = {0: 0}
         left, last = MOST_ASKED, self.mission.steps
         for node in reversed(order):
@@ -127,7 +127,7 @@ class MayAnalysis:
         return tuple(child for child, *_ in self._below(node) if child in self.telling)
 
     def _below(self, node: k.Node) -> Iterator[tuple[k.Node, int | None, int | None]]:
-        """The nodes below, how many steps ahead each is asked (None: to the last), and of whom (None: of the same)."""
+        """Nodes below, each with its steps ahead (None: to the last) and its agents (None: the same ones)."""
         match node:
             case k.LeafNode() | k.Not() | k.NeighbourNode() | k.ReachNode() | k.RouteNode():
                 return
@@ -185,11 +185,11 @@ class MayAnalysis:
         return (1 << len(self.mission.agents)) - 1
 
     def _dead(self, node: k.Node) -> Bits:
-        """The agents that a node is dead of; nobody, of one that is asked at no step."""
+        """Agents for which a node is dead; none if it is never evaluated."""
         return self.known.get(node, ANYTHING).dead
 
     def _die(self, node: k.Node, dead: Bits, why: Cause | tuple[k.Node, ...], alive: May = ANYTHING) -> May:
-        """The value of a node that is dead of these agents; what is known of its places is that of ``alive``."""
+        """Value of a node that is dead for these agents; its places are those of ``alive``."""
         if dead:
             self.why.setdefault(node, why)
         return May(dead, alive.places, alive.others)
@@ -203,7 +203,7 @@ class MayAnalysis:
         if isinstance(area, Unbounded):
             return ANYTHING
         if not self.causes.suspecting and (empty(area) or disjoint(area, ground.atlas.whole())):
-            return ANYTHING  # said of the region itself
+            return ANYTHING  # a statement about the region itself
         cause = self.causes.far(node, area, self.asked[node])
         here = May(0, frozenset((area,)))
         return self._die(node, cause.bits, cause, here) if cause else here
@@ -226,7 +226,7 @@ class MayAnalysis:
         below = [self.known.get(part, ANYTHING) for part in parts]
         dead = reduce(and_, (value.dead for value in below), self._everyone)
         alive = below
-        # One that is too late for the first step may be the one that holds at a later step.
+        # A part that is too late for the first step may be the one that holds at a later step.
         if self.latest and not self.causes.suspecting:
             asked = bits_of(tuple(sorted(self.asked[node])))
             alive = [value for value in below if asked & ~value.dead]
@@ -245,7 +245,7 @@ class MayAnalysis:
         body, low, high = self.known.get(node.body, ANYTHING), node.low, node.high
         now = node.every and low <= 0 and (high is None or high >= 0)
         here = body if now or low == high == 0 else ANYTHING
-        empty_window = node.every and low < 0 and high != 0  # it may hold no step
+        empty_window = node.every and low < 0 and high != 0  # it may contain no step
         dead = 0 if empty_window else body.dead
         if node.every and low >= 0:
             steps = self.asked[node]
@@ -255,7 +255,7 @@ class MayAnalysis:
         return self._die(node, dead, (node.body,), here)
 
     def _release(self, node: k.UntilNode) -> May:
-        """Its end holds now, where now is in the window; of what else it asks, it has a choice."""
+        """Value of a release: its end holds now if now is in the window; everything else is a choice."""
         if node.low != 0:
             return ANYTHING
         end = self.known.get(node.end, ANYTHING)
@@ -268,7 +268,7 @@ class MayAnalysis:
         stay = dict.fromkeys(steps, node.low - 1)
         restless = self.causes.restless(node, hold.places, stay) if node.low > 1 else None
         stuck = hold.dead | (jump.bits if jump else 0)
-        if node.low == 0:  # the end may hold at once, and then nothing else is asked
+        if node.low == 0:  # the end may hold at once, and then nothing else is needed
             stuck = stuck and stuck & self.causes.away(end.places, steps)
             here = May(0, self.causes.either([hold.places, end.places]))
         else:
@@ -283,7 +283,7 @@ class MayAnalysis:
 
 
 def telling(roots: Iterable[k.Node]) -> frozenset[k.Node]:
-    """The nodes that are, or are made of, what may be dead: what is about an agent's place, or who it is."""
+    """Nodes that may be dead or contain such a node: those about an agent's place or identity."""
     found = set[k.Node]()
     for node in postorder(roots):
         match node:
@@ -299,7 +299,7 @@ def telling(roots: Iterable[k.Node]) -> frozenset[k.Node]:
 
 
 def _merged(values: list[May] | tuple[May, ...]) -> dict[int, Areas]:
-    """Where the named agents are if all of these hold."""
+    """Places of the named agents if all of these hold."""
     merged: dict[int, Areas] = {}
     for value in values:
         for agent, areas in value.others.items():
@@ -308,7 +308,7 @@ def _merged(values: list[May] | tuple[May, ...]) -> dict[int, Areas]:
 
 
 def _fewer_than(everyone: Bits, count: int, dead: list[Bits]) -> Bits:
-    """The agents of whom fewer than so many parts may hold."""
+    """Bits of the agents for which fewer than ``count`` parts may hold."""
     spare = len(dead) - count
     if spare <= 0:
         return everyone if spare < 0 else reduce(or_, dead, 0)

@@ -1,9 +1,8 @@
-"""Must analysis: the agents that a formula is surely true of, and surely false of, at every step of every plan.
+"""Must analysis: agents for which a formula is certainly true or false at every step of every plan.
 
-Constants are folded: a formula and its negation, a region that covers the
-world, a speed no agent has. Formulas with the same meaning on their face get
-the same number, a formula and its negation opposite ones. Sets of agents are
-the bits of a number.
+Constants are folded: a formula and its negation, a region that covers the world, a speed no agent has. Formulas with
+the same meaning on their face get the same number, a formula and its negation opposite ones. Sets of agents are the
+bits of a number.
 """
 
 from __future__ import annotations
@@ -22,14 +21,17 @@ from missionc.ir.kernel.walk import children, postorder
 from missionc.ir.language.walk_formulas import bits_of
 
 TRUE, FALSE = 1, -1
-"""The numbers of what is simply true, and false."""
+"""Numbers of formulas that are simply true and false."""
 
 MOST_MEMBERS = 64
-"""Parts of a conjunction that are compared with one another."""
+"""Maximum number of operands of a conjunction that are compared with one another."""
 
 
 class MustTruth(Record):
-    """The agents of whom a formula is surely true, and surely false; ``number`` says which formulas are the same."""
+    """Agents for which a formula is certainly true, and certainly false.
+
+    Equal ``number`` means equal formulas.
+    """
 
     number: int
     true: int
@@ -42,20 +44,20 @@ class MustTruth(Record):
 
 @dataclass(slots=True, eq=False)
 class MustAnalysis:
-    """What is sure of the formulas of a mission; ``everyone`` is the bits of all agents."""
+    """Certain truth of the formulas in a mission; ``everyone`` has the bits of all agents."""
 
     ground: FreeSpace
     kernel: k.Kernel
     everyone: int
     kinds: tuple[tuple[Agent, int], ...]
-    """One agent of each kind (those alike in all but name), and the bits of all of that kind."""
+    """One agent of each kind (equal except for the name), and the bits of all agents of that kind."""
     sure: dict[k.Node, MustTruth] = field(default_factory=dict)
     numbers: dict[Hashable, int] = field(default_factory=dict)
     members: dict[int, frozenset[int]] = field(default_factory=dict)
     predicates: dict[Predicate, tuple[int, int]] = field(default_factory=dict)
 
     def of(self, formula: Formula) -> MustTruth:
-        """What is sure of a formula as meant."""
+        """Certain truth of a formula as meant."""
         return self.sure[self.kernel.meanings[formula]]
 
 
@@ -75,7 +77,10 @@ def must_analysis(kernel: k.Kernel, ground: FreeSpace) -> MustAnalysis:
 
 
 def _connected(known: MustAnalysis) -> dict[k.Node, MustTruth]:
-    """Connected graphs: nothing is sure but that they are not torn. One over too few agents is said of the graph."""
+    """Certain truth of connectivity: only that too small graphs are connected.
+
+    Graphs of too few agents get their own finding.
+    """
     found: dict[k.Node, MustTruth] = {}
     for formula, node in known.kernel.meanings.items():
         if isinstance(formula, Holds) and formula.predicate.graph:
@@ -117,7 +122,7 @@ def _of_node(known: MustAnalysis, node: k.Node, below: list[MustTruth]) -> MustT
 
 
 def _of_pair(itself: bool, below: list[MustTruth], sure: Callable[[list[MustTruth]], MustTruth]) -> MustTruth:
-    """What is sure of a node whose pair has one that ``sure`` knows: not ``itself``, then its dual."""
+    """Certain truth of a node whose dual ``sure`` handles: of ``itself``, or by duality."""
     return sure(below) if itself else sure(_opposites(below)).opposite
 
 
@@ -126,7 +131,7 @@ def _opposites(parts: Iterable[MustTruth]) -> list[MustTruth]:
 
 
 def _made(known: MustAnalysis, number: int, true: int, false: int) -> MustTruth:
-    """With the number of what is simply true or false, where it is so of everyone."""
+    """Truth with the number of a formula that is simply true or false, if it is so for all agents."""
     if number == TRUE or true == known.everyone:
         return MustTruth(TRUE, known.everyone, 0)
     if number == FALSE or false == known.everyone:
@@ -142,7 +147,7 @@ def _number(known: MustAnalysis, key: Hashable) -> int:
 
 
 def _conjunction(known: MustAnalysis, parts: list[MustTruth]) -> MustTruth:
-    """Flat, without what is simply true, false where it holds a part and its negation."""
+    """Truth of a flattened conjunction without true parts; false if it contains a part and its negation."""
     true, false = known.everyone, 0
     numbers: set[int] = set()
     for part in parts:
@@ -163,12 +168,15 @@ def _conjunction(known: MustAnalysis, parts: list[MustTruth]) -> MustTruth:
 
 
 def _denied(known: MustAnalysis, number: int, numbers: set[int]) -> bool:
-    """Whether a part's negation is there too, whole or spelt out in its own parts."""
+    """Return whether a part's negation is among the others, whole or split into its parts."""
     return -number in numbers or (number < 0 and known.members.get(-number, frozenset((0,))) <= numbers)
 
 
 def _enough(known: MustAnalysis, count: int, parts: list[MustTruth]) -> MustTruth:
-    """So many of the parts, of those that are about everyone alike; the fewer are counted by their negations."""
+    """Truth of "at least ``count`` parts", for parts that are equal for all agents.
+
+    Small counts use the negations.
+    """
     if 2 * count <= len(parts):
         return _enough(known, len(parts) - count + 1, _opposites(parts)).opposite
     number = _number(known, ("enough", count, tuple(sorted(part.number for part in parts))))
@@ -189,7 +197,7 @@ def _always(known: MustAnalysis, body: MustTruth, low: int, high: int | None) ->
     if low == high == 0:
         return body
     number = _number(known, ("always", body.number, low, high))
-    if high is not None and high < 0:  # the window may hold no step
+    if high is not None and high < 0:  # the window may contain no step
         return _made(known, number, body.true, 0)
     return _made(known, number, body.true, body.false)
 
@@ -213,7 +221,9 @@ def _neighbour(known: MustAnalysis, body: MustTruth, graph: Graph) -> MustTruth:
 
 
 def _route(known: MustAnalysis, parts: list[MustTruth], graph: Graph, low: float, high: float) -> MustTruth:
-    """A route: where no links are long enough, the agent is its own end; otherwise it goes on to a linked one."""
+    """Truth of a route: if no links are long enough, the agent is its own end; otherwise it continues
+    to a neighbour.
+    """
     through, end = parts
     number = _number(known, ("route", graph, through.number, end.number, low, high))
     stuck = through.false | _not_on_from(known, end, graph)
@@ -223,7 +233,7 @@ def _route(known: MustAnalysis, parts: list[MustTruth], graph: Graph, low: float
 
 
 def _not_on_from(known: MustAnalysis, end: MustTruth, graph: Graph) -> int:
-    """The agents that have no way to another one which the formula may be true of."""
+    """Bits of the agents that cannot get to another one for which the formula may be true."""
     linked = bits_of(graph.agents)
     return known.everyone if linked & ~end.false == 0 else known.everyone & ~linked
 
@@ -232,7 +242,7 @@ def _not_on_from(known: MustAnalysis, end: MustTruth, graph: Graph) -> int:
 
 
 def _number_of_predicate(known: MustAnalysis, predicate: Predicate) -> int:
-    """A comparison and the one that denies it (``x <= 3``, ``x > 3``) get opposite numbers."""
+    """Number of a predicate; a comparison and its negation (``x <= 3``, ``x > 3``) get opposite numbers."""
     opposite = comparison_literal(Literal(predicate, False))
     if opposite in known.numbers:
         return -known.numbers[opposite]
@@ -249,7 +259,7 @@ def _bits(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
     if predicate.graph or predicate.formation:
         return 0, 0
     if predicate.region and known.ground.lies(predicate.region.shape) is not Containment.OPEN:
-        return 0, 0  # said of the region itself
+        return 0, 0  # a statement about the region itself
     true = false = 0
     for agent, bits in known.kinds:
         holds, fails = _of_kind(known, predicate, agent)
@@ -258,7 +268,7 @@ def _bits(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
 
 
 def _of_kind(known: MustAnalysis, predicate: Predicate, agent: Agent) -> tuple[bool, bool]:
-    """Whether agents of this kind surely have the predicate, and surely not."""
+    """Return whether the predicate is certainly true, and certainly false, for agents of this kind."""
     ground = known.ground
     if isinstance(predicate, Compare):
         values = of_comparison(ground, agent, predicate)

@@ -1,7 +1,6 @@
 """Necessary conditions of a formula: the facts about agents and steps that hold in every plan that satisfies it.
 
-Only what follows for certain is kept. So a fact may be missing, but each holds
-in every plan that satisfies the formula.
+A fact is kept only if it is certain, so facts may be missing, but each holds in every plan that satisfies the formula.
 """
 
 from __future__ import annotations
@@ -23,11 +22,11 @@ EVER = 1 << 40
 """A step later than any mission's last."""
 
 MOST_VISITS = 20_000
-"""Formulas looked at, each with whom and when; what comes after them is left out."""
+"""Maximum number of formula visits, each with agents and steps; further ones are omitted."""
 
 
 class AtLeastAgents(Record):
-    """At least ``number`` of the agents, who are ``bits`` too; ``words`` says so."""
+    """At least ``number`` of the agents; ``bits`` is the bit set of the agents, and ``words`` the text."""
 
     number: int
     bits: int
@@ -37,7 +36,7 @@ class AtLeastAgents(Record):
 
 THE_TEAM = AtLeastAgents(0, 0, "the team")
 ITSELF = AtLeastAgents(1, 0, "the agent")
-"""The one agent, whichever it is, that a formula is asked of."""
+"""The single agent, whichever it is, for which a formula is evaluated."""
 
 
 class StepWindow(Record):
@@ -52,7 +51,7 @@ class StepWindow(Record):
     repeats: int
 
     def throughout(self, low: int, high: int | None, last: int | None) -> Iterator[StepWindow]:
-        """When something holds that holds at all of the steps from ``low`` to ``high`` ahead of each of these."""
+        """Windows of something that holds at all steps from ``low`` to ``high`` ahead of each of these."""
         if high is None:
             high = low if last is None else max(last - self.high - self.repeats, low)
         yield StepWindow(self.low + low, self.high + low, self.repeats + high - low)
@@ -60,13 +59,13 @@ class StepWindow(Record):
             yield StepWindow(self.high + low, self.high + low, self.repeats + self.low + high - self.high - low)
 
     def sometime(self, low: int, high: int | None, last: int | None) -> StepWindow:
-        """When something holds that holds at some step from ``low`` to ``high`` ahead of one of these."""
+        """Window of something that holds at some step from ``low`` to ``high`` ahead of one of these."""
         if high is not None:
             return StepWindow(self.low + low, self.high + high, self.repeats)
         return StepWindow(self.low + self.repeats + low, EVER if last is None else last, 0)
 
     def in_the_past(self, low: int, high: int, every: bool) -> Iterator[StepWindow]:
-        """The same of a window that looks back and holds no step before 0; nothing where that is not one of these."""
+        """Windows of a formula with a past window without steps before 0; none if it has such steps."""
         if every and self.low == self.high:
             first, last = max(self.low + low, 0), self.low + self.repeats + high
             if first <= last:
@@ -79,9 +78,9 @@ AT_ONCE = StepWindow(0, 0, 0)
 
 
 class Order(Record):
-    """The order in which agents and steps are chosen.
+    """Order in which agents and steps are chosen.
 
-    ``anew``: which agents those are may differ from step to step. ``each``: each of them has a step of its own.
+    ``anew``: the agents may differ from step to step. ``each``: each of them has a step of its own.
     """
 
     anew: bool = False
@@ -89,7 +88,7 @@ class Order(Record):
 
 
 class Fact(Record):
-    """The literal holds of those agents then; ``span`` is its words."""
+    """Literal that holds for those agents then; ``span`` is its place in the text."""
 
     literal: Literal
     who: AtLeastAgents
@@ -99,7 +98,7 @@ class Fact(Record):
 
 
 class Instant(Record):
-    """A formula that holds somewhere at some step, of an agent or of the team, though it is not known when or whose."""
+    """Formula that holds at some unknown step for some agent or for the team."""
 
     formula: k.Node
     who: AtLeastAgents
@@ -122,7 +121,7 @@ class Visit(Record):
 class NecessaryConditions:
     """The necessary conditions of the formulas of a mission.
 
-    ``quantified`` and ``held`` are the nodes, and negations, that came of a quantifier and of a predicate.
+    ``quantified`` and ``held`` are the nodes and negations that came from a quantifier and from a predicate.
     """
 
     mission: Mission
@@ -144,11 +143,11 @@ class NecessaryConditions:
         return NecessaryConditions(mission, quantified, held)
 
     def of_requirement(self, formula: k.Node) -> Necessary:
-        """What is necessary of a requirement's formula, at step 0."""
+        """Necessary conditions of a requirement's formula, at step 0."""
         return self._gathered(Visit(formula, THE_TEAM, AT_ONCE), self.mission.steps)
 
     def of_instant(self, instant: Instant) -> Necessary:
-        """What is necessary of a formula that holds at an unknown step, in steps from there."""
+        """Necessary conditions of a formula that holds at an unknown step, in steps relative to it."""
         return self._gathered(Visit(instant.formula, instant.who, AT_ONCE), None)
 
     def _gathered(self, root: Visit, last: int | None) -> Necessary:
@@ -165,7 +164,7 @@ class NecessaryConditions:
         return gathered
 
     def _below(self, visit: Visit, last: int | None, gathered: Necessary) -> Iterator[Visit]:
-        """What must hold of the formulas below, for the visited one to hold."""
+        """Visits of the formulas below that must hold if the visited one holds."""
         node, who, when, order = visit.formula, visit.who, visit.when, visit.order
         if node in self.held:
             literal, span = self.held[node]
@@ -198,7 +197,7 @@ class NecessaryConditions:
 
 
 def _needs(node: k.Node, when: StepWindow, last: int | None) -> Iterator[tuple[k.Node, StepWindow]]:
-    """What has to hold of the same agent for the node to hold then, and when."""
+    """Nodes that must hold for the same agent if the node holds then, with their windows."""
     match node:
         case k.All(parts):
             yield from ((part, when) for part in parts)
@@ -208,7 +207,7 @@ def _needs(node: k.Node, when: StepWindow, last: int | None) -> Iterator[tuple[k
             end = children(node)[-1]
             if isinstance(node, k.UntilNode) and node.every:
                 yield from ((end, when) for _ in range(high == 0))
-            elif last is not None:  # where steps are counted from an unknown one, nothing is known of those before it
+            elif last is not None:  # if steps are relative to an unknown one, those before it are unknown
                 yield from ((end, then) for then in when.in_the_past(low, high, node.every))
         case k.WindowNode(body, low, high) if node.every:
             yield from ((body, then) for then in when.throughout(low, high, last))
@@ -239,20 +238,20 @@ def _needs(node: k.Node, when: StepWindow, last: int | None) -> Iterator[tuple[k
 
 
 def _of_route(node: k.ReachNode | k.RouteNode) -> Iterable[k.Node]:
-    """A route without links has the agent as its end, any other as its first."""
+    """Nodes that must hold for the first agent: the end of a route without links, otherwise its first part."""
     if node.low > 0:
         return (node.through,)
     return _in_each((_parts(node.through), _parts(node.end)))
 
 
 def _in_each(alternatives: Iterable[Mapping[k.Node, None]]) -> Iterable[k.Node]:
-    """What stands in all of the alternatives, in the order of the first."""
+    """Nodes in all of the alternatives, in the order of the first."""
     first, *others = alternatives
     return [node for node in first if all(node in other for other in others)]
 
 
 def _parts(node: k.Node) -> dict[k.Node, None]:
-    """The formula, and all that stands beside others in it."""
+    """The formula and all of its conjuncts."""
     found: dict[k.Node, None] = {}
     stack = [node]
     while stack:
@@ -264,7 +263,7 @@ def _parts(node: k.Node) -> dict[k.Node, None]:
 
 
 def _conjuncts(node: k.Node) -> dict[k.Node, None]:
-    """The same, with what routes need."""
+    """Conjuncts of a formula, including what routes need."""
     found = _parts(node)
     routes = [part for part in found if isinstance(part, k.ReachNode | k.RouteNode) and not part.every]
     return found | dict.fromkeys(chain.from_iterable(map(_of_route, routes)))
@@ -277,26 +276,26 @@ def _words(number: int, size: int, name: str) -> str:
 
 
 def meeting(one: Fact, other: Fact) -> tuple[int, int] | None:
-    """The steps among which there is certainly one at which both hold of one agent."""
+    """Range of steps that certainly contains one at which both facts hold for one agent."""
     if not _same_agent(one.who, other.who) or _may_miss(one, other) or _may_miss(other, one):
         return None
     return same_step(one.when, other.when)
 
 
 def _same_agent(one: AtLeastAgents, other: AtLeastAgents) -> bool:
-    """Whether some agent is certainly among both, where these are chosen once or for the same step."""
+    """Return whether some agent is certainly in both sets, if both are chosen once or for the same step."""
     if THE_TEAM in (one, other) or ITSELF in (one, other):
         return one == other
     return one.number + other.number > (one.bits | other.bits).bit_count()
 
 
 def _may_miss(one: Fact, other: Fact) -> bool:
-    """Whether one may hold, at each agent's own step of the other, of others than that agent."""
+    """Return whether one fact may hold for other agents at each agent's own step of the other."""
     return one.order.anew and other.order.each and other.when.low < other.when.high
 
 
 def same_step(one: StepWindow, other: StepWindow) -> tuple[int, int] | None:
-    """The steps among which there is certainly one at which both hold."""
+    """Range of steps that certainly contains one at which both hold."""
     for steady, any_of in ((one, other), (other, one)):
         if steady.low == steady.high:
             first, last = steady.low, steady.low + steady.repeats

@@ -1,7 +1,7 @@
-"""Lower bounds on path lengths: geodesics of an agent's centre between sets of places, around obstacles.
+"""Lower bounds on path lengths of an agent's centre between sets of places, around obstacles.
 
-In the plane that is the geodesic between them, round the obstacles that never move, as small as they begin; in a volume
-the straight line. Both are lower bounds on what any motion takes, at the steps and between them.
+In the plane the bound is the geodesic around the obstacles that never move, at their initial size; in a volume it is
+the straight line. Both bound any motion, at the steps and between them.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9
 
 PLACES = 9
-"""Places of a set that ways are looked for from and to in plain numbers."""
+"""Number of places in a set between which paths are computed without arrays."""
 
 MOST_SEARCHES = 400
-"""Ways that are looked for round obstacles; of more, straight lines are all that is known."""
+"""Maximum number of searches around obstacles; beyond that, straight lines are used."""
 
 
 MANY_CORNERS = 400
-"""Corners of obstacles from which on a grid is quicker than their geometry, once that is loaded."""
+"""Number of obstacle corners from which a grid is faster than their geometry, once that is loaded."""
 
 
 class Way(Record):
-    """At least so many metres, infinite where there is no way; ``bent``: because of obstacles."""
+    """Lower bound in metres, infinite if there is no path; ``bent``: because of obstacles."""
 
     length: float
     bent: bool = False
@@ -41,10 +41,10 @@ class Way(Record):
 
 @dataclass(slots=True, eq=False)
 class LeastWays:
-    """The least ways of a mission's agents, each looked for once.
+    """Shortest paths of a mission's agents, each computed once.
 
     Args:
-        standing: at most the points of the obstacles that never move.
+        standing: inner bound of the obstacles that never move.
     """
 
     mission: Mission
@@ -53,26 +53,26 @@ class LeastWays:
     starts: dict[Region | Vector | None, Area] = field(default_factory=dict)
     known: dict[tuple[float, Area, Area, float], Way | None] = field(default_factory=dict)
     found: dict[tuple[float, Area, Area, float], bool] = field(default_factory=dict)
-    """Ways that plain numbers have found, or not."""
+    """Results of the searches without arrays."""
     straight: dict[tuple[Area, Area, float], bool] = field(default_factory=dict)
-    """Whether a place of the one set is surely so near to the other."""
+    """Cached answers of ``_near``."""
     clear: dict[float, ClearWays] = field(default_factory=dict)
     graphs: dict[float, VisibilityGraph] = field(default_factory=dict)
     searches: int = 0
 
     def start(self, agent: Agent) -> Area:
-        """Where an agent starts, at least."""
+        """Outer bound of an agent's start."""
         key = agent.start.point or agent.start.region
         if key not in self.starts:
             self.starts[key] = self.atlas.initial(agent.start)
         return self.starts[key]
 
     def too_long(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:
-        """The least way from a set to another where none is as short as ``longest``; None where one may be."""
+        """Shortest path between two sets if it is longer than ``longest``; None if it may be shorter."""
         return self._straight(start, goal, longest) or self.bent(agent, start, goal, longest)
 
     def shown(self, agent: Agent, start: Area, goal: Area, longest: float) -> bool:
-        """Whether places show, without geometry, that there is a way as short as ``longest``."""
+        """Return whether sample places show, without geometry, that a path of at most ``longest`` exists."""
         asked = start, goal, longest
         if asked not in self.straight:
             self.straight[asked] = _near(*asked)
@@ -81,7 +81,7 @@ class LeastWays:
         return not self.shapes or self._clear_way(self._room(agent), start, goal, longest)
 
     def bent(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:
-        """The same of two sets whose straight distance is not too long: the way round the obstacles."""
+        """The same for two sets within ``longest`` on a straight line: the path around the obstacles."""
         if not self.shapes:
             return None
         asked = self._room(agent), start, goal, longest
@@ -111,7 +111,7 @@ class LeastWays:
         return self.found[asked]
 
     def passage(self, agent: Agent, start: Area, goal: Area) -> float:
-        """The room of a centre in the widest passage from one set to another, metres, where an agent has no way."""
+        """Width for a centre in the widest passage between two sets, metres, if the agent has no path."""
         from missionc.geometry.geodesic_bounds import widest_passage  # with shapely
 
         ends = (self._flat(start), self._flat(goal))
@@ -124,24 +124,24 @@ class LeastWays:
         return Way(length) if longest < length < math.inf else None
 
     def _geodesic(self, room: float, start: Area, goal: Area, longest: float) -> float:
-        from missionc.geometry.geodesic_bounds import around  # with numpy and shapely, where no place has shown a way
+        from missionc.geometry.geodesic_bounds import around  # with numpy and shapely, if no sample places show a path
 
         if room not in self.graphs:
             self.graphs[room] = around(self._flat(self.standing), room, self._flat(None))
         return self.graphs[room].geodesic(self._flat(start), self._flat(goal), longest)
 
     def _flat(self, area: Area | None) -> Any:
-        """The one geometry of an area of the plane, as far as it is in the world; None is the world."""
+        """Geometry of an area of the plane, clipped to the world; None is the world."""
         whole = self.atlas.whole()
         return (whole if area is None else common(area, whole)).geometry()[0]
 
     def _room(self, agent: Agent) -> float:
-        """Metres that an agent's centre keeps to every obstacle."""
+        """Distance in metres that an agent's centre keeps from every obstacle."""
         return agent.radius + self.mission.clearance
 
     @property
     def shapes(self) -> tuple[Shape, ...]:
-        """The obstacles that ways go round: those that stand, in the plane."""
+        """Obstacles that paths go around: the static ones, in the plane."""
         mission = self.mission
         if mission.dimension != 2:
             return ()
@@ -149,15 +149,15 @@ class LeastWays:
 
 
 def reach(mission: Mission, agent: Agent, steps: int) -> float:
-    """How far an agent gets in so many steps, metres, with what rounding may add."""
+    """Maximum distance in metres that an agent covers in ``steps`` steps, including rounding."""
     return agent.dynamics.top_speed * steps * mission.step * (1 + ROUNDING) + ROUNDING
 
 
 def _near(start: Area, goal: Area, longest: float) -> bool:
-    """Whether a place of the one set is surely so near to the other, on a straight line."""
+    """Return whether a place in one set is certainly within ``longest`` of the other on a straight line."""
     return any(start.depth(place) >= 0 and goal.depth(place) > SURE - longest for place in start.seeds())
 
 
 def _places(area: Area) -> tuple[Vector, ...]:
-    """Some places that are surely in a set."""
+    """Some places that are certainly in a set."""
     return tuple(islice((seed for seed in area.seeds() if area.depth(seed) >= 0), PLACES))

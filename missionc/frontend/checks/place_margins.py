@@ -10,11 +10,11 @@ from missionc.ir import Agent, Mission, Predicate
 from missionc.ir.language.margins.view import View
 
 Joint: TypeAlias = tuple[Place | None, ...]
-"""Where each agent is; nothing for one that may be anywhere."""
+"""Place of each agent; None for one that may be anywhere."""
 
 
 def margin_at(mission: Mission, predicate: Predicate, agent: Agent, joint: Joint) -> float | None:
-    """The margin of a predicate, not of a connected graph, at places; None where it hangs on more than those given."""
+    """Margin of a predicate, except of a connected graph, at places; None if it depends on unknown places."""
     needed = predicate.others | ({agent.index} if predicate.reads_oneself(mission.dimension) else set())
     if predicate.reads_speed or predicate.reads_past or any(joint[each] is None for each in needed):
         return None
@@ -22,7 +22,7 @@ def margin_at(mission: Mission, predicate: Predicate, agent: Agent, joint: Joint
 
 
 class _AtPlaces(View):
-    """One agent is asked, each at its place; those that may be anywhere are not looked at."""
+    """Evaluation for one agent, each agent at its place; agents that may be anywhere are skipped."""
 
     def __init__(self, mission: Mission, agent: Agent, joint: Joint) -> None:
         super().__init__(plain_floats, mission.dimension)

@@ -1,10 +1,9 @@
-"""Witnesses that a formula may be true, or false, at the first and the last step: places that agents may be at.
+"""Witnesses that a formula may be true or false at the first and the last step: possible places of agents.
 
-Each agent is put at some of the places where it may start or finish, and
-predicates and links are looked at there, in plain numbers; one whose place is
-not given may be anywhere. Everything else is monotone. What is found possible is so by the
-intervals of ``monitoring.interval_robustness`` too, for they hold every such
-place; what is not found may be possible all the same. Agents are the bits of a number.
+Each agent is put at some of the places where it may start or finish, and predicates and links are evaluated there
+without arrays. An agent without a given place may be anywhere. Everything else is monotone. Whatever is found possible
+is possible by the intervals of ``monitoring.interval_robustness`` too, which contain every such place. Whatever is not
+found may still be possible. Agents are the bits of a number.
 """
 
 from __future__ import annotations
@@ -32,32 +31,32 @@ from missionc.ir.pair_ranges import directed, range_of
 from missionc.verification.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 
 FEW = 32
-"""Agents that are looked at one by one; of more, arrays are quicker."""
+"""Maximum number of agents; for more, arrays are faster."""
 
 TRIES = ((0, 0), (1, 0), (2, 1))
-"""The place of its own that an agent is put at: the number of the agent so many times, and so many more."""
+"""Factors that select the sample place of an agent: its number times the first, plus the second."""
 
 PLACES = 7
-"""Places that are tried in a region in which an agent may be."""
+"""Number of sample places in a region."""
 
 Bits: TypeAlias = int
-"""Agents, each a bit of it."""
+"""Set of agents as bits."""
 
 
 May: TypeAlias = tuple[Bits, Bits]
-"""The agents of whom a formula may be true, at the first and at the last step."""
+"""Agents for which a formula may be true, at the first and at the last step."""
 
 
 @dataclass(slots=True, eq=False)
 class Ends(Domain[May]):
-    """The domain of whom a formula may hold at the two ends of a mission with few agents."""
+    """Domain of the agents for which a formula may hold at the two ends of a mission with few agents."""
 
     mission: Mission
     everyone: Bits
     tries: tuple[tuple[Joint, ...], tuple[Joint, ...]]
-    """At the first, and at the last step."""
+    """Sample placements at the first and at the last step."""
     atoms: dict[Predicate, tuple[May, May]] = field(default_factory=dict)
-    """By predicate: of whom it may be true, and of whom it may be false."""
+    """Agents for which each predicate may be true, and may be false."""
     known_links: dict[tuple[Graph, int], tuple[dict[int, Bits], dict[int, Bits]]] = field(default_factory=dict)
 
     def atom(self, predicate: Predicate, holds: bool) -> May:
@@ -86,7 +85,7 @@ class Ends(Domain[May]):
         return _each(lambda at: self._window(node.every, body, node.low, node.high, at))
 
     def until(self, node: UntilNode, hold: May, end: May) -> May:
-        """As ``Intervals`` has it: whatever comes later, the left side of *until* has to hold now."""
+        """Value of *until*, as in ``Intervals``: its left side must hold now, whatever comes later."""
         low, high = node.low, node.high
         if low < 0:
             now_is_enough = node.every and high != 0
@@ -137,7 +136,7 @@ class Ends(Domain[May]):
         return self.everyone & ~bits_of(graph.agents)
 
     def _links(self, graph: Graph, column: int) -> tuple[dict[int, Bits], dict[int, Bits]]:
-        """For each of the graph's agents those it may be linked to, and those it may not be."""
+        """For each agent of the graph, those it may be linked to and those it may not be linked to."""
         if (graph, column) not in self.known_links:
             linked, apart = dict.fromkeys(graph.agents, 0), dict.fromkeys(graph.agents, 0)
             one_way = directed(graph)
@@ -153,18 +152,18 @@ class Ends(Domain[May]):
         return self.known_links[graph, column]
 
     def _one_link(self, graph: Graph, reached: Bits, column: int) -> Bits:
-        """The agents that may be linked to one that may be found."""
+        """Agents that may be linked to one that may be found."""
         linked, _ = self._links(graph, column)
         return bits_of(tuple(agent for agent, others in linked.items() if others & reached))
 
     def _no_other_link(self, graph: Graph, these: Bits, column: int) -> Bits:
-        """The agents of the graph that may have no link but to these."""
+        """Agents of the graph that may have no link except to these."""
         members = bits_of(graph.agents)
         _, apart = self._links(graph, column)
         return bits_of(tuple(agent for agent, others in apart.items() if members & ~(others | these) == 0))
 
     def _in_metres(self, graph: Graph) -> May:
-        """Lengths are known of given points alone, and not looked at here."""
+        """Value for lengths in metres, which are known for given points only and ignored here."""
 
         def bits(column: int) -> Bits:
             ends = (end_of(self.mission.agents[agent], column) for agent in graph.agents)
@@ -175,7 +174,7 @@ class Ends(Domain[May]):
 
 
 def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[Node]:
-    """Those of the formulas about the team that may surely be true at the first step, as far as both ends decide it."""
+    """Formulas about the team that may be true at the first step, as far as both ends decide it."""
     roots = tuple(roots)
     if len(mission.agents) > FEW or more_than(MOST_NODES, roots):
         return set()
@@ -186,12 +185,12 @@ def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[
 
 
 def end_of(agent: Agent, column: int) -> InitialSet | None:
-    """The start of an agent, or its finish, if it has one."""
+    """Start or finish of an agent, if it has one."""
     return agent.start if column == FIRST else agent.finish
 
 
 def _tries(places: list[InitialSet | None], ground: FreeSpace) -> tuple[Joint, ...]:
-    """Some ways to put every agent at one of its places; none where no place is known of some region."""
+    """Sample placements of all agents; none if no place is known in some region."""
     choices = [_choices(place, ground) for place in places]
     if not all(choices):
         return ()
@@ -214,7 +213,7 @@ def _each(true: Callable[[int], Bits]) -> May:
 
 
 def _enough(everyone: Bits, count: int, parts: list[Bits]) -> Bits:
-    """The agents that are in so many of the parts."""
+    """Agents that are in at least ``count`` of the parts."""
     if count > len(parts):
         return 0
     least = [everyone] + [0] * max(count, 0)
@@ -234,7 +233,7 @@ def _link(graph: Graph, one: int, other: int, joint: Joint) -> float | None:
 
 
 def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
-    """The bits changed so many times, or until they stay."""
+    """Apply a change ``times`` times, or until the bits are stable."""
     for _ in range(times):
         after = change(bits)
         if after == bits:
@@ -247,7 +246,10 @@ def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
 
 
 def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> tuple[bool, bool]:
-    """Whether something may be true, and may be false; a margin is None where it hangs on a place that is not given."""
+    """Return whether a margin may be positive, and may be negative.
+
+    None if it depends on an unknown place.
+    """
     true = false = False
     for joint in ends.tries[column]:
         value = margin(joint)
@@ -258,7 +260,7 @@ def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> 
 
 
 def _of_predicate(ends: Ends, predicate: Predicate) -> tuple[May, May]:
-    """The agents of whom it may be true, and of whom it may be false."""
+    """Agents for which it may be true, and those for which it may be false."""
     true, false = [0, 0], [0, 0]
     team = predicate.about_team
     for column in (FIRST, LAST):

@@ -1,4 +1,4 @@
-"""Value ranges of comparisons: interval bounds on the difference of their two sides, whatever the plan."""
+"""Value ranges of comparisons: interval bounds on the difference of their two sides, for every plan."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.ir.wording import number
 
 
 class Range(Record):
-    """From ``low`` to ``high``, both included."""
+    """Range from ``low`` to ``high``, both included."""
 
     low: float
     high: float
@@ -26,7 +26,7 @@ class Range(Record):
 
 
 def of_comparison(ground: FreeSpace, agent: ir.Agent, comparison: ir.Compare) -> Range:
-    """The range of the expression that the comparison says is at least 0, for that agent and all others of its kind."""
+    """Range of the expression that must be at least 0, for that agent and all others of its kind."""
     total = Range(comparison.constant, comparison.constant)
     for weight, feature in comparison.terms:
         total += of_feature(ground, agent, feature).scaled(weight)
@@ -34,7 +34,7 @@ def of_comparison(ground: FreeSpace, agent: ir.Agent, comparison: ir.Compare) ->
 
 
 def of_feature(ground: FreeSpace, agent: ir.Agent, feature: ir.Feature) -> Range:
-    """The range of a state or a distance, in SI units, for that agent and every other of its kind."""
+    """Range of a state or a distance, in SI units, for that agent and all others of its kind."""
     mission = ground.mission
     low, high = mission.world.low, mission.world.high
     match feature:
@@ -71,13 +71,13 @@ def _between(mission: ir.Mission, first: int, second: int) -> Range:
 
 
 def _farthest(mission: ir.Mission, low: ir.Vector, high: ir.Vector) -> float:
-    """From a place in the world to the farthest one in a box, at most."""
+    """Upper bound on the distance from a place in the world to a point in a box."""
     spans = zip(mission.world.low, mission.world.high, low, high, strict=True)
     return math.hypot(*(max(d - a, b - c, 0.0) for a, b, c, d in spans))
 
 
 def range_in_words(comparison: ir.Compare, values: Range) -> str:
-    """Between which values the comparison's one state or distance stays, for a message."""
+    """Text of the range in which the comparison's single state or distance stays."""
     match comparison.terms:
         case ((weight, feature),) if weight != 0:
             both = (values + Range(-comparison.constant, -comparison.constant)).scaled(1 / weight)

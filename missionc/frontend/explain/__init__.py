@@ -1,5 +1,5 @@
-"""Explanation: a mission said back in sentences, diagrams of its windows, and the traps it touches.
+"""Explanation: a mission restated in sentences, diagrams of its windows, and the traps it touches.
 
 in   Mission, as meant
-out  words and values; nothing is solved, nothing is found wrong
+out  words and values; without solving or checking
 """

@@ -1,4 +1,4 @@
-"""Conventions of temporal logic on which tools differ, each with a tiny trace on which two readings differ.
+"""Conventions of temporal logic on which tools differ, each with a tiny trace that separates two readings.
 
 Tests evaluate both readings with the monitor.
 
@@ -23,15 +23,15 @@ PLACES = MappingProxyType({("T", "F"): 0.5, ("T", "T"): 1.5, ("F", "T"): 2.5, ("
 
 
 class Example(Record):
-    """``rows`` are formulas with their truth at each step, or, where ``agents``, of each agent.
+    """Example; ``rows`` are formulas with their truth at each step or, if ``agents``, for each agent.
 
-    ``asked`` is a formula, ``otherwise`` the other reading of it as a formula of
-    the language; exactly one of them ``holds``.
+    ``asked`` is a formula, and ``otherwise`` its other reading as a formula of the language; exactly one of them
+    ``holds``.
     """
 
     declarations: str
     places: tuple[tuple[tuple[float, float], ...], ...]
-    """The places of each agent, at each step, metres."""
+    """Places of each agent at each step, metres."""
     agents: bool
     rows: tuple[tuple[str, str], ...]
     asked: str
@@ -40,7 +40,7 @@ class Example(Record):
 
 
 class Trap(Record):
-    """``says`` is how it is here, ``elsewhere`` how others have it."""
+    """Trap; ``says`` is the convention here, ``elsewhere`` that of other tools."""
 
     name: str
     says: str
@@ -49,7 +49,7 @@ class Trap(Record):
 
 
 def _steps(asked: str, otherwise: str, holds: bool, **rows: str) -> Example:
-    """One agent over a few steps, with ``f`` and ``g`` as the rows say (``g`` false where it is left out)."""
+    """Example with one agent over a few steps, with ``f`` and ``g`` as in the rows (``g`` false if omitted)."""
     f = rows["f"]
     g = rows.get("g", "F" * len(f))
     path = tuple((PLACES[pair], 0.5) for pair in zip(f, g, strict=True))
@@ -59,7 +59,9 @@ def _steps(asked: str, otherwise: str, holds: bool, **rows: str) -> Example:
 def _team(
     places: tuple[tuple[float, float], ...], asked: str, otherwise: str, holds: bool, **groups: tuple[int, ...]
 ) -> Example:
-    """Agents a[0], a[1], … at one step, with radio links under 1 m; ``f`` and ``g`` hold of those named."""
+    """Example with agents a[0], a[1], … at one step and radio links under 1 m; ``f`` and ``g`` hold for
+    the named ones.
+    """
     lines = [f"group {name} = {', '.join(f'a[{agent}]' for agent in agents)}" for name, agents in groups.items()]
     rows = tuple(
         (name, "".join("T" if agent in agents else "F" for agent in range(len(places))))
@@ -202,4 +204,4 @@ TRAPS = (
         ),
     ),
 )
-"""In the order in which a page lists them."""
+"""Traps in the order in which a page lists them."""

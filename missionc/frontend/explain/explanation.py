@@ -1,10 +1,10 @@
 """The explanation of a requirement: as a value, as text and as a document, with the traps of its formula.
 
-    in   Mission, and the backend that was chosen for it
+    in   Mission, and the backend chosen for it
     out  Explained, lines, a JSON document
 
-Teams that take off from the floor get sentences on their pads, heights, speeds and landing. Traps are conventions of
-a formula that other tools read differently. Each comes with its example, in the order of ``convention_examples``.
+Teams that take off from the floor get sentences on their pads, heights, speeds and landing. Traps are conventions of a
+formula that other tools read differently. Each comes with its example, in the order of ``convention_examples``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from missionc.ir.wording import all_listed, listed, metres, seconds
 
 
 def flights_said(mission: ir.Mission) -> list[str]:
-    """One for each team that says ``flight``."""
+    """One sentence for each team with ``flight``."""
     teams: dict[str, list[ir.Agent]] = {}
     for agent in mission.agents:
         if agent.pad is not None:
@@ -55,7 +55,7 @@ def _said(mission: ir.Mission, name: str, agents: list[ir.Agent]) -> str:
 
 
 def _height(mission: ir.Mission, agent: ir.Agent) -> float | None:
-    """None where only a plan can tell."""
+    """Flight altitude of an agent, or None if it depends on the plan."""
     if mission.dimension < 3:
         return float(agent.altitude)
     if agent.pad is not None and agent.pad.hover is not None:
@@ -64,7 +64,7 @@ def _height(mission: ir.Mission, agent: ir.Agent) -> float | None:
 
 
 def traps_of(formula: ir.Formula) -> tuple[Trap, ...]:
-    """Every trap that the formula touches, once."""
+    """Traps that the formula touches, each once."""
     names: set[str] = set()
     windowed: set[ir.Formula] = set()
     for part in formulas_bottom_up([formula], as_written):
@@ -96,7 +96,10 @@ def _touched(part: ir.Formula) -> Iterator[str]:
 
 
 def table(example: Example) -> list[str]:
-    """The run, a line for each formula, a column for each step or agent; then the two readings of it."""
+    """Table of the example: a line for each formula, a column for each step or agent.
+
+    Then the two readings.
+    """
     count = len(example.places) if example.agents else len(example.places[0])
     heads = [f"a[{index}]" if example.agents else f"{index} s" for index in range(count)]
     wide = max(len(name) for name, _ in example.rows)
@@ -114,13 +117,13 @@ def table(example: Example) -> list[str]:
 
 
 def _shown(formula: str) -> str:
-    """A formula of a run as a table shows it: asked at `a[0]`, on the one graph there is."""
+    """Text of a formula in a table: evaluated for `a[0]`, with the single graph."""
     bare = formula.removeprefix("a[0]: ").replace(" on radio", "")
     return bare[1:-1] if bare != formula and bare.startswith("(") and bare.endswith(")") else bare
 
 
 def linked(example: Example) -> list[str]:
-    """The links of a run at one step, strictly under 1 m."""
+    """Links of an example at one step, strictly under 1 m."""
     places = [path[0] for path in example.places]
     pairs = [(one, other) for other in range(len(places)) for one in range(other)]
     return [f"a[{one}]-a[{other}]" for one, other in sorted(pairs) if math.dist(places[one], places[other]) < 1]
@@ -131,10 +134,10 @@ def _word(cell: str) -> str:
 
 
 class Explained(Record, eq=False):
-    """A requirement, or a preference with its ``weight``.
+    """Explained requirement, or preference with its ``weight``.
 
-    ``needed`` are the steps that the mission must last, infinite where no number
-    is enough; ``looks`` the last step of this mission that it is asked about.
+    ``needed`` is the minimum number of steps of the mission, infinite if no number suffices; ``looks`` is the last step
+    of this mission that it depends on.
     """
 
     name: str
@@ -150,21 +153,24 @@ class Explained(Record, eq=False):
     backends: tuple[str, ...]
     traps: tuple[Trap, ...]
     turns: tuple[Turn, ...] = ()
-    """Which member of a family it is."""
+    """Indices of the member of a family."""
 
 
 MOST_GOALS = 100
-"""Requirements and preferences on one page."""
+"""Maximum number of requirements and preferences on one page."""
 
 MOST_LETTERS = 100_000
-"""In the sentences of one page; once there are more, what comes after is left out."""
+"""Maximum number of letters in the sentences of one page; the rest is omitted."""
 
 MOST_WINDOWS = 10_000
-"""Windows of one formula that are looked at."""
+"""Maximum number of windows of one formula that are searched."""
 
 
 def explained(mission: ir.Mission, name: str | None = None) -> tuple[Explained, ...]:
-    """Every requirement, then every preference, or those with that name; the first ones where they fill a page."""
+    """Explanations of every requirement, then every preference, or of those with a name.
+
+    Limited to one page.
+    """
     parts: list[Explained] = []
     letters = 0
     for goal in (goal for goal in goals(mission) if name in (None, goal.name)):
@@ -176,7 +182,7 @@ def explained(mission: ir.Mission, name: str | None = None) -> tuple[Explained, 
 
 
 def left_out(parts: tuple[Explained, ...], mission: ir.Mission) -> int:
-    """How many requirements and preferences a page has no room for; none of a page about one of them."""
+    """Number of requirements and preferences that do not fit on a page; 0 for a page about one of them."""
     total = len(list(goals(mission)))
     full = len(parts) == MOST_GOALS or sum(part.said.letters for part in parts) > MOST_LETTERS
     return total - len(parts) if full and len(parts) > 1 else 0
@@ -206,7 +212,10 @@ def _explained(mission: ir.Mission, goal: ir.Requirement | ir.Preference) -> Exp
 
 
 def _things(formula: ir.Formula, mission: ir.Mission) -> Iterator[str]:
-    """What the graphs, formations, resources and flags that it names are; those of a family in one sentence."""
+    """Descriptions of the graphs, formations, resources and flags that it names.
+
+    One sentence for each family.
+    """
     things = dict.fromkeys(thing for part in formulas_bottom_up([formula], as_written) for thing in _named(part))
     for _, alike in groupby(things, key=lambda thing: (thing.span.source.name, thing.span.start)):
         of_one_text = list(alike)
@@ -303,7 +312,7 @@ def _formation(formation: ir.Formation, mission: ir.Mission) -> str:
 
 
 def _growths(mission: ir.Mission) -> list[str]:
-    """What the obstacles that are uncertain become with time."""
+    """Sentences on the growth of uncertain obstacles over time."""
     return [
         f"obstacle `{obstacle.name}` grows by {number_text(obstacle.growth)} m on all sides each second, "
         f"by {number_text(obstacle.grown(mission.horizon))} m until the end"
@@ -313,7 +322,7 @@ def _growths(mission: ir.Mission) -> list[str]:
 
 
 def _tolerances(mission: ir.Mission) -> list[str]:
-    """By how much which agents may be late."""
+    """Sentences on the delay that each set of agents may have."""
     return [
         f"one agent of {names(each.agents, mission)} may be late by up to {seconds(mission, each.steps)}, with all "
         "others on time; every requirement stays satisfied"
@@ -325,7 +334,7 @@ def _tolerances(mission: ir.Mission) -> list[str]:
 
 
 def lines(parts: tuple[Explained, ...], mission: ir.Mission, choice: Choice | None, unicode: bool) -> list[str]:
-    """The page, at most ``WIDTH`` columns but for what the author wrote."""
+    """Lines of the page, at most ``WIDTH`` columns wide except for text by the author."""
     agents, steps = counted(len(mission.agents), "agent"), counted(mission.steps, "step")
     page = [f"mission {mission.name}: {agents}, {steps} of {number_text(mission.step)} s"]
     for said in (*flights_said(mission), *_growths(mission), *_tolerances(mission)):
@@ -349,7 +358,7 @@ def lines(parts: tuple[Explained, ...], mission: ir.Mission, choice: Choice | No
 
 
 def of_family(parts: tuple[Explained, ...]) -> tuple[Explained, ...]:
-    """The members of a family as one, with its indices; nothing where more than indices tells them apart."""
+    """Members of a family as one part with its indices; empty if they differ in more than indices."""
     turns, first = [part.turns for part in parts], parts[0]
     alike = len({(tuple(span.drawn for span in part.windows), part.needed, part.looks) for part in parts}) == 1
     if not alike or not first.turns or any(part.said.parts or part.things != first.things for part in parts):
@@ -404,7 +413,7 @@ def _wrapped(text: str, indent: int, more: int | None = None) -> list[str]:
 
 
 def document(parts: Iterable[Explained], mission: ir.Mission, choice: Choice | None) -> dict[str, object]:
-    """The same as data: times in steps, and the step in seconds."""
+    """JSON document with the same content: times in steps, and the step in seconds."""
     parts = tuple(parts)
     traps = {trap.name: trap for part in parts for trap in part.traps}
     return {

@@ -1,4 +1,4 @@
-"""Phrases that sentences are made of: verbs for predicates, nouns for agents, adverbials for windows and lengths."""
+"""Phrases of sentences: verbs for predicates, nouns for agents, adverbials for windows and lengths."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from missionc.frontend.resolve.show_ir import Words, number_text
 from missionc.ir.wording import seconds
 
 MOST_NAMES = 20
-"""Agents that are named one by one."""
+"""Maximum number of agents that are named individually."""
 
 
 class Verb(Record):
-    """What an agent is or does: ``is in `base` ``. Where ``denies``, ``plain`` is what it does not.
+    """Verb phrase of a predicate, ``is in `base` ``; if ``denies``, ``plain`` is the negated one.
 
-    In a format string a noun may follow a colon: ``every NOUN is in `base` ``, or
-    ``no NOUN is in `base` `` of a verb that denies.
+    In a format string a noun may follow a colon: ``every NOUN is in `base` ``, or ``no NOUN is in `base` `` for a verb
+    that denies.
     """
 
     plain: str
@@ -39,7 +39,7 @@ class Verb(Record):
 
 
 class Noun(Record):
-    """``one`` after `every` and `no`; ``many`` after a number; ``this`` of the one that was named."""
+    """Noun; ``one`` after `every` and `no`; ``many`` after a number; ``this`` for the one named before."""
 
     one: str
     many: str
@@ -47,7 +47,7 @@ class Noun(Record):
 
 
 def noun(agents: ir.AgentSet, mission: ir.Mission) -> Noun:
-    """The members of a team by its name, where that is a word; of anything else, members of it."""
+    """Noun for the members of a set: the name of a team if it is a word, otherwise "members of …"."""
     is_team = any(team.name == agents.name for team in mission.teams)
     if is_team and agents.name.isalpha() and len(agents.agents) > 1:
         return Noun(agents.name, f"{agents.name}s", f"the {agents.name}")
@@ -62,7 +62,7 @@ def belongs(agents: ir.AgentSet, mission: ir.Mission) -> Verb:
 
 
 class Phrases(Words):
-    """What predicates are said with."""
+    """Phrases for the predicates of a mission."""
 
     def agents(self, agents: tuple[int, ...]) -> str:
         return names(agents, self.mission)
@@ -72,17 +72,17 @@ class Phrases(Words):
 
 
 def verb_of(predicate: ir.Predicate, mission: ir.Mission) -> Verb | None:
-    """What a predicate says of one agent; None where it speaks of the team."""
+    """Verb phrase of a predicate for one agent, or None if it is about the team."""
     return None if predicate.about_team else Verb(*predicate.phrases(Phrases(mission)))
 
 
 def of_team(predicate: ir.Predicate, mission: ir.Mission, denied: bool) -> str:
-    """What a predicate says of the team, as a clause; ``denied``, its opposite."""
+    """Clause of a predicate about the team; ``denied``, its opposite."""
     return predicate.phrases(Phrases(mission))[denied]
 
 
 def names(agents: tuple[int, ...], mission: ir.Mission) -> str:
-    """A set of agents by the name the mission has for it, or one by one."""
+    """Name of a set of agents in the mission, or the names of its members."""
     for known in (*mission.teams, *mission.groups):
         if known.agents == agents:
             return f"`{known.name}`"
@@ -92,7 +92,7 @@ def names(agents: tuple[int, ...], mission: ir.Mission) -> str:
 
 
 def joined_phrases(parts: list[str], word: str, separator: str = ",") -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
+    """Phrases joined as ``a``, ``a and b``, ``a, b and c``."""
     if len(parts) < 2:
         return "".join(parts)
     return f"{f'{separator} '.join(parts[:-1])}{separator if separator != ',' else ''} {word} {parts[-1]}"
@@ -102,9 +102,9 @@ def joined_phrases(parts: list[str], word: str, separator: str = ",") -> str:
 
 
 class When(Record):
-    """A window of whole steps ahead, or back where they are below 0, as the phrases that a sentence needs.
+    """Window of whole steps ahead, or back if negative, as the phrases that a sentence needs.
 
-    ``from_start``: it stands at the mission's first step, so that its bounds are times of the mission.
+    ``from_start``: it is relative to the mission's first step, so that its bounds are times of the mission.
     """
 
     low: int
@@ -113,7 +113,10 @@ class When(Record):
     mission: ir.Mission
 
     def at(self, steps: str) -> str:
-        """``at every step from 0 s to 12 s``, with ``every step`` given; ``at 12 s`` where there is but one."""
+        """Adverbial such as ``at every step from 0 s to 12 s`` with ``every step`` given.
+
+        ``at 12 s`` for a single step.
+        """
         if self.low < 0 and self.high is not None:
             return self._back(steps, seconds(self.mission, -self.low), -self.high)
         low = seconds(self.mission, self.low)
@@ -124,7 +127,7 @@ class When(Record):
         return f"at {steps} from {self._from(low)} to {self._to()}"
 
     def _back(self, steps: str, furthest: str, nearest: int) -> str:
-        """``at some step from 5 s before to then``, ``at every step from 5 s before to 2 s before``, ``5 s before``."""
+        """Adverbial such as ``at some step from 5 s before to then``, or ``5 s before``."""
         if self.low == self.high:
             return f"{furthest} before"
         return (
@@ -156,7 +159,10 @@ class When(Record):
 
     @property
     def adverbials(self) -> dict[str, str]:
-        """What fills the places of a sentence. A period is asked for at each step to the end, from its length on."""
+        """Adverbials for the placeholders of a sentence.
+
+        A period is evaluated at each step to the end, from its length on.
+        """
         return {
             "each": self.at("every step"),
             "some": self.at("some step"),
@@ -168,7 +174,7 @@ class When(Record):
 
 
 def length_words(length: ir.Length) -> str:
-    """``at most 2 hops``, ``1 to 2 hops``, ``at least 3 m``."""
+    """Length in words: ``at most 2 hops``, ``1 to 2 hops``, ``at least 3 m``."""
     low, high = number_text(length.low), number_text(length.high) if math.isfinite(length.high) else ""
     if length.weight is not None:
         return f"`{length.word}` {_amount(length, low, high)}"
@@ -186,7 +192,7 @@ def _amount(length: ir.Length, low: str, high: str) -> str:
 
 
 def route_words(length: ir.Length) -> str:
-    """``a route of at most 2 hops on `radio` ``"""
+    """Route in words: ``a route of at most 2 hops on `radio` ``."""
     if length.low <= 0 and not math.isfinite(length.high):
         measured = " in metres" if length.metric is Metric.METRES else ""
         return f"a route of any length{measured} on `{length.graph.name}`"
@@ -194,11 +200,11 @@ def route_words(length: ir.Length) -> str:
 
 
 COMPARED = {">=": "at least {}", ">": "more than {}", "<=": "at most {}", "<": "fewer than {}", "=": "exactly {}"}
-"""How many, in words, for each comparison of a count."""
+"""Quantity words for each comparison of a count."""
 
 
 def who_of(formula: ir.AtLeastOf, members: Noun) -> str:
-    """The subject of a quantified sentence."""
+    """Subject of a quantified sentence."""
     if formula.kind == "every":
         return f"every {members.one}"
     if formula.kind == "some":
@@ -207,7 +213,7 @@ def who_of(formula: ir.AtLeastOf, members: Noun) -> str:
 
 
 def losing(number: int, agents: ir.AgentSet, members: Noun, mission: ir.Mission) -> str:
-    """That so many of some agents are lost, whichever they are."""
+    """Phrase for the loss of any ``number`` of some agents."""
     if number == len(agents.agents):
         return f"without {names(agents.agents, mission)}"
     if number == 1:
@@ -216,6 +222,6 @@ def losing(number: int, agents: ir.AgentSet, members: Noun, mission: ir.Mission)
 
 
 def window_of(when: When, each: bool, formula: ir.AtLeastOf) -> str:
-    """The window, and that everybody may choose a step of their own."""
+    """Phrase for the window, in which each agent may have its own step."""
     own = "" if formula.kind == "some" else " of its own"
     return when.at("every step" if each else f"some step{own}")

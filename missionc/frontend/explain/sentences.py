@@ -1,13 +1,13 @@
-"""Sentences in plain English for a formula, and shared sentences for the values of an index.
+"""English sentences for a formula, and shared sentences for the values of an index.
 
     in   a formula and its mission
     out  Sentences
 
-No operator is known by name: the kernel form shows Boolean chains, plain windows and the chains that a `for` made.
-All other wording is the operator's own data.
+No operator is known by name: the kernel form shows Boolean chains, plain windows and the chains that a `for` made. All
+other wording is the operator's own data.
 
-A sentence can be read in one way only. An operator stands before its operands, the last operand reaches as far as it
-can, and any other operand that is more than a plain clause is numbered.
+Sentences are unambiguous. An operator is before its operands, the last operand reaches as far as it can, and any other
+operand that is more than a plain clause is numbered.
 
 Sentences for the values of an index become one sentence if they differ in the index alone. Then every number in which
 they differ is the same sum of the indices in all of them (``2*i + 1``).
@@ -46,7 +46,7 @@ from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up, m
 
 
 def boolean(formula: ir.Formula) -> type[Node] | None:
-    """Whether a formula is plainly `not`, `and` or `or`, as its kernel form shows."""
+    """Kind of node if a formula is exactly `not`, `and` or `or`, by its kernel form; None otherwise."""
     if not isinstance(formula, ir.Apply) or formula.bounds is not None or formula.operator.spatial:
         return None
     node, places = meaning(formula)
@@ -60,7 +60,7 @@ def boolean(formula: ir.Formula) -> type[Node] | None:
 
 
 def turns_of(formula: ir.Apply) -> list[tuple[Turn, ...]]:
-    """With which indices each operand of a chain is read that `for` made; none of any other."""
+    """Indices with which each operand of a chain from a `for` is read; empty for any other formula."""
     own = formula.span.turns
     turns = [operand.span.turns for operand in formula.operands]
     if any(each[: len(own)] != own or len(each) == len(own) for each in turns):
@@ -69,11 +69,14 @@ def turns_of(formula: ir.Apply) -> list[tuple[Turn, ...]]:
 
 
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?!\w)")
-"""Numbers by themselves: no digits of a name."""
+"""Numbers that are not part of a name."""
 
 
 def index_words(turns: Sequence[tuple[Turn, ...]]) -> str | None:
-    """```i` from 0 to 9``, of these values; None where they are not all there are, or one range rests on another."""
+    """Text such as ```i` from 0 to 9`` for these values.
+
+    None if some are missing or a range depends on another.
+    """
     first = turns[0]
     if len(turns) < 2 or len({tuple((turn.name, turn.low, turn.high) for turn in each) for each in turns}) > 1:
         return None
@@ -87,7 +90,7 @@ def index_words(turns: Sequence[tuple[Turn, ...]]) -> str | None:
 
 
 def for_each_index(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> str | None:
-    """``for each `i` from 0 to 9: …``, a sentence or a part of one as the texts are, or None where there is no such."""
+    """Text such as ``for each `i` from 0 to 9: …`` for a sentence or a part of one; None if there is none."""
     said, each = (with_indices(texts, turns), index_words(turns)) if turns[0] else (None, None)
     if said is None or each is None:
         return None
@@ -96,7 +99,7 @@ def for_each_index(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> s
 
 
 def with_indices(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> str | None:
-    """The text that gives each of ``texts`` with the values of its turns, or None where there is no such text."""
+    """Text with indices that gives each of ``texts`` for the values of its turns, or None if there is none."""
     pieces = [_NUMBER.split(text) for text in texts]
     if any(piece != pieces[0] for piece in pieces):
         return None
@@ -116,7 +119,7 @@ def with_indices(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> str
 
 
 def _sum_of_indices(values: Sequence[Fraction], turns: Sequence[tuple[Turn, ...]]) -> str | None:
-    """``2*i + 1``: a constant and so many times each index, which is each of the values."""
+    """Linear expression of the indices, such as ``2*i + 1``, that gives each of the values."""
     at = {tuple(turn.value for turn in each): value for each, value in zip(turns, values, strict=True)}
     low = tuple(turn.low for turn in turns[0])
     weights = []
@@ -148,18 +151,18 @@ def _decimal(value: Fraction) -> str:
 
 
 LONG = 12
-"""Parts of a formula with a name (``let``) beyond which it is called by it, and explained on its own."""
+"""Number of parts from which a formula with a name (``let``) is referred to by it and explained separately."""
 
 DEEP = 6
-"""Operators within each other beyond which a sentence ends and another one goes on."""
+"""Nesting depth of operators at which a sentence ends and another one continues."""
 
 
 MOST_PARTS, LONGEST = 20, 2_000
-"""Formulas that are explained under one that uses them, and letters of one sentence, that are said."""
+"""Maximum number of named formulas explained under one formula, and of letters in one sentence."""
 
 
 class SentencePart(Record):
-    """A formula that a sentence calls by a name, and what it means."""
+    """Formula that a sentence refers to by a name, and its meaning."""
 
     name: str
     sentence: str
@@ -169,7 +172,7 @@ class Sentences(Record):
     whole: str
     parts: tuple[SentencePart, ...] = ()
     left_out: int = 0
-    """Formulas that come up with a name and are not explained."""
+    """Number of named formulas that are not explained."""
 
     @property
     def letters(self) -> int:
@@ -177,14 +180,14 @@ class Sentences(Record):
 
 
 class Clause(Record):
-    """``plain``: it can be followed by `and` or a comma without being taken for more than it is."""
+    """Clause; ``plain``: it can be followed by `and` or a comma without ambiguity."""
 
     text: str
     plain: bool = False
 
 
 class Around(Record):
-    """Where in a sentence a formula stands: of whom it speaks, since when, and how deep."""
+    """Context of a formula in a sentence: its agents, its start step and its depth."""
 
     who: str
     from_start: bool
@@ -196,7 +199,7 @@ class Around(Record):
 
 
 def sentences(formula: ir.Formula, mission: ir.Mission) -> Sentences:
-    """The formula as it is asked at the mission's first step."""
+    """Sentences for a formula that is evaluated at the mission's first step."""
     speaker = _Speaker(mission, formula)
     whole = _ended(speaker.clause(formula, Around("the agent", True), named=False).text, mission)
     parts: list[SentencePart] = []
@@ -209,7 +212,7 @@ def sentences(formula: ir.Formula, mission: ir.Mission) -> Sentences:
 
 
 def _ended(text: str, mission: ir.Mission) -> str:
-    """The text with a full stop, and a capital where it does not begin with a name."""
+    """Text with a full stop, and a capital letter unless it begins with a name."""
     first = text.split(" ", 1)[0].rstrip(",")
     named = first.startswith("`") or any(agent.name == first for agent in mission.agents)
     said = text if named else text[0].upper() + text[1:]
@@ -220,7 +223,7 @@ def _ended(text: str, mission: ir.Mission) -> str:
 
 @dataclass(slots=True)
 class _Speaker:
-    """Names are given to parts as they come up; ``order`` is that order."""
+    """Generator of sentences that names parts as they come up; ``order`` is that order."""
 
     mission: ir.Mission
     root: ir.Formula
@@ -256,7 +259,7 @@ class _Speaker:
     # ------------------------------------------------------------------ verbs
 
     def verb(self, formula: ir.Formula) -> Verb | None:
-        """What the formula says of an agent, where a few words do."""
+        """Verb phrase of a formula about an agent, if a few words suffice."""
         single = self._literal(formula)
         if single is not None:
             return single
@@ -297,7 +300,7 @@ class _Speaker:
         return "and" if kind is All else "or" if kind is Any else None
 
     def _condition(self, formula: ir.Formula) -> Verb:
-        """The verb, or a name for what is explained later."""
+        """Verb phrase, or a name for a formula that is explained later."""
         found = self.verb(formula)
         if found is not None:
             return found
@@ -314,7 +317,7 @@ class _Speaker:
     # ---------------------------------------------------------------- clauses
 
     def clause(self, formula: ir.Formula, around: Around, *, named: bool = True) -> Clause:
-        """The formula as part of a sentence; ``named``, it may be called by a name instead."""
+        """Formula as part of a sentence; ``named``: a name may replace it."""
         if formula not in self.lets or self.sizes[formula] <= LONG:
             named = named and self.sizes[formula] > 2 and around.depth > DEEP
         if named:
@@ -372,7 +375,7 @@ class _Speaker:
         return Clause(f"{who}{adverbs}: {said.text}" if whens else f"for {who}: {said.text}")
 
     def _windows(self, formula: ir.Formula, from_start: bool) -> tuple[list[tuple[bool, When]], ir.Formula]:
-        """The plain windows that a formula begins with (at every step, or at some), and what is under them."""
+        """Plain windows that a formula begins with (every step or some step), and the formula under them."""
         found: list[tuple[bool, When]] = []
         while isinstance(formula, ir.Apply) and len(found) < DEEP and not self._called(formula):
             plain = self._plain_window(formula, from_start)
@@ -383,7 +386,7 @@ class _Speaker:
         return found, formula
 
     def _plain_window(self, formula: ir.Apply, from_start: bool) -> tuple[bool, When] | None:
-        """The window of a formula that says no more than its operand at every step of it, or at some."""
+        """Window of a formula that means only its operand at every step or at some step of it."""
         if formula.operator.spatial:
             return None
         node, places = meaning(formula)
@@ -439,7 +442,7 @@ class _Speaker:
         return Clause(f"both {texts[0]}{';' if numbered else ''} and {texts[1]}")
 
     def _with_index(self, formula: ir.Apply, around: Around) -> str | None:
-        """``for each `i` from 0 to 9: …``, where the operands are one text with each value of an index."""
+        """Text such as ``for each `i` from 0 to 9: …`` if the operands differ only in an index."""
         turns, known = turns_of(formula), len(self.order)
         each = index_words(turns) if turns else None
         texts = [self.clause(part, around.inner()).text for part in formula.operands] if each else []
@@ -447,7 +450,7 @@ class _Speaker:
         return said and f"for {'each' if self._chain(formula) == 'and' else 'some'} {each}: {said}"
 
     def _links(self, formula: ir.Apply, word: str) -> tuple[ir.Formula, ...]:
-        """The operands of a chain; those of a chain of the same kind within it, one by one."""
+        """Operands of a chain; nested chains of the same kind are flattened."""
         found: list[ir.Formula] = []
         for part in formula.operands:
             inside = isinstance(part, ir.Apply) and self._chain(part) == word and not self._called(part)
@@ -460,7 +463,7 @@ class _Speaker:
     def _operands(
         self, parts: tuple[ir.Formula, ...], around: Around, later: bool, numbered: bool = False
     ) -> tuple[list[str], bool]:
-        """The operands as clauses, in the order in which they are read; numbered where their ends would not show."""
+        """Operands as clauses, in reading order; numbered if their ends would be ambiguous."""
         plain = all(self.clause(part, around.inner(later=later)).plain for part in parts[:-1])
         if plain and not numbered:
             return [self.clause(part, around.inner(later=later)).text for part in parts], False
@@ -470,7 +473,7 @@ class _Speaker:
         return [f"({mark}) {text}" for mark, text in zip(marks, said, strict=True)], True
 
     def _filled(self, formula: ir.Apply, around: Around) -> str:
-        """A temporal or Boolean operator as its data says that it reads."""
+        """Temporal or Boolean operator with the wording from its data."""
         template = formula.operator.reads
         places = ("body",) if len(formula.operands) == 1 else ("left", "right")
         read = list(dict.fromkeys(name for _, name, _, _ in Formatter().parse(template) if name and name in places))

@@ -17,20 +17,19 @@ from missionc.ir.language.walk_formulas import as_written, meaning, reaches_back
 from missionc.ir.wording import seconds
 
 WIDTH = 100
-"""Columns of a drawing, at most."""
+"""Maximum number of columns in a drawing."""
 
 MOST = 24
-"""Windows that are drawn; of more, a last line says so."""
+"""Maximum number of windows that are drawn; a last line mentions further ones."""
 
 _LABEL = 44
 
 
 class Span(Record):
-    """A temporal operator's window, in steps of the mission.
+    """Window of a temporal operator, in steps of the mission.
 
-    ``first`` is the window as it is where the operator is asked earliest,
-    ``last`` where it is asked latest: between the two it slides. ``looks`` is the
-    last step that any of its operands is asked at.
+    ``first`` is the window if the operator is evaluated at its earliest step, ``last`` at its latest: it slides between
+    the two. ``looks`` is the last step at which any of its operands is evaluated.
     """
 
     formula: Apply
@@ -46,12 +45,14 @@ class Span(Record):
 
     @property
     def drawn(self) -> tuple[object, ...]:
-        """What is shown of it: windows that have this in common look the same."""
+        """Visible parts of a window: windows with equal ones look the same."""
         return self.depth, self.words, self.first, self.last, self.looks
 
 
 def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
-    """Every temporal operator under the formula, outermost first, for each range of steps that it is asked over."""
+    """Every temporal operator under the formula, outermost first, for each range of steps over which it
+    is evaluated.
+    """
     seen: set[tuple[Formula, int, int]] = set()
     stack: list[tuple[Formula, int, int, int]] = [(formula, 0, 0, 0)]
     while stack:
@@ -84,7 +85,10 @@ def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
 
 
 def draw(spans: Iterator[Span], mission: Mission, unicode: bool) -> list[str]:
-    """A line for each window under a line for the axis; nothing where there are none. At most ``WIDTH`` columns."""
+    """Line for each window under one for the axis, at most ``WIDTH`` columns.
+
+    Empty if there are no windows.
+    """
     drawn: list[Span] = []
     for span in spans:
         if len(drawn) == MOST:
@@ -121,7 +125,7 @@ def _label(span: Span) -> str:
 
 
 def _words(formula: Apply, mission: Mission, nested: bool) -> str:
-    """``eventually [1 s, 3 s]``, with a plus where it counts from the step of another window."""
+    """Text such as ``eventually [1 s, 3 s]``, with a plus if it is relative to the step of another window."""
     plus = "+" if nested else ""
     if isinstance(formula.bounds, Period):
         return f"{formula.operator.name} {seconds(mission, formula.bounds.steps)}"
@@ -136,7 +140,7 @@ def _words(formula: Apply, mission: Mission, nested: bool) -> str:
 
 
 def _window(node: Node) -> tuple[int, int | None] | None:
-    """The bounds of the window that closes last in an operator's meaning."""
+    """Bounds of the window that closes last in an operator's meaning."""
     own = window_of(node)
     if own is not None:
         return own
@@ -147,9 +151,9 @@ def _window(node: Node) -> tuple[int, int | None] | None:
 def _places(
     formula: Apply, window: tuple[int, int | None], low: int, high: int, steps: int
 ) -> tuple[tuple[int, int], tuple[int, int]]:
-    """The window as it lies first and last, where its operator is asked from ``low`` to ``high``.
+    """First and last position of the window if its operator is evaluated from ``low`` to ``high``.
 
-    Of a period, its first stretch and the mission's last.
+    For a recurrence, its first period and the mission's last.
     """
     if isinstance(formula.bounds, Period):
         length = formula.bounds.steps
@@ -158,6 +162,6 @@ def _places(
 
 
 def _placed(window: tuple[int, int | None], step: int, steps: int) -> tuple[int, int]:
-    """A window as it lies where its operator is asked at this step."""
+    """Position of a window if its operator is evaluated at this step."""
     low, high = window
     return min(max(step + low, 0), steps), steps if high is None else min(step + high, steps)

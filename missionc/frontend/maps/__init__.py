@@ -1,1 +1,1 @@
-"""Maps: files of other programs to shapes and points in metres. Each form has a module of its own."""
+"""Maps: files of other programs to shapes and points in metres. Each format has a module of its own."""

@@ -1,15 +1,15 @@
 """Drawings: areas, discs and points of DXF in the coordinates of the drawing's world, seen from above.
 
     in   the file, the layers to read
-    out  features in metres, in the order of the drawing, and what was left out
+    out  features in metres, in the order of the drawing, and what was omitted
     says MC004 MC033 MC034 MC035
 
 Everything is counted before it is computed: entities with all blocks multiplied out, then corners with all arcs as
-chords. Chords may lie inside of their arcs, so that an obstacle is grown afterwards. An outline that is open bounds
-nothing, and is refused rather than left out: it may be a wall.
+chords. Chords may lie inside their arcs, so obstacles are grown afterwards. An open outline bounds nothing, and is an
+error rather than omitted: it may be a wall.
 
 Source:
-    Autodesk, "DXF Reference"; its units are those of the header's ``$INSUNITS``.
+    Autodesk, "DXF Reference"; units come from the header's ``$INSUNITS``.
 """
 
 from __future__ import annotations
@@ -42,20 +42,18 @@ METRES: dict[float, float] = {
     **{4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0},
     **{21: SURVEY_FOOT, 22: SURVEY_FOOT / 12, 23: 3 * SURVEY_FOOT, 24: 5280 * SURVEY_FOOT},
 }
-"""Metres in a unit of a drawing, by the number that ``$INSUNITS`` gives it; 0 is none."""
+"""Metres in a unit of a drawing, by the number in ``$INSUNITS``; 0 is none."""
 
 WRITE = "export the drawing as DXF text"
 NO_AREA = (
     *("ATTDEF", "ATTRIB", "TEXT", "MTEXT", "ARC_DIMENSION", "DIMENSION", "LARGE_RADIAL_DIMENSION", "LEADER"),
     *("MULTILEADER", "MLEADER", "TOLERANCE", "POINT", "RAY", "XLINE", "IMAGE", "WIPEOUT", "VIEWPORT", "LIGHT", "SHAPE"),
 )
-"""Kinds of entities that bound no area. Any other kind that is not read may bound one."""
+"""Kinds of entities that bound no area; other kinds that are not read may bound one."""
 
 
 def drawing(asked: FileRequest) -> Reading:
-    """Raises:
-    MapError: it is no drawing, something in its layers makes no area, or there is too much.
-    """
+    """Raises: MapError: the file is not a drawing, an entity in its layers makes no area, or there is too much."""
     source, limits = asked.sources[0], asked.limits
     lines = max(source.content.count(b"\n"), source.content.count(b"\r"))
     if lines > limits.map_lines:
@@ -66,7 +64,7 @@ def drawing(asked: FileRequest) -> Reading:
         message = f"`{source.name}` does not state the length of its unit: `$INSUNITS` is missing or is not a unit"
         raise unsaid(message, asked.span, "add the length of a unit, for example `unit 1 mm`")
     _check_layers(document, asked)
-    with np.errstate(all="ignore"):  # numbers that are not finite are found where they are used
+    with np.errstate(all="ignore"):  # numbers that are not finite are found when they are used
         return _Drawing(asked, source, unit).read(document)
 
 
@@ -74,7 +72,7 @@ def _document(source: Source, asked: FileRequest) -> Any:
     ezdxf = library("ezdxf", "ezdxf", source, asked.span)
     try:
         return ezdxf.read(TextIOWrapper(BytesIO(source.content), _encoding(source), errors="replace"))
-    except Exception as error:  # a library that reads what anybody wrote fails in many ways
+    except Exception as error:  # the library fails in many ways on malformed files
         line = re.search(r"line: (\d+)", str(error))
         where = f", damaged near line {line[1]}" if line else ""
         raise unreadable(source, f"not a DXF drawing{where}", asked.span, WRITE) from None
@@ -111,7 +109,7 @@ def _check_layers(document: Any, asked: FileRequest) -> None:
 
 
 class Loose(Record):
-    """An open line, (points, 2) in metres, of the entity of that number."""
+    """Open line, (points, 2) in metres, of the entity with that number."""
 
     number: int
     placed: Placed
@@ -141,7 +139,7 @@ class _Drawing:
         return Reading(features, parts, unit=self.world.unit)
 
     def unread(self, kind: str) -> str:
-        """The reason why entities of a kind are not read; empty if they are."""
+        """Reason why entities of a kind are not read; empty if they are."""
         if self.asked.kind == "beacon":
             return "" if kind == "POINT" else "not a point"
         return "" if kind in READ else "not an area" if kind in NO_AREA else "unsupported kind"
@@ -155,7 +153,7 @@ class _Drawing:
         return features
 
     def areas(self, placed: list[Placed], left_out: Parts) -> list[Feature]:
-        """Areas and discs, in the order of the first entity of each; those that draw nothing are left out."""
+        """Areas and discs, in the order of the first entity of each; entities that draw nothing are omitted."""
         shapes: dict[Any, Shape] = {}
         drawn, found, corners = list[Placed](), dict[int, Area | Circle](), 0
         count_corners = cache(lambda entity, tolerance: shapes[entity].corners(tolerance))
@@ -188,7 +186,7 @@ class _Drawing:
         return [self.feature(shape) for _, shape in sorted(found.items(), key=lambda each: each[0])]
 
     def joined(self, group: list[Loose]) -> Iterator[tuple[int, Area]]:
-        """Areas of the outlines that open lines in one layer make, each with the number of its first line."""
+        """Areas from the outlines that open lines in one layer make, each with the number of its first line."""
         rings, rest = join_ends([each.line for each in group], GAP) if group else ([], [])
         for at in rest[:1]:
             with self.about(group[at].placed):
@@ -217,8 +215,7 @@ class _Drawing:
     @contextmanager
     def about(self, part: Placed) -> Iterator[None]:
         """Raises:
-        MapError: what is done in the context finds that a part of the drawing makes no area.
-        """
+        MapError: a part of the drawing, processed in the context, makes no area."""
         try:
             yield
         except UnusableError as error:

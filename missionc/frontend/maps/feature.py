@@ -1,4 +1,4 @@
-"""Features: what a file of places holds, as plain numbers in metres, each with its place in the file."""
+"""Features: the contents of a file of places as numbers in metres, each with its place in the file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Corners: TypeAlias = tuple[tuple[float, float], ...]
 
 
 class Area(Record):
-    """Polygons less their holes: ``(outer, hole, …)`` of each, corners in order, either way round."""
+    """Polygons without their holes: ``(outer, hole, …)`` of each, with corners in order in either direction."""
 
     polygons: tuple[tuple[Corners, ...], ...]
 
@@ -22,13 +22,16 @@ class Circle(Record):
 
 
 class MapPoint(Record):
-    """A point, with two coordinates or three."""
+    """Point with two or three coordinates."""
 
     position: tuple[float, ...]
 
 
 class Feature(Record):
-    """``name`` is empty where the file gives none; ``height`` is the band that it stands in, if the file says it."""
+    """Feature; ``name`` is empty if the file gives none.
+
+    ``height`` is its height band, if the file states it.
+    """
 
     name: str
     shape: Area | Circle | MapPoint

@@ -19,10 +19,10 @@ HEIGHT = {"low", "high"}
 
 
 def feature_table(asked: FileRequest) -> Reading:
-    """Read the rows of the kind that is asked for, and those that state no kind.
+    """Read the rows of the requested kind, and those that state no kind.
 
     Raises:
-        MapError: it is no such table, or a row of it makes no place.
+        MapError: the file is no such table, or a row makes no place.
     """
     rows = read_table(asked.sources[0], asked.span, COLUMNS, ("x", "y"), asked.limits)
     for row in rows:

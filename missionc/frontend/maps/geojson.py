@@ -1,13 +1,13 @@
 """GeoJSON: polygons and points with their properties, each with its place in the text.
 
-    in   the text, the kind of features that is asked for
+    in   the text, the requested kind of features
     out  those features in metres
     says MC004 MC033 MC034 MC035 MC038
 
-``name``, ``kind``, ``radius`` and ``height`` are read of the properties, and no others.
+Only the properties ``name``, ``kind``, ``radius`` and ``height`` are read.
 
 Source:
-    RFC 7946. Coordinates are longitude and latitude; older files may have metres, and a mission then says so.
+    RFC 7946. Coordinates are longitude and latitude; older files may have metres, which the mission must then state.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ _COMMA = re.compile(r"\s*,?\s*")
 
 
 def geojson(asked: FileRequest) -> Reading:
-    """Read the features of the kind that is asked for, and those that state no kind.
+    """Read the features of the requested kind, and those that state no kind.
 
     Raises:
-        MapError: it is no GeoJSON, or something in it makes no place.
+        MapError: the file is not GeoJSON, or a feature in it makes no place.
     """
     source = asked.sources[0]
     try:
@@ -76,7 +76,7 @@ def geojson(asked: FileRequest) -> Reading:
 
 
 def _corner_count(features: Sequence[object]) -> int:
-    """Number of positions in all geometries, whatever their kind."""
+    """Number of positions in all geometries of any kind."""
     unread: list[object] = [each.get("geometry") for each in features if isinstance(each, dict)]
     count = 0
     while unread:
@@ -91,10 +91,10 @@ def _corner_count(features: Sequence[object]) -> int:
 
 
 def _metres(asked: FileRequest, source: Source, system: object) -> Callable[[float, float], tuple[float, float]]:
-    """Return the function from coordinates of the file to the mission's metres.
+    """Return the function from coordinates in the file to the mission's metres.
 
     Args:
-        system: the member `crs` of files older than RFC 7946.
+        system: member `crs` of files older than RFC 7946.
     """
     named = json.dumps(system) if system else ""
     if asked.origin is not None and named and not _WGS_84.search(named):
@@ -125,14 +125,14 @@ def _metres(asked: FileRequest, source: Source, system: object) -> Callable[[flo
 
 
 def _spans(source: Source, count: int) -> list[Span]:
-    """Where each feature is in the text."""
+    """Place of each feature in the text."""
     decoder, text, spans = json.JSONDecoder(), source.text, []
     begins = _FEATURES.search(text)
     at = begins.end() if begins else 0
     for _ in range(count):
         try:
             _, end = decoder.raw_decode(text, at)
-        except (json.JSONDecodeError, RecursionError):  # an earlier `features` is somebody else's
+        except (json.JSONDecodeError, RecursionError):  # an earlier `features` belongs to another object
             return [Span(source, 0, 0)] * count
         spans.append(Span(source, at, end))
         at = _COMMA.match(text, end).end()  # type: ignore[union-attr]
@@ -140,7 +140,7 @@ def _spans(source: Source, count: int) -> list[Span]:
 
 
 class _Part(Record):
-    """A part of a file that makes no place; ``help`` is empty if another declaration may read it."""
+    """Part of a file that makes no place; ``help`` is empty if another declaration may read it."""
 
     kind: str
     reason: str
@@ -149,7 +149,7 @@ class _Part(Record):
 
 
 def _warnings(source: Source, left_out: list[_Part]) -> Iterator[Diagnostic]:
-    """A finding for each kind of part, at the first one."""
+    """One finding for each kind of part, at the first one."""
     kinds: dict[tuple[str, str], list[_Part]] = {}
     for part in left_out:
         if part.help:
@@ -160,7 +160,7 @@ def _warnings(source: Source, left_out: list[_Part]) -> Iterator[Diagnostic]:
 
 
 class _Reader(Record):
-    """Reads one feature, which is at ``span``; adds the parts that make no place to ``left_out``."""
+    """Reader of one feature, at ``span``; adds the parts that make no place to ``left_out``."""
 
     asked: FileRequest
     metres: Callable[[float, float], tuple[float, float]]
@@ -168,7 +168,7 @@ class _Reader(Record):
     left_out: list[_Part]
 
     def read(self, feature: object) -> Iterator[Feature]:
-        """The places of the feature; none if it is of another kind."""
+        """Places of the feature; none if it is of another kind."""
         record = feature if isinstance(feature, dict) else {}
         properties = record.get("properties") or {}
         if record.get("type") != "Feature" or not isinstance(properties, dict):
@@ -191,7 +191,7 @@ class _Reader(Record):
             yield Feature(name or "", shape, self.span.first_line, self.named(name), height)
 
     def shapes(self, geometry: dict[str, Any] | None, properties: dict[str, Any]) -> Iterator[Area | Circle | MapPoint]:
-        """A place for each point, and one for all polygons."""
+        """One place for each point, and one for all polygons."""
         polygons: list[tuple[Corners, ...]] = []
         waiting: list[Any] = [geometry]
         while waiting:
@@ -233,10 +233,10 @@ class _Reader(Record):
         self.no_place("Point", reason, properties, another=not near)
 
     def no_place(self, form: str, reason: str, properties: dict[str, Any], *, another: bool = False) -> None:
-        """Leave out a geometry of which no place can be made; an error if the feature states its kind.
+        """Omit a geometry that makes no place; an error if the feature states its kind.
 
         Args:
-            another: whether it makes a place of another kind.
+            another: True if it makes a place of another kind.
         """
         way_out = "add a `radius`, in metres" if form == "Point" else "replace it by a polygon"
         if properties.get("kind") is not None:
@@ -286,7 +286,7 @@ class _Reader(Record):
         return () if self.flat("altitude") else (self.number(position[2]),)
 
     def height(self, properties: dict[str, Any]) -> tuple[float, float] | None:
-        """``height``: metres from the ground, or a list of the lower and the upper end."""
+        """Property ``height``: metres from the ground, or a list of the lower and the upper end."""
         value = properties.get("height")
         if value is None or self.flat("height"):
             return None
@@ -294,13 +294,13 @@ class _Reader(Record):
         return self.number(low), self.number(high)
 
     def flat(self, what: str) -> bool:
-        """Whether heights are left out."""
+        """Return whether heights are omitted; ``what`` names them in the warning."""
         if self.asked.plane:
             self.leave_out(what, "the world is a plane", "")
         return self.asked.plane
 
     def number(self, value: object) -> float:
-        """The value of a JSON number, or of a text such as ``12 m``."""
+        """Value of a JSON number, or of a text such as ``12 m``."""
         number = plain_number(value.strip().removesuffix("m").rstrip()) if isinstance(value, str) else value
         if not is_number(number):
             raise self.wrong(f"{_json(value)} is not a number")
@@ -309,7 +309,7 @@ class _Reader(Record):
         return float(number)
 
     def named(self, name: str | None) -> Span:
-        """Where its name is written."""
+        """Place of its name in the text."""
         at = self.span.text.find(json.dumps(name, ensure_ascii=False)) if name else -1
         if at < 0 or name is None:
             return self.span.first_line
@@ -321,5 +321,5 @@ class _Reader(Record):
 
 
 def _json(value: object) -> str:
-    """The beginning of a value as the file writes it."""
+    """Beginning of a value as the file writes it."""
     return f"`{json.dumps(value, ensure_ascii=False)[:40]}`"

@@ -1,4 +1,4 @@
-"""Likely cause of a file whose places lie outside the world: the hypothesis that would bring them inside.
+"""Likely cause of a file whose places lie outside the world: a change that would bring them inside.
 
 in   the settings of the declaration, the extents of the file and of the world
 out  one action for the user
@@ -16,21 +16,21 @@ from missionc.ir.place_files import Extents, FileRequest
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 SMALLEST = 0.05
-"""Share of the world's longer side that places have to reach from the file's zero: any file fits if it is shrunk."""
+"""Minimum extent of places from the file's zero, as a ratio of the world's longer side: any file fits if shrunk."""
 DEGREES = (180.0, 90.0)
 NEAR = 1.0
-"""Degrees that a file spans at most if its coordinates may be longitude and latitude."""
+"""Maximum extent in degrees of a file whose coordinates may be longitude and latitude."""
 
 
 def likely_cause(asked: FileRequest, extents: Extents, world: Extents) -> str:
     """Return what to change in the file or in its declaration.
 
     Args:
-        extents: of the places, metres in the mission's world.
-        world: of the world, in the plane.
+        extents: extents of the places, metres in the mission's world.
+        world: extents of the world, in the plane.
 
     Raises:
-        MapError: the library that knows the earth is not installed.
+        MapError: the geodesy library is not installed.
     """
     corners = [(x - asked.at[0], y - asked.at[1]) for x, y in product(*zip(*extents, strict=True))]
     hypotheses = _on_earth(asked, corners) if asked.origin is not None else _in_the_plane(asked, corners)
@@ -43,7 +43,7 @@ def likely_cause(asked: FileRequest, extents: Extents, world: Extents) -> str:
 def _on_earth(
     asked: FileRequest, corners: list[tuple[float, float]]
 ) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Longitude and latitude exchanged, in the file or in the declaration."""
+    """Hypotheses with longitude and latitude exchanged, in the file or in the declaration."""
     assert asked.origin is not None
     place = asked.sources[0], asked.span
     degrees = [geographic(asked.origin, *place)(*corner) for corner in corners]
@@ -56,7 +56,7 @@ def _on_earth(
 def _in_the_plane(
     asked: FileRequest, corners: list[tuple[float, float]]
 ) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Another unit of length, or the two axes exchanged; a grid states its own size."""
+    """Hypotheses with another unit of length, or with the two axes exchanged; a grid states its own size."""
     if ending(asked.sources[0].name) in (*IMAGES, *METADATA):
         return
     for name, unit in UNITS.items():
@@ -68,7 +68,7 @@ def _in_the_plane(
 
 
 def _elsewhere(asked: FileRequest, extents: Extents, corners: list[tuple[float, float]], world: Extents) -> str:
-    """Another origin."""
+    """Text about another origin."""
     if asked.origin is not None:
         longitude, latitude = geographic(asked.origin, asked.sources[0], asked.span)(*corners[0])
         return f"set an origin near the places: `origin ({longitude:.5f} deg, {latitude:.5f} deg)`"
@@ -85,7 +85,7 @@ def _elsewhere(asked: FileRequest, extents: Extents, corners: list[tuple[float, 
 
 
 def _inside(extents: Extents | None, zero: tuple[float, float], world: Extents) -> bool:
-    """Whether at least half of the extents lies in the world, in each axis, and they are no mere dot in it."""
+    """Return whether at least half of the extents lies in the world along each axis, and they are not tiny."""
     if extents is None:
         return False
     (low, high), (least, most) = extents, world
@@ -97,5 +97,5 @@ def _inside(extents: Extents | None, zero: tuple[float, float], world: Extents) 
 
 
 def _longer(extents: Extents | None) -> float:
-    """Metres of the longer side."""
+    """Length of the longer side, metres."""
     return max(last - first for first, last in zip(*extents, strict=True)) if extents else 0.0

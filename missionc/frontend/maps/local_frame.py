@@ -2,7 +2,7 @@
 
 Source:
     Snyder, "Map Projections: A Working Manual" (1987), 25: the azimuthal equidistant projection of the ellipsoid, in
-    which every distance from the origin is true. 1 km away others are off by less than a millimetre in a metre.
+    which every distance from the origin is true. 1 km away, other distances have an error below 1 mm per metre.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ Frame: TypeAlias = Callable[[float, float], tuple[float, float]]
 
 
 def local_frame(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
-    """The function from longitude and latitude, in degrees on WGS 84, to metres east and north.
+    """Build the function from longitude and latitude, in degrees on WGS 84, to metres east and north.
 
     Args:
         origin: longitude and latitude in degrees.
 
     Raises:
-        MapError: the library that knows the earth is not installed.
+        MapError: the geodesy library is not installed.
     """
     frame: Frame = _projection(origin, source, asked)
     return frame
 
 
 def geographic(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
-    """The function from metres east and north to longitude and latitude: the inverse of ``local_frame``.
+    """Build the function from metres east and north to longitude and latitude: the inverse of ``local_frame``.
 
     Raises:
-        MapError: as ``local_frame``.
+        MapError: as in ``local_frame``.
     """
     return partial(_projection(origin, source, asked), inverse=True)
 

@@ -3,7 +3,7 @@
 YAML is composed to nodes and never constructed to objects. Each number is read from the text of its node, and checked
 with its place in the text.
 
-A companion is another file that a file rests on, such as the image of an occupancy grid. A library for files of other
+A companion is another file that a file depends on, such as the image of an occupancy grid. A library for files of other
 programs is loaded only if such a file is read, and prints nothing on standard error.
 
 Source:
@@ -29,7 +29,10 @@ METADATA = (".yaml", ".yml")
 
 
 class Companion(Record):
-    """``path`` is relative to the file's folder, and empty where there is none; it may be absent unless ``needed``."""
+    """Companion file; ``path`` is relative to the file's folder and empty if there is none.
+
+    It may be absent unless ``needed``.
+    """
 
     path: str
     needed: bool
@@ -39,12 +42,12 @@ NONE = Companion("", False)
 
 
 def ending(path: str) -> str:
-    """The ending of a file's name, with its dot and in small letters."""
+    """Extension of a file's name, with its dot and in lower case."""
     return splitext(path)[1].lower()
 
 
 def companion(path: str, source: Source) -> Companion:
-    """What a file rests on: an image on what its ``.yaml`` says, that on its image."""
+    """Companion of a file: the image that a ``.yaml`` names, or the ``.yaml`` of an image."""
     if ending(path) in IMAGES:
         return Companion(f"{splitext(basename(path))[0]}.yaml", needed=False)
     if ending(path) not in METADATA:
@@ -53,18 +56,18 @@ def companion(path: str, source: Source) -> Companion:
     try:
         return Companion(read_metadata(source, Span(source, 0, 0)).image, needed=True)
     except MapError:
-        return NONE  # said once it is read
+        return NONE  # reported once it is read
 
 
 def library(module: str, package: str, source: Source, asked: Span) -> Any:
-    """A module of the extra ``maps``.
+    """Import a module of the extra ``maps``.
 
     Raises:
-        MapError: it is not installed.
+        MapError: the module is not installed.
     """
     log = logging.getLogger(module.partition(".")[0])
     if not log.handlers:
-        log.addHandler(logging.NullHandler())  # without a handler a warning of it goes to standard error
+        log.addHandler(logging.NullHandler())  # without a handler, its warnings go to standard error
     try:
         return import_module(module)
     except ImportError:
@@ -73,14 +76,14 @@ def library(module: str, package: str, source: Source, asked: Span) -> Any:
 
 
 LONGEST = 1 << 16
-"""Bytes of metadata."""
+"""Maximum size of metadata, bytes."""
 
 MODES = ("trinary", "scale", "raw")
 WRITE = "write the file with `map_saver` of ROS"
 
 
 class MapMetadata(Record):
-    """What the cells of an image mean, and where they are.
+    """Meaning and position of the cells of an image.
 
     ``origin`` is the pose of the lower left corner: metres, metres, radians. A cell is occupied if its darkness, from 0
     to 1, is at least ``occupied``, and free if it is at most ``free``; ``negate`` means that white is occupied.
@@ -96,11 +99,13 @@ class MapMetadata(Record):
 
 
 def read_metadata(source: Source, asked: Span) -> MapMetadata:
-    """Args:
-        asked: the words that ask for the file.
+    """Read the metadata of an occupancy grid.
+
+    Args:
+        asked: the words that request the file.
 
     Raises:
-        MapError: it is not what ROS writes.
+        MapError: the file is not in the format of ROS.
     """
     yaml = library("yaml", "PyYAML", source, asked)
     whole = Span(source, 0, 0) if source.text else asked

@@ -1,14 +1,14 @@
-"""Occupancy grids: an image and the meaning of its shades to occupied cells, and those to few simple polygons.
+"""Occupancy grids: converts an image and the meaning of its shades to occupied cells, and these to simple polygons.
 
     in   the image, its metadata, the mission's settings for it
     out  a feature for each polygon
     says MC004 MC033 MC034 MC035 MC038
 
-An image is decoded only after a check of its size, so that none exceeds what a mission may hold.
+An image is decoded only after a check of its size, so that none exceeds the limits of a mission.
 
 The polygons have no holes, and cover every occupied cell. Cells are merged; then dents of the border are filled, the
-smallest first, while the filled area stays near enough to occupied cells. Nothing is ever taken away. A polygon with
-holes is cut into parts without.
+smallest first, while the filled area stays close enough to occupied cells. No area is ever removed. A polygon with
+holes is cut into parts without holes.
 
 Source:
     Visvalingam and Whyatt, "Line generalisation by repeated elimination of points" (1993), for the order.
@@ -42,25 +42,25 @@ from missionc.frontend.maps.read_map import Reading, box
 from missionc.ir.place_files import FileRequest
 
 Cells: TypeAlias = NDArray[np.bool_]
-"""(rows, columns): true where a cell is occupied; row 0 is the lowest."""
+"""Occupied cells, (rows, columns), boolean; row 0 is the lowest."""
 
 HALF_A_CELL = 0.5
-"""How far a polygon strays from occupied cells where nothing else is asked, in sides of a cell."""
+"""Default maximum distance of a polygon from occupied cells, in sides of a cell."""
 
 QUARTER = 4
-"""Segments of a quarter of a circle, which run inside it."""
+"""Number of segments in a quarter circle, which run inside it."""
 
 ROUNDING = 1e-9
-"""What a distance that is computed may be off, in sides of a cell."""
+"""Tolerance of a computed distance, in sides of a cell."""
 
 
 def vectorise(occupied: Cells, stray: float, most_corners: int) -> list[Corners]:
-    """Simple polygons that cover all occupied cells, from below and from the left.
+    """Simple polygons that cover all occupied cells, ordered from below and from the left.
 
     Args:
-        occupied: (rows, columns).
-        stray: sides of a cell; no point of a polygon is further than that from an occupied cell.
-        most_corners: of a polygon, at least 8.
+        occupied: (rows, columns), boolean.
+        stray: maximum distance of a polygon's points from an occupied cell, in sides of a cell.
+        most_corners: maximum number of corners of a polygon, at least 8.
 
     Returns:
         Corners in sides of a cell, (0, 0) being the lower left corner of the grid.
@@ -74,7 +74,10 @@ def vectorise(occupied: Cells, stray: float, most_corners: int) -> list[Corners]
 
 
 def corner_count(occupied: Cells) -> int:
-    """Number of corners on the borders of occupied cells; a point at which two cells touch diagonally counts twice."""
+    """Number of corners on the borders of occupied cells.
+
+    A point where two cells touch diagonally counts twice.
+    """
     padded = np.pad(occupied, 1)
     low_left, low_right, high_left, high_right = padded[:-1, :-1], padded[:-1, 1:], padded[1:, :-1], padded[1:, 1:]
     single = low_left ^ low_right ^ high_left ^ high_right
@@ -83,7 +86,11 @@ def corner_count(occupied: Cells) -> int:
 
 
 def _rectangles(occupied: Cells) -> NDArray[np.object_]:
-    """Runs of occupied cells, those that are alike in rows above each other as one."""
+    """Rectangles of runs of occupied cells, equal runs in consecutive rows merged: (rectangles,).
+
+    Args:
+        occupied: (rows, columns), boolean.
+    """
     rows, columns = occupied.shape
     padded = np.zeros((rows, columns + 2), dtype=np.int8)
     padded[:, 1:-1] = occupied
@@ -100,7 +107,7 @@ def _rectangles(occupied: Cells) -> NDArray[np.object_]:
 
 
 def _filled(part: shapely.Polygon, stray: float) -> shapely.Geometry:
-    """A polygon with the dents of its borders filled that are shallow enough."""
+    """Polygon with the shallow dents of its borders filled."""
     near = _cover_test(shapely.buffer(part, stray + ROUNDING, quad_segs=QUARTER))
     holes = [hole for hole in part.interiors if not near(shapely.Polygon(hole))]
     filled = [shapely.Polygon(part.exterior, holes)]
@@ -119,7 +126,7 @@ def _cover_test(area: shapely.Polygon) -> Callable[[shapely.Polygon], bool]:
 
 
 def _fillings(ring: list[tuple[float, float]], near: Callable[[shapely.Polygon], bool]) -> Iterator[shapely.Polygon]:
-    """Triangles that fill dents of a border, the polygon being to the right of it, as far as they are ``near``."""
+    """Triangles that fill dents of a border, with the polygon to its right, as far as they are ``near``."""
     count = len(ring)
     before, after = [(at - 1) % count for at in range(count)], [(at + 1) % count for at in range(count)]
     waiting = [(_dent(ring, before[at], at, after[at]), at, before[at], after[at]) for at in range(count)]
@@ -146,18 +153,18 @@ def _fillings(ring: list[tuple[float, float]], near: Callable[[shapely.Polygon],
 
 
 def _dent(ring: list[tuple[float, float]], low: int, at: int, high: int) -> float:
-    """Twice the area that is gained where a corner is left out; negative where the corner stands out."""
+    """Twice the area gained if a corner is removed; negative for a convex corner."""
     (ax, ay), (bx, by), (cx, cy) = ring[low], ring[at], ring[high]
     return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
 
 def without_holes(rings: tuple[Corners, ...]) -> list[Corners]:
-    """Simple polygons that cover the first ring less the others; all are valid."""
+    """Simple polygons that cover the first ring minus the others; all are valid."""
     return [_corners(piece) for piece in _cut(shapely.Polygon(rings[0], rings[1:]), sys.maxsize)]
 
 
 def _cut(polygon: shapely.Polygon, most_corners: int) -> Iterator[shapely.Polygon]:
-    """Parts of a polygon that have no holes and few enough corners, cut along upright or level lines."""
+    """Parts of a polygon without holes and with few enough corners, cut along vertical or horizontal lines."""
     waiting = [polygon]
     while waiting:
         part = waiting.pop()
@@ -186,26 +193,26 @@ def _corners(polygon: shapely.Polygon) -> Corners:
 
 
 FORMS = ("PPM", "PNG", "BMP")
-"""Forms of images, as Pillow calls them; PPM is PGM too."""
+"""Image formats, in the names of Pillow; PPM includes PGM."""
 
 DECIMALS = 9
 """Decimals of coordinates in metres, so that 1.4 is not shown as 1.4000000000000001."""
 
 SMALLEST = 1e-6
-"""Metres of the side of a cell: the corners of smaller ones would coincide when they are rounded."""
+"""Minimum side of a cell in metres: corners of smaller ones would coincide after rounding."""
 
 RAW = 100.0
-"""The shade of a cell that is certainly occupied, if the shades are the map's own numbers."""
+"""Shade of a certainly occupied cell if the shades are the map's own numbers."""
 
 MAP_SAVER_UNKNOWN = 205
-"""The shade that ``map_saver`` of ROS writes for a cell of which nothing is known."""
+"""Shade that ``map_saver`` of ROS writes for an unknown cell."""
 
 
 def occupancy_grid(asked: FileRequest) -> Reading:
-    """Read one feature for each polygon of occupied cells, from below and from the left.
+    """Read one feature for each polygon of occupied cells, ordered from below and from the left.
 
     Raises:
-        MapError: there is no such image, nothing in it, or too much.
+        MapError: the image is missing, empty, or too large.
     """
     image, metadata = _image_and_metadata(asked)
     metadata = metadata if asked.resolution is None else replace(metadata, resolution=asked.resolution)
@@ -241,14 +248,14 @@ def occupancy_grid(asked: FileRequest) -> Reading:
 def occupied_cells(
     shades: NDArray[np.float64], known: NDArray[np.bool_], metadata: MapMetadata, unknown_free: bool
 ) -> Cells:
-    """Which cells are occupied, and which are not known to be free unless ``unknown_free``.
+    """Occupied cells; unless ``unknown_free``, all cells that are not known to be free count too.
 
     Args:
         shades: (rows, columns) from 0, black, to 255, the uppermost row first.
-        known: (rows, columns); false where the image is transparent.
+        known: (rows, columns); false if the image is transparent there.
 
     Returns:
-        (rows, columns), the lowest row first.
+        (rows, columns), boolean, the lowest row first.
     """
     if metadata.mode == "raw":
         darkness = shades / RAW
@@ -263,7 +270,7 @@ def occupied_cells(
 
 
 def _image_and_metadata(asked: FileRequest) -> tuple[Source, MapMetadata]:
-    """The two files, whichever was named; an image alone has the size of its cells from the mission."""
+    """Image and metadata, whichever was named; the cell size of an image alone comes from the mission."""
     first, *rest = asked.sources
     if ending(first.name) not in IMAGES:
         metadata = read_metadata(first, asked.span)
@@ -281,7 +288,7 @@ def _image_and_metadata(asked: FileRequest) -> tuple[Source, MapMetadata]:
 
 
 def _decoded(source: Source, asked: FileRequest) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Shades from 0 to 255, and where the image is not transparent; (rows, columns) both."""
+    """Shades from 0 to 255, and a mask of the cells that are not transparent; (rows, columns) both."""
     pillow = library("PIL.Image", "Pillow", source, asked.span)
     way_out = "use a PGM, PNG or BMP image"
     try:
@@ -304,7 +311,7 @@ def _decoded(source: Source, asked: FileRequest) -> tuple[NDArray[np.float64], N
 
 @contextmanager
 def _unlimited(pillow: Any) -> Iterator[None]:
-    """Pillow opens images of any size, of which it reads no more than the head: the limit is the mission's own."""
+    """Disable the size limit of Pillow, which has only read the header: the mission has its own limit."""
     before, pillow.MAX_IMAGE_PIXELS = pillow.MAX_IMAGE_PIXELS, None
     try:
         yield
@@ -314,14 +321,14 @@ def _unlimited(pillow: Any) -> Iterator[None]:
 
 @lru_cache(maxsize=8)
 def _vectorised(packed: bytes, shape: tuple[int, int], stray: float, most_corners: int) -> tuple[Corners, ...]:
-    """An editor asks for the same at every letter."""
+    """Cached polygons of a packed grid, since an editor requests the same ones at every keystroke."""
     count = shape[0] * shape[1]
     cells = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=count).astype(bool).reshape(shape)
     return tuple(vectorise(cells, stray, most_corners))
 
 
 def _placed(corners: Corners, metadata: MapMetadata, at: tuple[float, float]) -> Corners:
-    """Corners in sides of a cell to metres: turned about the lower left corner, which is put at its place."""
+    """Convert corners in sides of a cell to metres: rotated around the lower left corner and moved to its position."""
     x, y, yaw = metadata.origin
     cosine, sine = math.cos(yaw), math.sin(yaw)
     scaled = ((each[0] * metadata.resolution, each[1] * metadata.resolution) for each in corners)

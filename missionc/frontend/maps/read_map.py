@@ -4,7 +4,7 @@
     out  a reading, or the finding about the file
     says MC004 MC033 MC034 MC035 MC404
 
-A summary gives the number of features read, those left out with the reasons, and the extents.
+A summary has the number of features read, those omitted with the reasons, and the extents.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from missionc.frontend.maps.map_metadata import ending
 from missionc.ir.place_files import Extents, FileRequest, LeftOut, ReadSummary
 
 MOST_SHOWN = 4
-"""Kinds of parts left out that are listed."""
+"""Maximum number of kinds of omitted parts that are listed."""
 
 
 class Reading(Record):
-    """Features of a file, and what the reader left out.
+    """Features of a file, and the parts that the reader omitted.
 
     Args:
-        warnings: about parts that the author may have meant otherwise.
-        frame: of a map that reaches beyond its features.
+        warnings: findings about parts that the author may have meant otherwise.
+        frame: frame of a map that extends beyond its features.
         unit: metres in the unit that the file states; None if it states none.
     """
 
@@ -45,24 +45,24 @@ class Reading(Record):
 
 
 def count_left_out(parts: Iterable[tuple[str, str]]) -> tuple[LeftOut, ...]:
-    """Counts of equal ``(kind, reason)``, in alphabetical order."""
+    """Counts of equal ``(kind, reason)`` pairs, in alphabetical order."""
     return tuple(LeftOut(kind, reason, count) for (kind, reason), count in sorted(Counter(parts).items()))
 
 
 def left_out_text(left_out: tuple[LeftOut, ...]) -> str:
-    """``; left out: 2 LineString (no polygon and no point)``; empty if nothing was left out."""
+    """Text such as ``; left out: 2 LineString (no polygon and no point)``; empty if nothing was omitted."""
     says = ", ".join(f"{each.count} {each.kind} ({each.reason})" for each in left_out[:MOST_SHOWN])
     more = f", and {len(left_out) - MOST_SHOWN} more kinds" if len(left_out) > MOST_SHOWN else ""
     return f"; left out: {says}{more}" if left_out else ""
 
 
 def extents(features: Iterable[Feature]) -> Extents | None:
-    """Smallest rectangle along the axes that contains all features; None if there are none."""
+    """Bounding box of all features, or None if there are none."""
     return box(point for feature in features for point in _outermost(feature.shape))
 
 
 def box(points: Iterable[tuple[float, ...]]) -> Extents | None:
-    """Smallest rectangle along the axes that contains all points, their heights left out; None if there are none."""
+    """Bounding box of all points without their heights, or None if there are none."""
     corners = [(point[0], point[1]) for point in points]
     if not corners:
         return None
@@ -81,7 +81,9 @@ def _outermost(shape: Area | Circle | MapPoint) -> list[tuple[float, float]]:
 
 
 class Form(Record):
-    """``module`` has a function of its own name; ``kinds`` are what it can hold, ``options`` what may be said of it."""
+    """Format; ``module`` has a function of its own name, ``kinds`` are its possible contents,
+    ``options`` its settings.
+    """
 
     says: str
     module: str
@@ -101,7 +103,7 @@ FORMS: dict[str, Form] = {
 
 
 def read_map(asked: FileRequest) -> Reading | Diagnostic:
-    """Read the features of a file, at least one; the finding about the file if there is none."""
+    """Read the features of a file, at least one; returns a finding if there are none."""
     source = asked.sources[0]
     form = FORMS.get(ending(source.name))
     try:
@@ -112,7 +114,7 @@ def read_map(asked: FileRequest) -> Reading | Diagnostic:
             import_module(f"missionc.frontend.maps.{form.module}"), form.module
         )
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what a library thinks of a file is no finding
+            warnings.simplefilter("ignore")  # warnings of the library are not findings
             reading = read(asked)
         summary = reading.summary()
         if summary.extents is None:

@@ -1,7 +1,9 @@
-"""Tables: CSV to rows of numbers, each with its place in the text; rows of points, and of measured poses.
+"""Tables: CSV to rows of numbers, each with its place in the text.
 
-    in   the text, the columns that there may be
-    out  its rows
+Rows of points, and of measured poses.
+
+    in   the text, the allowed columns
+    out  rows
     says MC004 MC033 MC034
 
 A CSV table begins with a row of column names. Rows of points are starts, finishes, places in a formation, and routes
@@ -32,19 +34,21 @@ from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.frontend.maps.map_metadata import ending
 
 TEXTS = frozenset({"name", "kind"})
-"""Columns that are no numbers."""
+"""Columns that are not numbers."""
 
 
 class Row(Record):
-    """What stands in one row, by its column; cells that are empty are left out."""
+    """Contents of one row by column; empty cells are omitted."""
 
     span: Span
     cells: dict[str, str]
     limits: Limits
 
     def number(self, column: str) -> float:
-        """Raises:
-        MapError: there is none.
+        """Number in a column.
+
+        Raises:
+            MapError: the row has no number there.
         """
         text = self.cells.get(column, "")
         value = plain_number(text)
@@ -64,13 +68,15 @@ class Row(Record):
 
 
 def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequence[str], limits: Limits) -> list[Row]:
-    """Args:
-        asked: the words that ask for the file.
-        known: the columns that there may be.
-        needed: those that there have to be.
+    """Read the rows of a table.
+
+    Args:
+        asked: the words that request the file.
+        known: the allowed columns.
+        needed: the required columns.
 
     Raises:
-        MapError: it is no such table.
+        MapError: the file is no such table.
     """
     rows_at_most = line_ends(source.text.rstrip())
     if rows_at_most > limits.map_features:
@@ -95,7 +101,7 @@ def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequen
 
 
 def _lines(source: Source) -> Iterator[tuple[Span, list[str]]]:
-    """Rows that are not empty, each with where it begins."""
+    """Rows that are not empty, each with the place of its beginning."""
     lines = StringIO(source.text, newline="").readlines()
     starts = [0, *accumulate(map(len, lines))]
     reader, before = csv.reader(lines, strict=True), 0
@@ -130,7 +136,7 @@ def _check_header(source: Source, span: Span, names: list[str], known: Sequence[
 
 
 class PointRow(Record):
-    """``time`` in seconds, 0 where there are none; two or three coordinates in metres."""
+    """Point; ``time`` in seconds, 0 if absent; two or three coordinates in metres."""
 
     span: Span
     time: float
@@ -138,10 +144,10 @@ class PointRow(Record):
 
 
 def point_table(source: Source, asked: Span, limits: Limits, *, timed: bool = False) -> list[PointRow] | Diagnostic:
-    """The rows of a table with the columns ``x``, ``y``, in a volume ``z``, and ``t`` if ``timed``.
+    """Read the rows of a table with the columns ``x``, ``y``, in a volume ``z``, and ``t`` if ``timed``.
 
     Args:
-        asked: the words that ask for the file.
+        asked: the words that request the file.
     """
     columns = ("t", "x", "y", "z") if timed else ("name", "x", "y", "z")
     try:
@@ -165,7 +171,7 @@ KNOWN = (*NEEDED, "yaw")
 
 
 class PoseRow(Record):
-    """Where an agent was measured: x, y and z in metres. A ``yaw`` beside them, in radians, is read and left out."""
+    """Measured position of an agent: x, y and z in metres. A ``yaw`` in radians is read and ignored."""
 
     span: Span
     agent: str
@@ -173,7 +179,7 @@ class PoseRow(Record):
 
 
 def pose_table(source: Source, limits: Limits) -> list[PoseRow] | Diagnostic:
-    """The rows, in the order of the file; agents of the same name may be among them."""
+    """Rows in the order of the file; agents may occur several times."""
     whole = Span(source, 0, len(source.text)).first_line
     try:
         if ending(source.name) == ".json":

@@ -1,4 +1,4 @@
-"""The registry of predicates that are written with their name and brackets: those built in, and those of extensions."""
+"""Registry of predicates written with their name and brackets: built-in ones and those of extensions."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from missionc.ir.predicates.place_predicate import PARAMETERS, PlacePredicate
 
 
 def of_class(name: str, kind: object) -> Predicate:
-    """The predicate of an extension, whose words its class says.
+    """Predicate of an extension, with the wording from its class.
 
     Raises:
-        Unfit: it is no class of predicates that says all its words.
+        Unfit: it is not a class of predicates with its full wording.
     """
     if not (isinstance(kind, type) and issubclass(kind, PlacePredicate)):
         raise Unfit("a predicate is a class that extends `PlacePredicate`")
@@ -35,4 +35,4 @@ def of_class(name: str, kind: object) -> Predicate:
 
 
 CALLED = Registry(Kind.PREDICATE, {predicate.name: predicate for predicate in PREDICATES if predicate.called}, of_class)
-"""Every such predicate by its name."""
+"""All such predicates by name."""

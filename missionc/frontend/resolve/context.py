@@ -1,17 +1,17 @@
-"""The context of resolution: symbol table, amounts, typed formulas, stand-ins, and findings.
+"""Context of resolution: symbol table, amounts, typed formulas, stand-ins, and findings.
 
     says MC007 MC101 MC102 MC104
 
-A name that is not found is reported with the one that was probably meant.
+An unknown name is reported with the one that was probably meant.
 
-A thing that cannot be made is reported once, and a stand-in takes its place, so that the rest is still checked: NaN
-for a number (every comparison with it is false, so it is reported once), a shape of NaN, a set without agents, a
-formula that is true. A mission with errors never leaves ``resolve``, so no stand-in does.
+An item that cannot be built is reported once, and a stand-in replaces it, so that the rest is still checked: NaN for a
+number (every comparison with it is false, so it is reported once), a shape of NaN, a set without agents, a formula that
+is true. A mission with errors never leaves ``resolve``, so no stand-in does.
 
-An amount is the value of a quantity: a linear expression in SI units with the exponents of its unit. Numbers are
-exact as written, to the last decimal, and so are the results of arithmetic: 0.1 * 3 is 0.3. They are rounded once, at
-conversion to ``float``. A typed formula is a resolved one with its place in the text, and its subject: one agent or
-the team.
+An amount is the value of a quantity: a linear expression in SI units with the exponents of its unit. Numbers are exact
+as written, to the last decimal, and so are the results of arithmetic: 0.1 * 3 is 0.3. They are rounded once, at
+conversion to ``float``. A typed formula is a resolved one with its place in the text, and its subject: one agent or the
+team.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ from missionc.frontend.syntax import ast
 from missionc.ir import About
 
 MOST_LETTERS = 2_000_000
-"""Pairs of letters compared in search of nearest names; a file that needs more has another trouble than spelling."""
+"""Maximum number of letter pairs compared in the search for similar names."""
 
 
 class Kind(Enum):
-    """What a name stands for; the value reads well in a message."""
+    """Kind of thing that a name refers to; the value is its text in messages."""
 
     PARAM = "a parameter"
     REGION = "a region"
@@ -56,7 +56,7 @@ class Kind(Enum):
 
 
 STATE_WORDS = ("x", "y", "z", "speed", "altitude")
-"""What a comparison may ask of an agent's own state, beside its distances; never names."""
+"""State words that a comparison may contain, besides distances; never names."""
 
 AGENTS = (Kind.TEAM, Kind.AGENT, Kind.GROUP)
 
@@ -76,7 +76,7 @@ Named = (
 
 
 class Unresolved:
-    """The name stands for nothing that fits here, and that has been reported."""
+    """Result for a name that refers to nothing suitable, which has been reported."""
 
 
 UNRESOLVED = Unresolved()
@@ -92,17 +92,16 @@ class Declared(Record):
 
 
 def kind_of(declaration: Named) -> Kind:
-    """The kind that is called as the node is; a team of no size is an agent."""
+    """Kind with the same name as the node; a team without a size is an agent."""
     alone = isinstance(declaration, ast.Team) and declaration.size is None
     return Kind.AGENT if alone else Kind[type(declaration).__name__.upper()]
 
 
 @dataclass(slots=True)
 class Names:
-    """One namespace, in order of declaration.
+    """Namespace, in the order of declaration.
 
-    ``suggested`` are the names offered in place of unknown ones: they are
-    probably used, whatever the text says. ``fitting`` keeps names by their kinds.
+    ``suggested`` are the names suggested for unknown ones, which count as used. ``fitting`` caches names by kind.
     """
 
     declared: dict[str, Declared] = field(default_factory=dict)
@@ -113,7 +112,7 @@ class Names:
     def find(
         self, name: ast.Name, kinds: tuple[Kind, ...], needed: str, findings: list[Diagnostic]
     ) -> Declared | Unresolved:
-        """The declaration of a name of one of these kinds; else a finding that says ``needed`` is needed here."""
+        """Find the declaration of a name of one of these kinds, or report that ``needed`` is needed here."""
         declared = self.declared.get(name.text)
         if declared is None:
             findings.append(self._unknown(name, kinds, needed))
@@ -124,7 +123,7 @@ class Names:
         return declared
 
     def _fitting(self, kinds: tuple[Kind, ...]) -> list[str]:
-        """The names of these kinds; nothing is declared any more once this is asked."""
+        """Names of these kinds, cached; no declaration may be added after the first call."""
         if kinds not in self.fitting:
             self.fitting[kinds] = [text for text, declared in self.declared.items() if declared.kind in kinds]
         return self.fitting[kinds]
@@ -145,7 +144,7 @@ class Names:
 
 
 def collect(program: ast.Program, findings: list[Diagnostic]) -> Names:
-    """Every declared name; the first of two counts, the second is reported."""
+    """Collect all declared names; the second of two equal ones is reported and ignored."""
     names = Names()
     for declaration in program.declarations:
         if not isinstance(declaration, Named):
@@ -174,7 +173,7 @@ def _ways_out(text: str, kinds: tuple[Kind, ...], needed: str, fitting: list[str
 
 
 def some_of(names: list[str], most: int = 5) -> str:
-    """The first few names, each in backticks."""
+    """Text of the first few names, each in backticks."""
     shown = ", ".join(f"`{name}`" for name in names[:most])
     return f"{shown}, …" if len(names) > most else shown
 
@@ -218,18 +217,20 @@ def wrong_kind(name: ast.Name, declared: Declared, needed: str, fitting: list[st
 
 
 Powers: TypeAlias = tuple[int, int, int, int]
-"""The exponents of length, time, angle and steps."""
+"""Exponents of length, time, angle and steps."""
 
 PLAIN: Powers = (0, 0, 0, 0)
-"""The dimension of a number without a unit."""
+"""Dimension of a number without a unit."""
 
 
 MOST_BITS = 1 << 11
-"""Bits of the divisor of an exact number; one that needs more is rounded to the nearest ``float``."""
+"""Maximum number of bits in the divisor of an exact number; others are rounded to the nearest ``float``."""
 
 
 class Amount(Record):
-    """``exact + sum(weight * feature)`` in SI units, and the exponents of its unit; ``exact`` is None once reported."""
+    """Amount ``exact + sum(weight * feature)`` in SI units, with its unit exponents; ``exact`` is None
+    once reported.
+    """
 
     exact: Fraction | None
     powers: Powers = PLAIN
@@ -237,17 +238,17 @@ class Amount(Record):
 
     @property
     def constant(self) -> float:
-        """The nearest ``float``; NaN where the amount has been reported."""
+        """Nearest ``float``; NaN if the amount has been reported."""
         return math.nan if self.exact is None else rounded(self.exact)
 
 
 def as_written(value: float) -> Fraction:
-    """The decimal number that a ``float`` was read from."""
+    """Exact decimal number that a ``float`` was read from."""
     return Fraction(repr(value))
 
 
 def rounded(value: Fraction) -> float:
-    """The nearest ``float``, infinite where there is none so large."""
+    """Nearest ``float``, infinite if the value is too large."""
     try:
         return float(value)
     except OverflowError:
@@ -255,18 +256,16 @@ def rounded(value: Fraction) -> float:
 
 
 def kept(value: Fraction) -> Fraction:
-    """The number itself, or a rounded one where it would take too much room."""
+    """Value itself, or a rounded one if it needs too many bits."""
     return value if value.denominator.bit_length() <= MOST_BITS else as_written(rounded(value))
 
 
 class Typed(Record):
-    """A resolved formula at one place of the text.
+    """Resolved formula at one place in the text.
 
-    ``mixed``: some operands are about one agent and some about the team; then
-    ``about`` means nothing. ``operands`` are those that decide, the formula's
-    own but not those inside a ``let`` that it names. ``size`` counts the nodes
-    with every ``let`` spelt out, ``depth`` how many are in one another; the size
-    is NaN once it is reported to be too large.
+    ``mixed``: some operands are about one agent and some about the team; then ``about`` has no meaning. ``operands``
+    are the formula's own operands that decide this, without those inside a named ``let``. ``size`` counts the nodes
+    with every ``let`` spelt out, ``depth`` their nesting levels; the size is NaN once it is reported to be too large.
     """
 
     formula: ir.Formula
@@ -279,7 +278,7 @@ class Typed(Record):
 
 
 def joined(operands: tuple[Typed, ...]) -> tuple[About, bool]:
-    """Whom a formula of these operands is about, and whether they are mixed."""
+    """Subject of a formula with these operands, and whether they are mixed."""
     abouts = {operand.about for operand in operands} - {About.EITHER}
     mixed = len(abouts) > 1 or any(operand.mixed for operand in operands)
     return (About.EITHER if mixed or not abouts else abouts.pop()), mixed
@@ -288,15 +287,15 @@ def joined(operands: tuple[Typed, ...]) -> tuple[About, bool]:
 D = TypeVar("D")
 
 REPORTED = math.nan
-"""The number in place of one that has been reported."""
+"""Replacement for a number that has been reported."""
 
 
 @dataclass(slots=True)
 class Context:
-    """``dimension`` is 0 and ``step`` NaN while the world and the time are not known.
+    """Context; ``dimension`` is 0 and ``step`` NaN while the world and the time are unknown.
 
-    ``members`` and ``edges`` count what groups, ranges and formations have been
-    spelt out to so far, over the whole mission.
+    ``members`` and ``edges`` count the expanded members and edges of groups, ranges and formations so far, over the
+    whole mission.
     """
 
     names: Names
@@ -321,7 +320,7 @@ class Context:
     lets: dict[str, Typed] = field(default_factory=dict)
     everyone: tuple[int, ...] = ()
     vehicle: ir.Vehicle = ir.PLAIN
-    """The vehicle of teams that name none."""
+    """Vehicle of teams that name none."""
     files: list[ir.PlacesFile] = field(default_factory=list)
     members: int = 0
     edges: int = 0
@@ -338,7 +337,7 @@ class Context:
         help: str = "",
         fix: Fix | None = None,
     ) -> None:
-        """Add a finding; ``beside`` is said at the primary place."""
+        """Add a finding; ``beside`` is the text at the primary place."""
         self.findings.append(Diagnostic(code, message, Label(span, beside), labels, notes, help, fix))
 
     def report_unknown(
@@ -351,16 +350,19 @@ class Context:
         otherwise: str,
         labels: tuple[Label, ...] = (),
     ) -> str | Nothing:
-        """Add a finding about a word that is not known, with the nearest known one as its fix; return that one."""
+        """Add a finding about an unknown word, with the most similar known one as its fix, and return that one."""
         near = nearest(word, known)
         help_text, fix = (f"did you mean `{near}`?", Fix(span, near)) if isinstance(near, str) else (otherwise, None)
         self.report(code, message, span, labels=labels, help=help_text, fix=fix)
         return near
 
     def find(self, name: ast.Name, *kinds: Kind, needed: str = "") -> Declared | Unresolved:
-        """The declaration of a name of one of these kinds, or UNRESOLVED once it is reported."""
+        """Find the declaration of a name of one of these kinds.
+
+        UNRESOLVED if there is none, which is reported.
+        """
         return self.names.find(name, kinds, needed or kinds[0].value, self.findings)
 
     def declared(self, kind: type[D]) -> list[D]:
-        """The declarations of this kind, in order; of two with one name, the first."""
+        """Declarations of this kind, in order; the first of two with one name."""
         return [entry.declaration for entry in self.names.declared.values() if isinstance(entry.declaration, kind)]

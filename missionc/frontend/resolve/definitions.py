@@ -1,10 +1,10 @@
-"""Definitions of a mission: topological order, cycles, and unused names.
+"""Order of the definitions in a mission: topological order, cycles, and unused names.
 
     says MC103 MC107
 
-Each definition comes after those that it rests on. A name that nothing refers to is unused. Teams, agents and
-obstacles act by their presence, and a file of places may hold more than a mission needs. Every graph of beacons uses
-a beacon, and every route without ``on`` uses the only graph.
+Each definition comes after those that it depends on. A name that nothing refers to is unused. Teams, agents and
+obstacles have an effect without a reference, and a file of places may contain more than a mission needs. Every graph of
+beacons uses a beacon, and every route without ``on`` uses the only graph.
 """
 
 from __future__ import annotations
@@ -21,12 +21,11 @@ from missionc.frontend.syntax.references import mentions
 
 
 def in_order(rests_on: Mapping[str, Iterable[str]]) -> tuple[list[str], list[tuple[str, ...]]]:
-    """The names in order, and the cycles.
+    """Topological order of the names, and the cycles.
 
-    A cycle is a chain of names in which each rests on the next and the last on
-    the first. Its names come in the order too: whoever walks it finds the
-    missing one not made yet. Names that are no key are passed over.
-    Iterative: a chain of definitions may be longer than Python's stack.
+    A cycle is a chain of names in which each depends on the next and the last on the first. Its names are in the order
+    too, so their users meet one that is not made yet. Names that are not keys are ignored. Iterative, because a chain
+    of definitions may be longer than Python's stack.
     """
     order: list[str] = []
     cycles: list[tuple[str, ...]] = []
@@ -58,7 +57,7 @@ ACT_BY_BEING_THERE = (Kind.TEAM, Kind.AGENT, Kind.OBSTACLE)
 
 
 def unused(names: Names, program: ast.Program) -> list[Diagnostic]:
-    """A warning for each; none for what was suggested in place of an unknown name. A family is one name."""
+    """One warning for each unused name, except those suggested for unknown ones. A family is one name."""
     used = set(names.suggested)
     kinds_used: set[Kind] = set()
     for declaration in program.declarations:
@@ -86,7 +85,7 @@ def _nothing_uses(text: str, kind: Kind, declaration: Named, *, once: bool) -> D
 
 
 def ordered(context: Context, bodies: Mapping[str, object]) -> list[str]:
-    """The names, each after those its body refers to; the ones on a cycle are reported and left out."""
+    """Names in topological order of their bodies' references; those on a cycle are reported and omitted."""
     rests_on = {name: mentions(body).names for name, body in bodies.items()}
     order, cycles = in_order(rests_on)
     for cycle in cycles:
@@ -96,7 +95,7 @@ def ordered(context: Context, bodies: Mapping[str, object]) -> list[str]:
 
 
 def _defined_by_itself(context: Context, cycle: tuple[str, ...]) -> None:
-    """One finding for a chain of names that ends where it starts."""
+    """One finding for a cycle of names."""
     spans = [context.names.declared[name].span for name in cycle]
     message, labels = f"`{cycle[0]}` is defined by itself", tuple[Label, ...]()
     if len(cycle) > 1:

@@ -11,7 +11,7 @@ _REST_OF_LINE = re.compile(r"[ \t]*\r?\n")
 
 
 def deleted(span: Span) -> Fix:
-    """With its line, where it has one to itself."""
+    """Fix that deletes a declaration, with its line if nothing else is on it."""
     text, start, end = span.source.text, span.start, span.end
     line = text.rfind("\n", 0, start) + 1
     rest = _REST_OF_LINE.match(text, end)

@@ -1,7 +1,7 @@
-"""Loss of agents: what a formula says of a team that some of its agents are not in.
+"""Loss of agents: the meaning of a formula about a team without some of its agents.
 
-Graphs lose the links of whoever is lost, and quantifiers skip them; ``connected`` and formations are about whoever is
-left. What is asked of one agent by its name, or measured to it, has no meaning without it.
+Graphs lose the links of lost agents, and quantifiers skip these agents; ``connected`` and formations are about the
+remaining ones. Formulas that name a lost agent, or measure a distance to it, have no meaning.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up
 def without_any(
     number: int, agents: ir.AgentSet, body: ir.Formula, span: Span
 ) -> tuple[ir.Without, tuple[ir.Formula, ...]]:
-    """The formula without any so many of the agents; and the parts of it that name one who may be lost."""
+    """Formula without any ``number`` of the agents, and its parts that name an agent that may be lost."""
     lost = tuple(combinations(agents.agents, number))
     losses = [_Loss(frozenset(some)) for some in lost]
     cases = tuple(loss.of(body) for loss in losses)
@@ -42,7 +42,7 @@ def named_members(formula: ir.Formula) -> int:
 
 
 class _Loss:
-    """Formulas without the ``lost``; ``named`` are those that name one of them."""
+    """Formulas without the ``lost`` agents; ``named`` are those that name one of them."""
 
     def __init__(self, lost: frozenset[int]) -> None:
         self.lost = lost
@@ -50,7 +50,7 @@ class _Loss:
         self._graphs: dict[ir.Graph, ir.Graph] = {}
 
     def of(self, formula: ir.Formula) -> ir.Formula:
-        """What it says without the lost: the same object where that is the same."""
+        """Formula without the lost agents; the same object if nothing changes."""
         made: dict[ir.Formula, ir.Formula] = {}
         for each in formulas_bottom_up([formula], as_written):
             made[each] = self._left(each, [made[part] for part in as_written(each)])

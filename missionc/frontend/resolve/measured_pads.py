@@ -1,8 +1,8 @@
-"""Pads where agents were measured to stand, in the place of those that the mission says.
+"""Pads at the measured positions of agents, which replace those of the mission.
 
 in   Mission, the text of the poses
-out  Mission, whose agents all come from the floor where they stand
-says MC546 MC547, and what tables deserve
+out  Mission, whose agents all take off from their measured positions
+says MC546 MC547, and the codes of tables
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from missionc.ir import Agent, Mission, Pad, Vector
 from missionc.ir.wording import listed, metres
 
 NEAR = 0.1
-"""Metres from its pad, or from below its start: further off, somebody may have put two vehicles in the wrong order."""
+"""Maximum distance in metres from the pad, or from below the start: beyond that, vehicles may be in the wrong order."""
 LOW, HIGH = -0.1, 0.3
-"""Metres: between these heights what was measured stands on the floor; markers and origins of bodies differ."""
+"""Range of heights in metres that counts as the floor; markers and body origins differ."""
 
 
 def with_measured_pads(mission: Mission, poses: Source, limits: Limits) -> tuple[Mission | None, list[Diagnostic]]:
-    """The mission from where its agents stand; None where that is not said of every agent once."""
+    """Mission with measured pads, or None unless every agent is measured exactly once."""
     rows = pose_table(poses, limits)
     if isinstance(rows, Diagnostic):
         return None, [rows]
@@ -60,7 +60,7 @@ def with_measured_pads(mission: Mission, poses: Source, limits: Limits) -> tuple
 
 
 def _away(agent: Agent, here: Vector) -> float:
-    """Metres, seen from above, from its pad or its start; 0 where the mission says neither."""
+    """Horizontal distance in metres from its pad or its start; 0 if the mission states neither."""
     if agent.pad is not None and agent.pad.point is not None:
         return math.dist(agent.pad.point, here[:2])
     return math.dist(agent.start.point[:2], here[:2]) if agent.start.point is not None else 0.0

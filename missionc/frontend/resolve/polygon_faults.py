@@ -8,14 +8,14 @@ Corner: TypeAlias = tuple[float, float]
 
 
 class Simple:
-    """The corners, in order, make a polygon whose sides meet at the corners only."""
+    """Result for a polygon whose sides meet only at the corners."""
 
 
 SIMPLE = Simple()
 
 
 def fault(corners: tuple[Corner, ...]) -> str | Simple:
-    """What is wrong with the polygon, as a phrase of a message that starts with it."""
+    """Fault of the polygon, as a phrase for a message that starts with it."""
     if len(corners) < 3:
         return f"has {len(corners)} corners; it needs three"
     for index, corner in enumerate(corners):
@@ -28,14 +28,14 @@ def fault(corners: tuple[Corner, ...]) -> str | Simple:
 
 
 def area(corners: tuple[Corner, ...]) -> float:
-    """The signed area, square metres; positive where the corners run anticlockwise."""
+    """Signed area, m²; positive if the corners run anticlockwise."""
     origin_x, origin_y = corners[0]
     shifted = [(x - origin_x, y - origin_y) for x, y in corners]
     return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(shifted, shifted[1:] + shifted[:1], strict=True)) / 2
 
 
 def _meeting_sides(corners: tuple[Corner, ...]) -> str | Simple:
-    """Two sides that cross or touch where they should not; the sides are swept by their left ends."""
+    """Find two sides that cross or touch wrongly; sweeps the sides by their left ends."""
     sides = []
     for index, (a, b) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True)):
         (left, right), (low, high) = sorted((a[0], b[0])), sorted((a[1], b[1]))
@@ -54,7 +54,7 @@ def _meeting_sides(corners: tuple[Corner, ...]) -> str | Simple:
 
 
 def _meet(corners: tuple[Corner, ...], side: int, other: int) -> bool:
-    """Whether two sides have more in common than the corner between neighbours."""
+    """Return whether two sides share more than the corner between neighbours."""
     count = len(corners)
     if (other + 1) % count == side:
         side, other = other, side
@@ -69,18 +69,18 @@ def _turn(a: Corner, b: Corner, c: Corner) -> float:
 
 
 def _folds_back(start: Corner, corner: Corner, end: Corner) -> bool:
-    """Whether the second of two neighbouring sides runs back over the first."""
+    """Return whether the second of two neighbouring sides runs back over the first."""
     ahead = (corner[0] - start[0]) * (end[0] - corner[0]) + (corner[1] - start[1]) * (end[1] - corner[1])
     return _turn(start, corner, end) == 0 and ahead < 0
 
 
 def _between(a: Corner, b: Corner, point: Corner) -> bool:
-    """Whether a point on the line through ``a`` and ``b`` is between them."""
+    """Return whether a point on the line through ``a`` and ``b`` is between them."""
     return min(a[0], b[0]) <= point[0] <= max(a[0], b[0]) and min(a[1], b[1]) <= point[1] <= max(a[1], b[1])
 
 
 def _touch(a: Corner, b: Corner, c: Corner, d: Corner) -> bool:
-    """Whether the segments ``ab`` and ``cd`` have a point in common."""
+    """Return whether the segments ``ab`` and ``cd`` have a common point."""
     turns = _turn(a, b, c), _turn(a, b, d), _turn(c, d, a), _turn(c, d, b)
     if ((turns[0] > 0) != (turns[1] > 0)) and ((turns[2] > 0) != (turns[3] > 0)) and 0 not in turns:
         return True

@@ -3,8 +3,8 @@
     says MC013 MC014 MC105 MC201 MC206 MC207 MC209 MC210 MC303 MC513
 
 Agents are numbered through the mission. Starts may lie on a grid: spread evenly on a line, or in rows and columns.
-``flight`` sets the pads of a team, its height and its speed. A vehicle is a profile by name, with figures of the
-mission's own; yaw belongs to a team. Dynamics set the kind of an agent's motion and its bounds.
+``flight`` sets the pads of a team, its height and its speed. A vehicle is a profile by name, with changed parameters;
+yaw belongs to a team. Dynamics set the kind of an agent's motion and its bounds.
 """
 
 from __future__ import annotations
@@ -35,18 +35,16 @@ from missionc.ir.vehicle_profiles import profiles
 
 
 def on_line(first: Vector, last: Vector, count: int) -> tuple[Vector, ...]:
-    """So many points equally spaced from the first to the last, both included; a single one is in the middle."""
+    """Points equally spaced from the first to the last, both included; a single one is in the middle."""
     return tuple(_between(first, last, (_part(index, count),) * len(first)) for index in range(count))
 
 
 def on_grid(first: Vector, last: Vector, count: int) -> tuple[Vector, ...]:
-    """So many points in rows and columns between two opposite corners, both included.
+    """Points in rows and columns between two opposite corners, both included.
 
-    The first row runs along the first axis from the first corner, the next ones
-    follow along the second axis, and in a volume layers along the third. A lone
-    row, column or layer is in the middle. The numbers of rows and columns are
-    those whose cells are nearest to squares (cubes), with the fewest free
-    places, then the fewest columns, among equals.
+    The first row runs along the first axis from the first corner, the next ones follow along the second axis, and in a
+    volume layers along the third. A single row, column or layer is in the middle. The numbers of rows and columns make
+    the cells as close to squares (cubes) as possible; ties go to the fewest free places, then the fewest columns.
     """
     sides = tuple(abs(b - a) for a, b in zip(first, last, strict=True))
     counts = _counts(sides, count)
@@ -69,7 +67,7 @@ def _between(first: Vector, last: Vector, parts: tuple[float, ...]) -> Vector:
 
 
 def _counts(sides: Vector, count: int) -> tuple[int, ...]:
-    """How many points along each side: one along a side of no length."""
+    """Number of points along each side; one along a side of length 0."""
     long = tuple(axis for axis, side in enumerate(sides) if side > 0) or (0,)
     choices: list[dict[int, int]]
     match long:
@@ -88,22 +86,22 @@ def _counts(sides: Vector, count: int) -> tuple[int, ...]:
 
 
 def _stretch(sides: Vector, counts: tuple[int, ...], axes: tuple[int, ...]) -> float:
-    """How much longer than wide a cell is; 1 for a square. Rounded, so that equals are equal."""
+    """Aspect ratio of a cell, 1 for a square, rounded so that equal ones compare equal."""
     gaps = [sides[axis] / max(counts[axis] - 1, 1) for axis in axes]
     return round(max(gaps) / min(gaps), 9) if min(gaps) > 0 else 1.0
 
 
 FLOOR = 0.0
-"""Metres: the height of every pad."""
+"""Height of every pad, metres."""
 
 
 def resolve_pads(
     context: Context, flight: ast.Flight, places: tuple[ir.InitialSet, ...] | None, owner: str, count: int
 ) -> tuple[ir.Pad, ...]:
-    """A pad for each of so many agents.
+    """Pads of ``count`` agents.
 
     Args:
-        places: of the pads, as many; None where the mission does not say.
+        places: places of the pads, one for each agent; None if the mission does not give them.
     """
     settings = [item for item in flight.items if isinstance(item, ast.Setting)]
     known = known_settings(context, settings, tuple(ir.PAD_FIGURES), f"the `flight` of {owner}")
@@ -122,14 +120,14 @@ def resolve_pads(
 
 
 def _pad_figure(context: Context, name: str, setting: ast.Setting) -> float:
-    """NaN once it is reported."""
+    """Parameter of a pad; NaN once it is reported."""
     figure = ir.PAD_FIGURES[name]
     relation(context, setting, figure.relation)
     return resolved_number(context, setting.high, figure.dimension, f"the `{name}`", above=0)
 
 
 def _points(context: Context, places: tuple[ir.InitialSet, ...]) -> tuple[ir.Vector, ...]:
-    """The places in the plane; one above the floor is reported, once where they share their words."""
+    """Places in the plane; a place above the floor is reported, once for equal text."""
     points, told = [], set()
     for place in places:
         assert place.point is not None
@@ -146,7 +144,7 @@ def _points(context: Context, places: tuple[ir.InitialSet, ...]) -> tuple[ir.Vec
 
 
 def resolve_vehicle(context: Context, vehicle: ast.Vehicle) -> ir.Vehicle:
-    """The profile with the mission's own figures in place of its."""
+    """Profile with the mission's changed parameters."""
     known = profiles()
     name: str | Nothing = vehicle.name.text
     if name not in known:
@@ -164,7 +162,7 @@ def resolve_yaw(context: Context, yaw: ast.Yaw) -> ir.Yaw:
 
 
 def _vehicle_figure(context: Context, name: str, setting: ast.Setting) -> float | ir.Band:
-    """NaN once it is reported, as everywhere in ``resolve``."""
+    """Parameter of a vehicle; NaN once it is reported, as everywhere in ``resolve``."""
     figure, what = ir.FIGURES[name], f"the `{name}`"
     relation(context, setting, figure.relation)
     if figure.relation == "..":
@@ -202,12 +200,12 @@ def _band(context: Context, figure: ir.Figure, setting: ast.Setting, what: str) 
 
 
 def settings_of(kind: type[ir.Dynamics]) -> tuple[str, ...]:
-    """The settings that a kind of dynamics takes."""
+    """Settings of a kind of dynamics."""
     return ("speed", *(limit.setting for limit in kind.limits))
 
 
 UNMOVED = DYNAMICS[0].of(REPORTED, REPORTED, *(REPORTED for _ in DYNAMICS[0].limits))
-"""In place of dynamics that have been reported."""
+"""Replacement for dynamics that have been reported."""
 
 
 def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
@@ -241,7 +239,7 @@ def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
 
 
 def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting]) -> tuple[float, float]:
-    """The lowest and the highest speed; the lowest is 0 where only a bound above is given."""
+    """Minimum and maximum speed; the minimum is 0 if only an upper bound is given."""
     speed = settings.get("speed")
     if speed is None:
         missing(context, f"the speed of `{dynamics.name.text}`", dynamics.span, "write `speed <= V`")
@@ -276,11 +274,11 @@ def _limit(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Set
 
 
 ALTITUDE = Metres(1.0)
-"""What an agent has where its team does not say."""
+"""Default altitude of an agent."""
 
 
 class NoFinish(Record):
-    """The mission does not say where its agents end."""
+    """Mission without finishes of its agents."""
 
 
 NO_FINISH = NoFinish()
@@ -290,7 +288,7 @@ NO_FINISH = NoFinish()
 
 
 def resolve_teams(context: Context) -> None:
-    """Every team's agents; none at all where they would be more than the limit."""
+    """Resolve the agents of every team; none if there are more than the limit."""
     teams = context.declared(ast.Team)
     for team in teams:
         name = team.name.text
@@ -304,7 +302,10 @@ def resolve_teams(context: Context) -> None:
 
 
 def _over_the_limit(context: Context, teams: list[ast.Team]) -> bool:
-    """Whether there are too many agents; said at the team that makes them so, before any is made."""
+    """Return whether there are too many agents.
+
+    Reported at the team that exceeds the limit, before any is made.
+    """
     total = 0.0
     for team in teams:
         size = context.sizes[team.name.text]
@@ -321,7 +322,7 @@ def _over_the_limit(context: Context, teams: list[ast.Team]) -> bool:
 
 
 def _team(context: Context, team: ast.Team, size: float) -> None:
-    """Adds the agents of one team; with a size of NaN its items are looked at and none is added."""
+    """Add the agents of one team; with a size of NaN its items are checked and no agent is added."""
     name = team.name.text
     owner = f"`{name}`"
     settings = known_settings(
@@ -376,7 +377,7 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
 
 
 def _pads(context: Context, team: ast.Team, size: float, owner: str) -> tuple[ir.Pad, ...]:
-    """One for each agent; none where the team does not say how it comes from the floor."""
+    """One pad for each agent; none if the team has no ``flight``."""
     flight = only(context, team.items, ast.Flight)
     if flight is None:
         return ()
@@ -386,7 +387,7 @@ def _pads(context: Context, team: ast.Team, size: float, owner: str) -> tuple[ir
 
 
 def _settings(context: Context) -> tuple[str, ...]:
-    """In a volume the height of an agent is its third coordinate."""
+    """Allowed settings; in a volume the altitude of an agent is its third coordinate."""
     return ("radius",) if context.dimension == 3 else ("radius", "altitude")
 
 
@@ -401,7 +402,7 @@ def _length(context: Context, setting: ast.Setting | None, default: Metres, what
 
 
 def _places(context: Context, places: ast.Places, size: float, owner: str) -> tuple[ir.InitialSet, ...]:
-    """One place for each agent, in index order; none where the size is NaN."""
+    """One place for each agent, in index order; none if the size is NaN."""
     count = 0 if math.isnan(size) else int(size)
     match places:
         case ast.InRegion(region=name):
@@ -420,7 +421,7 @@ def _places(context: Context, places: ast.Places, size: float, owner: str) -> tu
         case ast.OnGrid(low=low, high=high):
             ends = resolve_point(context, low), resolve_point(context, high)
             return _exactly(on_grid(*ends, count), places.span) if count and _sound(ends) else ()
-        case ast.AtListed():  # what the file holds took its place, or is reported
+        case ast.AtListed():  # the contents of the file replaced it, or are reported
             return ()
         case _:
             assert_never(places)
@@ -447,7 +448,10 @@ def _not_one_each(context: Context, places: ast.AtPoints, owner: str, agents: in
 
 
 def resolve_groups(context: Context) -> None:
-    """Every group's agents, in the order named; an agent named twice counts once, at its first place."""
+    """Resolve the agents of every group, in the order named.
+
+    An agent named twice counts once, at its first place.
+    """
     groups = {group.name.text: group for group in context.declared(ast.Group)}
     for name in ordered(context, {name: group.members for name, group in groups.items()}):
         group = groups[name]
@@ -461,7 +465,7 @@ def resolve_groups(context: Context) -> None:
 
 
 def resolve_set(context: Context, reference: ast.Name | ast.Member) -> ir.AgentSet:
-    """The agents a name or a member stands for; none where it is reported."""
+    """Agents that a name or a member refers to; none if it is reported."""
     nobody = ir.AgentSet(excerpt(reference.span), (), reference.span)
     match reference:
         case ast.Name(text=text):
@@ -477,7 +481,7 @@ def resolve_set(context: Context, reference: ast.Name | ast.Member) -> ir.AgentS
 
 
 def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.AgentSet:
-    """The agents of a team from one index to another."""
+    """Agents of a team from one index to another."""
     team = member.team.text
     size = context.sizes.get(team, math.nan)
     match member.low:
@@ -517,7 +521,7 @@ def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.Ag
 
 
 def _room(context: Context, count: int, span: Span) -> bool:
-    """Whether groups and ranges, spelt out, still have room for so many agents; said once where they have not."""
+    """Return whether expanded groups and ranges may have ``count`` more agents; reported once if not."""
     limit = context.limits.formula_nodes
     before = context.members
     context.members += count

@@ -2,9 +2,9 @@
 
     says MC101 MC104 MC201 MC204 MC205 MC208 MC209 MC210 MC303
 
-Both sides of a comparison become one linear expression over states and distances. A route bound is in hops, metres or
-a weight of links, and has the graph that the route runs on. A heading is an angle to either side of a direction or of
-a beacon.
+The two sides of a comparison become one linear expression over states and distances. A route bound is in hops, metres
+or a weight of links, and has the graph of the route. A heading is an angle to either side of a direction or of a
+beacon.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ from missionc.ir import About
 
 
 def resolve_length(context: Context, length: ast.Length) -> ir.Length:
-    """The bounds; the lower one is 0 and the upper one infinite where they are left out."""
+    """Bounds of a length; 0 and infinite if omitted."""
     low = length.low
     if low is not None and length.high is not None and length.metric is Metric.METRES:
         low = with_unit_of(low, length.high, Dimension.LENGTH)
@@ -79,7 +79,7 @@ def _with_unit(length: ast.Length, bound: float) -> str:
 
 
 def _weight(context: Context, unit: ast.Name, graph: ir.Graph) -> ir.Weight:
-    """The weight of that name; one that weighs every link 1 once it is reported that there is none."""
+    """Weight with a name; 1 for every link if it does not exist, which is reported."""
     named = {weight.name: weight for weight in graph.weights}
     if unit.text not in named and graph.name:
         has = f"its weights are {some_of(list(named))}" if named else "it has no weights"
@@ -96,7 +96,7 @@ def _weight(context: Context, unit: ast.Name, graph: ir.Graph) -> ir.Weight:
 
 
 def _swapped(length: ast.Length) -> Fix | None:
-    """None where only one bound is written."""
+    """Fix with exchanged bounds, or None if only one is written."""
     if length.low is None or length.high is None:
         return None
     return swapped(length.low, length.high, "..", lends=length.metric is Metric.METRES)
@@ -111,7 +111,7 @@ def _bound(context: Context, length: ast.Length, bound: ast.Quantity) -> float:
 
 
 def _graph(context: Context, length: ast.Length) -> ir.Graph:
-    """The graph named, or the only one there is."""
+    """Named graph, or the only one."""
     if length.graph is not None:
         declared = context.find(length.graph, Kind.GRAPH)
         stand_in = no_graph(length.graph.span)
@@ -123,7 +123,7 @@ def _graph(context: Context, length: ast.Length) -> ir.Graph:
 
 
 def no_graph(span: Span) -> ir.Graph:
-    """In place of a graph that has been reported."""
+    """Replacement for a graph that has been reported."""
     return ir.Proximity("", Metres(REPORTED), (), span)
 
 
@@ -144,7 +144,7 @@ def _which_graph(context: Context, length: ast.Length) -> None:
 
 
 def resolve_facing(context: Context, facing: ast.Facing) -> Typed:
-    """``heading within 10 deg of 90 deg``, which holds in all cases where something of it has been reported."""
+    """Resolve ``heading within 10 deg of 90 deg``; always true if a part of it has been reported."""
     within, towards = _within(context, facing.within), _towards(context, facing.towards)
     if math.isnan(within) or (isinstance(towards, float) and math.isnan(towards)):
         return Typed(ir.Truth(True, facing.span), About.EITHER, facing.span)
@@ -210,7 +210,7 @@ NOTHING = Fraction(0)
 
 
 def resolve_comparison(context: Context, comparison: ast.Compare) -> Typed:
-    """``left >= right`` as ``left - right >= 0``, ``left <= right`` as ``right - left >= 0``."""
+    """Resolve ``left >= right`` as ``left - right >= 0``, and ``left <= right`` as ``right - left >= 0``."""
     left = evaluate(context, comparison.left, state_of)
     right = evaluate(context, comparison.right, state_of)
     amount = added(context, comparison, left, scaled(right, MINUS))
@@ -233,7 +233,7 @@ def resolve_comparison(context: Context, comparison: ast.Compare) -> Typed:
 
 
 def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
-    """A state word or a distance, with its unit."""
+    """Amount of a state word or a distance, with its unit."""
     match state:
         case ast.Distance():
             return _distance(context, state)
@@ -306,7 +306,7 @@ def _distance_between(
 
 
 def compared_agent(context: Context, reference: ast.Name | ast.Member, needed: str, *also: Kind) -> int | Unresolved:
-    """The index of the one agent a reference names."""
+    """Index of the single agent that a reference names."""
     name = reference if isinstance(reference, ast.Name) else reference.team
     declared = context.find(name, *AGENTS, *also, needed=needed)
     if isinstance(declared, Unresolved):

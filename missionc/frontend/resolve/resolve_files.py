@@ -1,12 +1,12 @@
-"""Resolution of the files that hold places of a mission: declarations as if written, and a summary of each file.
+"""Resolution of files with places: declarations as if written in the mission, and a summary of each file.
 
     in   Program
     out  Program with the places of the files in it, findings, and a summary of each file
     says MC013 MC034 MC035 MC206 MC210, and the codes of ``maps``
 
-The declarations that name files stay beside those made from them, so that the names in them count as used. A
-declaration that is made has the span of the one that names the file. Its names and shapes have their spans in the
-file, if that is text. A summary has the places and lanes of the file, those left out and why, and the extents.
+The declarations that name files stay in addition to those made from them, so that the names in them count as used. A
+declaration that is made has the span of the one that names the file. Its names and shapes have their spans in the file,
+if that is text. A summary has the places and lanes of the file, those omitted with the reasons, and the extents.
 """
 
 from __future__ import annotations
@@ -43,12 +43,14 @@ if TYPE_CHECKING:
 
 
 def file_lines(mission: ir.Mission) -> list[str]:
-    """A line for each file and kind of place; none for a mission without files."""
+    """One line for each file and kind of place; none for a mission without files."""
     return [_line(file, lanes) for file, lanes in _files(mission)]
 
 
 def file_records(mission: ir.Mission) -> list[dict[str, object]]:
-    """The same for JSON: ``lanes`` is null but for roadmaps; ``low`` and ``high`` in metres, null without extents."""
+    """The same for JSON: ``lanes`` is null except for roadmaps; ``low`` and ``high`` in metres, null
+    without extents.
+    """
     return [_record(file, lanes) for file, lanes in _files(mission)]
 
 
@@ -66,7 +68,7 @@ def _record(file: ir.PlacesFile, lanes: int | None) -> dict[str, object]:
 
 
 def _files(mission: ir.Mission) -> Iterator[tuple[ir.PlacesFile, int | None]]:
-    """Each file, and of a roadmap the number of its lanes."""
+    """Files, each with its number of lanes if it is a roadmap."""
     yield from ((file, None) for file in mission.files)
     if mission.solve.roadmap is not None:
         from missionc.frontend.maps.read_map import box  # few missions have one
@@ -78,7 +80,7 @@ def _files(mission: ir.Mission) -> Iterator[tuple[ir.PlacesFile, int | None]]:
 
 
 def _line(file: ir.PlacesFile, lanes: int | None) -> str:
-    """``hall.yaml: 3 obstacles, (0, 0) to (10, 5) m; left out: 2 TEXT (not an area)``."""
+    """Text such as ``hall.yaml: 3 obstacles, (0, 0) to (10, 5) m; left out: 2 TEXT (not an area)``."""
     from missionc.frontend.maps.read_map import left_out_text  # few missions read files
 
     between = f", {' to '.join(map(point, file.summary.extents))} m" if file.summary.extents else ""
@@ -97,7 +99,7 @@ Item = TypeVar("Item", bound="ast.TeamItem | ast.Pads")
 def with_places(
     program: ast.Program, overrides: Mapping[str, str], limits: Limits
 ) -> tuple[ast.Program, list[Diagnostic], list[ir.PlacesFile]]:
-    """The program with the places of its files, and a summary of each; the same program if it names none."""
+    """Program with the places of its files, and a summary of each; the same program if it names none."""
     if not any(named_files(each) for each in program.declarations):
         return program, [], []
     parameters = tuple(
@@ -105,7 +107,7 @@ def with_places(
     )
     context = Context(collect(replace(program, declarations=parameters), []), limits, [])
     resolve_parameters(context, dict(overrides))
-    context.findings.clear()  # said by whoever resolves the whole
+    context.findings.clear()  # reported by the caller that resolves the whole
     worlds = [each for each in program.declarations if isinstance(each, ast.World)]
     context.dimension = len(worlds[0].low.coordinates) if worlds else 0
     made = [each for declaration in program.declarations for each in _made(context, declaration)]
@@ -113,7 +115,7 @@ def with_places(
 
 
 def _made(context: Context, declaration: ast.Declaration) -> Iterator[ast.Declaration]:
-    """What stands for a declaration."""
+    """Declarations that replace a declaration."""
     match declaration:
         case ast.FromFile():
             yield declaration
@@ -180,7 +182,7 @@ def _numbers(values: Iterable[float], span: Span) -> tuple[ast.Number, ...]:
 
 
 def _asked(context: Context, node: ast.FromFile) -> FileRequest | None:
-    """What the declaration asks of its file; None once something is reported."""
+    """Request of the declaration for its file, or None if an error is reported."""
     from missionc.frontend.maps.map_metadata import ending
     from missionc.frontend.maps.read_map import FORMS
     from missionc.ir.place_files import FileRequest
@@ -251,7 +253,7 @@ def _length(context: Context, setting: ast.Setting) -> float:
 
 
 def _origin(context: Context, point: ast.Point) -> tuple[float, float]:
-    """Longitude and latitude in degrees."""
+    """Longitude and latitude, degrees."""
     way_out = "write longitude and latitude, for example `origin (8.54 deg, 47.38 deg)`"
     if len(point.coordinates) != 2:
         _not_for(context, "expected a longitude and a latitude", point.span, way_out)
@@ -288,7 +290,7 @@ def _places(context: Context, node: ast.FromFile, asked: FileRequest) -> Iterato
 
 
 def _texts(features: list[Feature], stem: str, prefix: str) -> list[str]:
-    """The names of the features, each once: those without a name, and those of one name, are numbered."""
+    """Unique names of the features; those without a name or with equal names are numbered."""
     texts = [prefix + _name(feature.name) if feature.name else "" for feature in features]
     counts = Counter(texts)
     taken = {text for text in texts if counts[text] == 1 and text}
@@ -304,14 +306,14 @@ def _texts(features: list[Feature], stem: str, prefix: str) -> list[str]:
 
 
 def _words(node: ast.FromFile) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """The options that are words."""
+    """Options that are words."""
     for option in node.options:
         if isinstance(option.value, tuple):
             yield option.word, option.value
 
 
 def _name(text: str) -> str:
-    """A text with ``_`` for all that no name has."""
+    """Text with ``_`` for each character that names cannot contain."""
     return _NOT_IN_NAMES.sub("_", text)
 
 
@@ -332,7 +334,9 @@ def _place(node: ast.FromFile, feature: Feature, name: ast.Name) -> Iterator[ast
 
 
 def _shape(feature: Feature, shape: Area | Circle, height: ast.Height | None, *, whole: bool) -> ast.Shape:
-    """The shape; an area with holes is a difference if ``whole``, and otherwise a union: inside, and outside, true."""
+    """Shape of a feature; an area with holes is a difference if ``whole``, otherwise a union, which is true both inside
+    and outside.
+    """
     from missionc.frontend.maps.feature import Circle
     from missionc.frontend.maps.occupancy_grid import without_holes
 

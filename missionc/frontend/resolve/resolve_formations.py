@@ -1,4 +1,4 @@
-"""Resolution of formations: every kind spelt out as a distance or an offset that each two agents keep.
+"""Resolution of formations: every kind becomes distances or offsets between pairs of agents.
 
 says MC013 MC014 MC105 MC205 MC206 MC207 MC209 MC210
 """
@@ -28,11 +28,11 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "offsets": (),
     "distances": (),
 }
-"""The kinds of formation and the settings each takes, beside its tolerance."""
+"""Settings of each kind of formation, besides its tolerance."""
 
 
 def resolve_formation(context: Context, formation: ast.Formation) -> ir.Formation:
-    """The formation with its edges; none where something about it has been reported."""
+    """Formation with its edges; none if a part of it has been reported."""
     name, kind = formation.name.text, formation.kind.text
     agents = resolve_set(context, formation.agents).agents
     tolerance, edges = Metres(REPORTED), tuple[ir.FormationEdge, ...]()
@@ -78,7 +78,7 @@ def _edges(
 def _line(
     context: Context, formation: ast.Formation, settings: dict[str, ast.Setting], agents: tuple[int, ...]
 ) -> tuple[ir.FormationEdge, ...]:
-    """Rigid: every two agents their places' distance apart; with a heading, each at its offset to the first."""
+    """Edges of a rigid line: distances of all pairs, or with a heading the offset of each agent from the first."""
     spacing = _length(context, formation, settings, "spacing")
     if "heading" not in settings:
         return _apart(agents, [(spacing * place, 0.0) for place in range(len(agents))])
@@ -92,7 +92,10 @@ def _line(
 
 
 def _heading(context: Context, quantity: ast.Quantity) -> float:
-    """Radians, from the first axis; more than a full turn is mostly degrees without their unit."""
+    """Heading in radians from the first axis.
+
+    More than a full turn is probably degrees without their unit.
+    """
     heading = resolved_number(context, quantity, Dimension.ANGLE, "the heading")
     if abs(heading) <= 2 * math.pi:
         return heading
@@ -111,7 +114,7 @@ def _heading(context: Context, quantity: ast.Quantity) -> float:
 def _circle(
     context: Context, formation: ast.Formation, settings: dict[str, ast.Setting], agents: tuple[int, ...]
 ) -> tuple[ir.FormationEdge, ...]:
-    """A regular polygon, by its radius or by the distance of neighbours."""
+    """Edges of a regular polygon, by its radius or by the distance of neighbours."""
     count = max(len(agents), 2)
     if "radius" in settings and "spacing" in settings:
         said_twice(context, "the size of the circle", settings["spacing"].span, settings["radius"].span)
@@ -127,7 +130,7 @@ def _circle(
 
 
 def _columns(context: Context, formation: ast.Formation, settings: dict[str, ast.Setting], count: int) -> int:
-    """Columns of a grid: as given, from the rows given, or as square as the agents allow."""
+    """Number of columns of a grid: as given, from the given rows, or as square as possible."""
     given = {
         word: whole(context, settings[word].high, f"the number of {word}", least=1)
         for word in ("rows", "columns")
@@ -151,7 +154,7 @@ def _columns(context: Context, formation: ast.Formation, settings: dict[str, ast
 
 
 def _room(context: Context, formation: ast.Formation, count: int) -> bool:
-    """Whether the mission's formations may have so many more edges; said once where they may not."""
+    """Return whether the mission's formations may have ``count`` more edges; reported once if not."""
     limit = context.limits.formation_edges
     before = context.edges
     context.edges += count
@@ -166,7 +169,7 @@ def _room(context: Context, formation: ast.Formation, count: int) -> bool:
 
 
 def _apart(agents: tuple[int, ...], places: list[tuple[float, float]]) -> tuple[ir.FormationEdge, ...]:
-    """Every two agents as far apart as their places are."""
+    """Edges with the distances of all pairs of places."""
     return tuple(
         ir.FormationEdge(a, b, math.dist(here, there))
         for (a, here), (b, there) in combinations(zip(agents, places, strict=True), 2)
@@ -177,7 +180,7 @@ def _apart(agents: tuple[int, ...], places: list[tuple[float, float]]) -> tuple[
 
 
 def _offsets(context: Context, formation: ast.Formation, agents: tuple[int, ...]) -> tuple[ir.FormationEdge, ...]:
-    """Each agent's offset to the first, whatever the pose of the whole."""
+    """Edges with the offset of each agent from the first, independent of the pose of the formation."""
     written = () if isinstance(formation.offsets, ast.File) else formation.offsets
     offsets = [resolve_offset(context, point.coordinates, point.span) for point in written]
     if not agents or isinstance(formation.offsets, ast.File):
@@ -199,7 +202,7 @@ def _offsets(context: Context, formation: ast.Formation, agents: tuple[int, ...]
 
 
 def _distances(context: Context, formation: ast.Formation, agents: tuple[int, ...]) -> tuple[ir.FormationEdge, ...]:
-    """The listed pairs, by their places among the agents, as far apart as listed."""
+    """Edges of the listed pairs, by their positions among the agents, at the listed distances."""
     edges: list[ir.FormationEdge] = []
     first: dict[frozenset[float], ast.Link] = {}
     if not formation.links:
@@ -226,7 +229,7 @@ def _distances(context: Context, formation: ast.Formation, agents: tuple[int, ..
 
 
 def _place(context: Context, formation: ast.Formation, item: ast.Quantity, count: int) -> float:
-    """A place among the agents; NaN once it is reported, or while the agents are not known."""
+    """Position among the agents; NaN once it is reported, or while the agents are unknown."""
     place = whole(context, item, "the place")
     if not count or place < count:
         return place if count else REPORTED
@@ -245,7 +248,7 @@ def _place(context: Context, formation: ast.Formation, item: ast.Quantity, count
 
 
 def _length(context: Context, formation: ast.Formation, settings: dict[str, ast.Setting], word: str) -> float:
-    """The length a setting gives, more than 0; NaN where it is missing."""
+    """Length of a setting, above 0; NaN if it is missing."""
     name = formation.name.text
     setting = settings.get(word)
     if setting is None:

@@ -2,8 +2,8 @@
 
     says MC005 MC008 MC015 MC101 MC104 MC109 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
 
-A formula is about one agent or about the team. Each is first judged from its operands up (``joined``). A place that
-needs one of the two then looks down for the operands of the other kind (``check``), so that a message names them and
+A formula is about one agent or about the team. This is first determined from its operands up (``joined``). A place that
+needs one of the two then searches down for the operands of the other kind (``check``), so that a message names them and
 not the whole formula.
 
 An operator before its operand ends before ``reach``, ``until`` and the like on its right.
@@ -58,7 +58,10 @@ from missionc.ir.language.predicates import Predicate
 
 
 def check(context: Context, formula: Typed, needed: About, asker: str) -> None:
-    """Reports every operand that is not about ``needed``; ``asker`` says what needs it (``every drone:``)."""
+    """Report every operand that is not about ``needed``.
+
+    ``asker`` is the text that needs it (``every drone:``).
+    """
     others = list(_about(formula, needed))
     for operand in _not_about(formula, needed):
         if needed is About.TEAM:
@@ -68,7 +71,9 @@ def check(context: Context, formula: Typed, needed: About, asker: str) -> None:
 
 
 def check_definition(context: Context, formula: Typed) -> Typed:
-    """A ``let`` may be about either, but not about both; a mixed one is reported here and fits everywhere."""
+    """Check that a ``let`` is about one agent or the team, not both; a mixed one is reported and then
+    fits everywhere.
+    """
     if not formula.mixed:
         return formula
     check(context, formula, About.TEAM, "")
@@ -76,7 +81,7 @@ def check_definition(context: Context, formula: Typed) -> Typed:
 
 
 def _not_about(formula: Typed, needed: About) -> Iterator[Typed]:
-    """The largest operands that are about the other of the two."""
+    """Largest operands that are about the other of the two."""
     if formula.mixed:
         for operand in formula.operands:
             yield from _not_about(operand, needed)
@@ -115,7 +120,7 @@ def _quantifier_missing(context: Context, operand: Typed, others: list[Typed], w
 
 
 def _nothing_asked(context: Context, operand: Typed, others: list[Typed]) -> None:
-    """``truck and drone[0]: base``"""
+    """Report an operand such as ``truck`` in ``truck and drone[0]: base``."""
     text = excerpt(operand.span)
     single = isinstance(operand.formula, ir.Belongs) and len(operand.formula.agents.agents) == 1
     context.report(
@@ -143,9 +148,9 @@ def _quantifier_too_many(context: Context, operand: Typed, asker: str, beside: b
 
 
 def check_prefix_scope(context: Context, formula: ast.Apply) -> None:
-    """Reports operators without parentheses that may be meant of the whole formula, and are asked of its left side.
+    """Report operators without parentheses that apply to the left side only and may be meant for the whole formula.
 
-    ``not f reach[…] g`` is left alone: read aloud, ``not f`` is one condition.
+    ``not f reach[…] g`` is allowed: read aloud, ``not f`` is one condition.
     """
     operator = by_name.get(formula.operator)
     if operator is None or operator.fixity is not Fixity.INFIX or operator.bounds is Bounds.NONE:
@@ -164,7 +169,7 @@ def check_prefix_scope(context: Context, formula: ast.Apply) -> None:
 
 
 def _bare_prefix(formula: ast.Apply) -> ast.Apply | None:
-    """The operator before its operand that ends, without a parenthesis, where this infix operator begins."""
+    """Prefix operator that ends, without a parenthesis, at this infix operator."""
     part, end = formula.operands[0], formula.operands[0].span.end
     if part.span.start != formula.span.start:
         return None
@@ -207,7 +212,7 @@ def _ends_early(context: Context, formula: ast.Apply, prefix: ast.Apply, body: a
 
 
 def _right(formula: ast.Apply) -> str:
-    """The right side as it is written, its parentheses included."""
+    """Right side as it is written, with its parentheses."""
     begin = formula.span.start if formula.bounds is None else formula.bounds.span.end
     return excerpt(Span(formula.span.source, begin, formula.span.end)).lstrip("] ")
 
@@ -219,20 +224,20 @@ AS_FORMULA = {
     Kind.RESOURCE: "compare it, for example `{name} >= 15`",
     Kind.GRAPH: "write `connected({name})`",
 }
-"""What to write in place of a name that is no formula."""
+"""Suggested replacement for a name that is not a formula."""
 
 FORMULAS = (Kind.REGION, *AGENTS, Kind.FORMATION, Kind.FLAG, Kind.LET)
 
 
 def resolve_lets(context: Context) -> None:
-    """Every named formula, the ones that others are made of first."""
+    """Resolve every named formula, in order of dependency."""
     lets = {let.name.text: let for let in context.declared(ast.Let)}
     for name in ordered(context, {name: let.body for name, let in lets.items()}):
         context.lets[name] = check_definition(context, resolve_formula(context, lets[name].body))
 
 
 def resolve_goal(context: Context, formula: ast.Formula) -> ir.Formula:
-    """The formula of a requirement or preference, which is about the team."""
+    """Formula of a requirement or preference, which is about the team."""
     resolved = resolve_formula(context, formula)
     check(context, resolved, About.TEAM, "require")
     return resolved.formula
@@ -259,13 +264,13 @@ def resolve_formula(context: Context, formula: ast.Formula) -> Typed:
         case ast.OneAgent():
             return _within_limits(context, _one_agent(context, formula))
         case ast.ForEach():
-            raise AssertionError(formula)  # spelt out before
+            raise AssertionError(formula)  # expanded before
         case _:
             assert_never(formula)
 
 
 def stand_in(span: Span) -> Typed:
-    """In place of a formula that has been reported: it fits everywhere."""
+    """Replacement for a formula that has been reported, which fits everywhere."""
     return Typed(ir.Truth(True, span), About.EITHER, span)
 
 
@@ -343,7 +348,7 @@ def _call(context: Context, call: ast.Call) -> Typed:
 
 
 def called_predicate(context: Context, name: ast.Name) -> Predicate | None:
-    """The predicate that is written with this name and brackets; None if there is none, or it is reported."""
+    """Predicate with this name, written with brackets; None if there is none or it is reported."""
     try:
         return CALLED.get(name.text)
     except ExtensionError as error:
@@ -352,7 +357,7 @@ def called_predicate(context: Context, name: ast.Name) -> Predicate | None:
 
 
 def _is_number(context: Context, argument: ast.Quantity | ast.Member) -> bool:
-    """Whether an argument is a number: written, computed, or the name of a parameter."""
+    """Return whether an argument is a number: written, computed, or the name of a parameter."""
     if isinstance(argument, ast.Name):
         declared = context.names.declared.get(argument.text)
         return declared is not None and declared.kind is Kind.PARAM
@@ -360,7 +365,7 @@ def _is_number(context: Context, argument: ast.Quantity | ast.Member) -> bool:
 
 
 def _order(context: Context, number: ast.Quantity | ast.Member, graph: ir.Graph, agents: int) -> int:
-    """How many of so many agents have to be lost to part a graph; 1 where that cannot be meant, and is reported."""
+    """Number of agents whose loss may disconnect a graph; 1 for an invalid number, which is reported."""
     assert not isinstance(number, ast.Member)
     value = whole(context, number, f"the connectivity order of `{graph.name}`", least=1)
     if agents == 0 or math.isnan(value):
@@ -408,7 +413,7 @@ ARGUMENTS: dict[str, Callable[[Context, ast.Quantity | ast.Member], object]] = {
     "beacon": _beacon,
     **{each.value: _number_of(each) for each in Dimension},
 }
-"""The value of an argument of each kind."""
+"""Functions for the value of each kind of argument."""
 
 
 def _graph_and_agents(
@@ -427,7 +432,7 @@ def _graph_and_agents(
 
 
 def _whole_name(context: Context, argument: ast.Quantity | ast.Member, kind: Kind) -> str | Unresolved:
-    """The name of something of this kind; a member of a team is none, nor is a number."""
+    """Name of something of this kind; members of a team and numbers are not allowed."""
     if isinstance(argument, ast.Name):
         declared = context.find(argument, kind)
         return declared if isinstance(declared, Unresolved) else argument.text
@@ -450,7 +455,7 @@ def _whole_name(context: Context, argument: ast.Quantity | ast.Member, kind: Kin
 
 def _apply(context: Context, formula: ast.Apply) -> Typed:
     typed: list[Typed] = []
-    for written in formula.operands:  # a comprehension would take a stack frame more for each level
+    for written in formula.operands:  # a comprehension would add a stack frame at each level
         typed.append(resolve_formula(context, written))  # noqa: PERF401
     operands = tuple(typed)
     operator = by_name.get(formula.operator)
@@ -509,7 +514,7 @@ def _grown(operands: tuple[Typed, ...]) -> tuple[float, int]:
 
 
 def _within_limits(context: Context, formula: Typed) -> Typed:
-    """The formula; one that is too large or too deep with every ``let`` spelt out is reported, once and for all."""
+    """Formula itself; one that is too large or too deep after expansion of ``let`` is reported once."""
     limits = context.limits
     if formula.size > limits.formula_nodes:
         context.report(
@@ -561,14 +566,14 @@ def _quantified(context: Context, formula: ast.Quantified) -> Typed:
 
 
 def _recurrent(context: Context, formula: ast.Quantified, length: ast.Name) -> Typed:
-    """``every patrol: f``, where the name is that of a parameter: a period."""
+    """Resolve ``every patrol: f``, where the name is that of a parameter: a period."""
     word = formula.span.part(formula.span.start, formula.span.start + len(formula.kind))
     period = ast.Period(length.span, length)
     return _apply(context, ast.Apply(formula.span, formula.kind, word, (formula.body,), period))
 
 
 def _without(context: Context, formula: ast.Quantified, number: int, agents: ir.AgentSet, body: Typed) -> Typed:
-    """The body for the remaining agents; spelt out only if there is room for all cases."""
+    """Body for the remaining agents; expanded only if all cases are within the limit."""
     size = 1 + math.comb(len(agents.agents), number) * (body.size + named_members(body.formula))
     nothing = Typed(ir.Truth(True, formula.span), About.TEAM, formula.span, size=size, depth=1 + body.depth)
     if not size <= context.limits.formula_nodes:

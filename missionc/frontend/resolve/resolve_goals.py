@@ -1,4 +1,4 @@
-"""Resolution of requirements and preferences by their labels, of the objective, and of the ``solve`` settings.
+"""Resolution of requirements and preferences with their labels, of the objective and of the ``solve`` settings.
 
 says MC102 MC206 MC209 MC210
 """
@@ -22,19 +22,19 @@ from missionc.frontend.resolve.resolve_settings import known_settings, relation,
 from missionc.frontend.syntax import ast
 
 OPTIONS = ("nodes", "neighbors")
-"""What ``solve with`` may set to a whole number, at least 1."""
+"""Settings of ``solve with`` that are whole numbers, at least 1."""
 
 CONNECTIVITY = "connectivity"
-"""What it may set to a word."""
+"""Setting that is a word."""
 
 ROADMAP = "roadmap"
-"""What it may set to a file."""
+"""Setting that is a file."""
 
 
 def resolve_requirements(
     context: Context, program: ast.Program
 ) -> tuple[tuple[ir.Requirement, ...], tuple[ir.Preference, ...]]:
-    """What must be true and what should; one without a label is called ``requirement 3`` by its place."""
+    """Requirements and preferences; one without a label is called ``requirement 3`` by its position."""
     requirements: list[ir.Requirement] = []
     preferences: list[ir.Preference] = []
     labels: dict[str, ast.Name] = {}
@@ -62,7 +62,7 @@ def _label(context: Context, label: ast.Name | None, otherwise: str, labels: dic
 
 
 def _formula(context: Context, item: ast.Require | ast.Prefer) -> ir.Formula:
-    """The formula; where it does not say of whom and the label names agents, the finding says what it was read as."""
+    """Formula of an item; if it has no subject and the label names agents, the finding says how it was read."""
     before = len(context.findings)
     formula = resolve_goal(context, item.body)
     if item.label is not None and item.label.text in context.sets:
@@ -115,7 +115,7 @@ def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
 
 
 def _roadmap(context: Context, solve: ast.Solve, settings: dict[str, ast.Setting]) -> ir.Lanes | None:
-    """The user's own roadmap, if there is one; it has its nodes, so that the mission says no number of them."""
+    """User's own roadmap, if there is one; its nodes replace the number of nodes in the mission."""
     files: dict[str, ast.FileSetting] = {}
     for file in solve.files:
         if file.name.text != ROADMAP:

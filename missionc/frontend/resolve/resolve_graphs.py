@@ -107,7 +107,7 @@ def _region(context: Context, name: ast.Name) -> ir.Region:
 
 
 def _unit(context: Context, rate: ast.Rate) -> Dimension | None:
-    """What a rate is per; None where it is per nothing, and where it is not written as its word asks: that is said."""
+    """Denominator of a rate; None if there is none, or if it is wrong for its word, which is reported."""
     unit = None if rate.unit is None else UNITS.get(rate.unit.text, (None,))[0]
     match rate.name.text, rate.unit is not None, rate.within is not None:
         case (("start" | "capacity"), False, False):
@@ -136,7 +136,7 @@ def _unit(context: Context, rate: ast.Rate) -> Dimension | None:
 
 
 def _per(rate: ast.Rate, value: float) -> float:
-    """A rate in SI units."""
+    """Rate in SI units."""
     factor = 1.0 if rate.unit is None else UNITS.get(rate.unit.text, (None, math.nan))[1]
     return value / factor
 
@@ -153,10 +153,10 @@ def _form(rate: ast.Rate) -> str:
 
 
 Ends: TypeAlias = tuple[frozenset[int], frozenset[int]]
-"""Agents that links lead from, and to."""
+"""Agents at which links begin and end."""
 
 HEAVIEST = 100
-"""A link weighs no more: sums of weights are told apart one by one."""
+"""Maximum weight of a link: sums of weights are distinguished individually."""
 
 
 def resolve_graph(context: Context, graph: ast.Graph) -> ir.Graph:
@@ -184,7 +184,7 @@ def _of_one_range(context: Context, graph: ast.Graph, radius: Metres) -> ir.Grap
 
 
 def _ranges(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.PairRange, ...]:
-    """The ranges of pairs."""
+    """Ranges of pairs."""
     ranges = []
     for pair, senders, receivers in _pairs(context, graph.ranges, whole, "range"):
         what = f"the range from `{excerpt(pair.senders.span)}` to `{excerpt(pair.receivers.span)}`"
@@ -194,7 +194,7 @@ def _ranges(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.Pai
 
 
 def _weights(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.Weight, ...]:
-    """What links weigh, by name."""
+    """Weights of links, by name."""
     weights: dict[str, tuple[Span, ir.Weight]] = {}
     for weight in graph.weights:
         name = weight.name.text
@@ -244,7 +244,7 @@ def _heavy(context: Context, quantity: ast.Quantity, what: str) -> int:
 def _pairs(
     context: Context, pairs: tuple[ast.OfPair, ...], whole: ir.Graph, what: str
 ) -> Iterator[tuple[ast.OfPair, frozenset[int], frozenset[int]]]:
-    """Each with the agents it is about, from and to; but for those that say again what is said of a pair before."""
+    """Pairs with their agents (from and to), without those that repeat an earlier pair."""
     said: dict[ast.OfPair, tuple[frozenset[int], frozenset[int]]] = {}
     for pair in pairs:
         senders, receivers = (_ends(context, end, whole) for end in (pair.senders, pair.receivers))
@@ -272,7 +272,7 @@ def _ends(context: Context, end: ast.Name | ast.Member, whole: ir.Graph) -> froz
 
 
 def _common(known: Ends, ends: Ends) -> tuple[int, int] | None:
-    """Two agents, from and to, of whom both speak."""
+    """Pair of agents (from and to) that both specify."""
     first, second = (sorted(one & other) for one, other in zip(known, ends, strict=True))
     return next(((one, other) for one in first[:2] for other in second[:2] if one != other), None)
 
@@ -300,7 +300,7 @@ def _to_itself(context: Context, pair: ast.OfPair, agent: int, what: str) -> Non
 
 
 def _shapes_in_the_way(context: Context, graph: ast.Graph) -> tuple[ir.Shape, ...]:
-    """The shapes of the obstacles that stay as they are; of others ``check_graphs`` speaks."""
+    """Shapes of the static obstacles; ``check_graphs`` reports the others."""
     shapes = tuple(each.shape for each in context.obstacles.values() if each.constant)
     count = sum(count_pieces(shape)[0] for shape in shapes)
     if count <= context.limits.shape_parts:

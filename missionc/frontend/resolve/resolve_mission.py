@@ -1,16 +1,14 @@
-"""Resolution of a mission: names found, parameters filled in, units turned into steps and metres, formulas typed.
+"""Resolution of a mission: looks up names and parameters, converts units to steps and metres, types formulas.
 
     in   Program, Limits, the values of parameters given on the command line
     out  Mission, or nothing where there are errors
     says MC005 MC006 MC013 MC014 MC1xx MC2xx MC302–MC306 MC512 MC513
 
-Everything declared is resolved in one fixed order, each part on the ones before
-it; names may stand in any order in the text. All findings come in one go, in
-the order of the text. A mission that comes out can be trusted: its numbers are
-finite (but for those that may be infinite: a unicycle's ``turn``, a route's upper
-bound and what a vehicle does not limit) and in the units the IR names, its indices exist, its windows are
-not reversed, every point has the world's coordinates, and every requirement is
-about the team.
+Everything declared is resolved in one fixed order, each part on the ones before it; names may stand in any order in the
+text. All findings are reported together, in the order of the text. A resolved mission can be trusted: its numbers are
+finite (except for those that may be infinite: a unicycle's ``turn``, a route's upper bound and absent limits of a
+vehicle) and in the units the IR names, its indices exist, its windows are not reversed, every point has the world's
+coordinates, and every requirement is about the team.
 """
 
 from __future__ import annotations
@@ -47,11 +45,11 @@ def resolve(
     stretch: float = 1.0,
     vehicle: ir.Vehicle = ir.PLAIN,
 ) -> tuple[ir.Mission | None, list[Diagnostic]]:
-    """The mission as meant, and all that there is to say about it.
+    """Mission as meant, and all findings about it.
 
     Args:
-        stretch: it lasts so many times as long as written.
-        vehicle: what flies its teams that name none.
+        stretch: factor of the mission's duration.
+        vehicle: vehicle of teams that name none.
     """
     program, findings, files = with_places(program, overrides, limits)
     names = collect(program, findings)
@@ -122,7 +120,7 @@ def resolve(
 
 
 def _resolve_things(context: Context, program: ast.Program) -> None:
-    """Regions, obstacles, beacons, agents, groups, graphs, formations, resources, flags."""
+    """Resolve regions, obstacles, beacons, agents, groups, graphs, formations, resources, flags."""
     resolve_regions(context)
     for beacon in context.declared(ast.Beacon):
         place = resolve_point(context, beacon.position)
@@ -145,7 +143,7 @@ Item = TypeVar("Item", bound=ast.Node)
 
 
 def _needed(context: Context, program: ast.Program, kind: type[Item], what: str, way_out: str) -> Item | None:
-    """The one declaration of a kind; one that is missing is reported."""
+    """Single declaration of a kind; a missing one is reported."""
     found = only(context, program.declarations, kind, whole=True)
     if found is None:
         missing(context, what, _start(program), way_out)
@@ -153,5 +151,5 @@ def _needed(context: Context, program: ast.Program, kind: type[Item], what: str,
 
 
 def _start(program: ast.Program) -> Span:
-    """Where to point for what is not there: the first declaration."""
+    """Place of findings about missing declarations: the first declaration."""
     return program.declarations[0].span if program.declarations else program.span

@@ -1,9 +1,9 @@
-"""Resolution of places alone: where everything stands, also in a text whose formulas cannot be read yet.
+"""Resolution of places alone: positions of everything, even in a text whose formulas cannot be read yet.
 
     in   the declarations that can be read
-    out  Places, without what cannot be known
+    out  Places, without unknown ones
 
-Says nothing: what is wrong with a mission is said by ``resolve``.
+Reports no findings: ``resolve`` does.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from missionc.frontend.syntax import ast
 
 
 class Places(Record, eq=False):
-    """The world and what stands in it, by name where it has one; ``context`` knows the parameters.
+    """The world and the places in it, by name if they have one; ``context`` has the parameters.
 
     ``declarations`` are those of the text, each member of a family, and each place of a file, for itself.
     """
@@ -41,12 +41,12 @@ class Places(Record, eq=False):
     agents: tuple[ir.Agent, ...]
 
     def metres(self, quantity: ast.Quantity) -> Metres:
-        """What a length comes to; NaN where that cannot be known."""
+        """Length in metres; NaN if it is unknown."""
         return Metres(resolved_number(self.context, quantity, Dimension.LENGTH, "the length"))
 
 
 def resolve_places(source: Source, declarations: Sequence[ast.Declaration], limits: Limits) -> Places | None:
-    """Where everything stands; nothing where the world is not known, or has no room in it."""
+    """Places of everything; None if the world is unknown or empty."""
     written = ast.Program(Span(source, 0, len(source.text)), tuple(declarations))
     placed, _, _ = with_places(written, {}, limits)
     program = spell_out(placed, collect(placed, []), {}, limits, []) or placed

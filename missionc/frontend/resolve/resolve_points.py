@@ -1,4 +1,4 @@
-"""Resolution of the world and of the points in it: metres, as many coordinates as the world has.
+"""Resolution of the world and its points: metres, with the world's number of coordinates.
 
 says MC205 MC512
 """
@@ -19,12 +19,12 @@ WORDS = {1: "one coordinate", 2: "two coordinates", 3: "three coordinates"}
 
 
 def coordinates(context: Context, point: ast.Point) -> ir.Vector:
-    """The coordinates as written, however many, in metres."""
+    """All coordinates as written, in metres."""
     return tuple(resolved_number(context, item, Dimension.LENGTH, "the coordinate") for item in point.coordinates)
 
 
 def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
-    """A point of the world; NaN throughout where it has not the world's number of coordinates."""
+    """Point of the world; all NaN if it does not have the world's number of coordinates."""
     values = coordinates(context, point)
     if context.dimension in (0, len(values)):
         return values
@@ -40,7 +40,7 @@ def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
 
 
 def plane_point(context: Context, point: ast.Point, what: str, otherwise: str) -> tuple[float, float]:
-    """A point with two coordinates, whatever the world has."""
+    """Point with two coordinates, in a plane or volume."""
     match coordinates(context, point):
         case (x, y):
             return x, y
@@ -55,7 +55,7 @@ def plane_point(context: Context, point: ast.Point, what: str, otherwise: str) -
 
 
 def known(*points: ir.Vector) -> bool:
-    """Whether no coordinate stands for one that has been reported."""
+    """Return whether no coordinate is a replacement for a reported one."""
     return not any(math.isnan(value) for point in points for value in point)
 
 
@@ -64,7 +64,7 @@ def counted_points(count: int) -> str:
 
 
 def resolve_world(context: Context, world: ast.World) -> None:
-    """Sets the world's corners; its number of coordinates stays 0 where they disagree."""
+    """Set the world's corners; its number of coordinates stays 0 if they disagree."""
     first, second = coordinates(context, world.low), coordinates(context, world.high)
     if len(first) not in (2, 3) or len(first) != len(second):
         wrong = world.low if len(first) not in (2, 3) else world.high
@@ -86,7 +86,7 @@ def resolve_world(context: Context, world: ast.World) -> None:
 
 
 def resolve_offset(context: Context, items: tuple[ast.Quantity, ...], span: Span) -> ir.Vector:
-    """An offset in metres; in a volume two coordinates leave the height as it is."""
+    """Offset in metres; in a volume, two coordinates leave the height unchanged."""
     values = tuple(resolved_number(context, item, Dimension.LENGTH, "the offset") for item in items)
     return as_many(context, padded(context, values), span)
 
@@ -96,7 +96,7 @@ def padded(context: Context, values: ir.Vector) -> ir.Vector:
 
 
 def as_many(context: Context, values: ir.Vector, span: Span) -> ir.Vector:
-    """The values where they are as many as the world's coordinates; NaN and a finding where they are not."""
+    """Values if they match the world's number of coordinates; otherwise NaN and a finding."""
     if context.dimension in (0, len(values)):
         return values
     context.report(

@@ -1,10 +1,10 @@
-"""Evaluation of quantities and parameters: names looked up, units worked out, every number in SI.
+"""Evaluation of quantities and parameters: looks up names, computes units, converts numbers to SI.
 
     says MC001 MC006 MC010 MC104 MC106 MC201 MC202 MC209 MC210, and errors of a value
 
-One evaluator serves numbers and comparisons: an ``Amount`` is a linear expression over what can change (``x``,
-``speed``, ``distance(base)``), and a number must have no such terms. A parameter has its value in the text, or the
-one that the command line sets.
+One evaluator serves numbers and comparisons: an ``Amount`` is a linear expression over variables (``x``, ``speed``,
+``distance(base)``), and a number must have no such terms. A parameter has its value in the text, or the one from the
+command line.
 """
 
 from __future__ import annotations
@@ -66,14 +66,14 @@ SI: dict[Dimension, str] = {
 
 
 NO_AMOUNT = Amount(None)
-"""In place of one that has been reported: it fits everywhere."""
+"""Replacement for a reported amount, which fits everywhere."""
 
 StateOf: TypeAlias = Callable[[Context, "ast.Name | ast.Distance"], Amount]
-"""What a state word or a distance is; outside comparisons it is a finding."""
+"""Function for the amount of a state word or distance; outside comparisons it reports a finding."""
 
 
 def number_needed(context: Context, state: ast.Name | ast.Distance) -> Amount:
-    """A state word where only a number can stand."""
+    """Report a state word in a place that needs a number."""
     context.report(
         code.WRONG_KIND,
         f"expected a number, found `{excerpt(state.span)}`, which changes with time",
@@ -87,7 +87,7 @@ def number_needed(context: Context, state: ast.Name | ast.Distance) -> Amount:
 
 
 def evaluate(context: Context, quantity: ast.Quantity, state_of: StateOf = number_needed) -> Amount:
-    """The quantity in SI units; NO_AMOUNT where something in it has been reported."""
+    """Quantity in SI units; NO_AMOUNT if a part of it has been reported."""
     match quantity:
         case ast.Name(text=text) if text in STATE_WORDS:
             return state_of(context, quantity)
@@ -168,7 +168,7 @@ def _combined(context: Context, quantity: ast.Arithmetic, left: Amount, right: A
 
 
 def added(context: Context, quantity: ast.Arithmetic | ast.Compare, left: Amount, right: Amount) -> Amount:
-    """The sum; a plain number takes the SI unit of the other side."""
+    """Sum; a plain number takes the SI unit of the other side."""
     if left.exact is None or right.exact is None:
         return NO_AMOUNT
     powers = left.powers if right.powers == PLAIN and not right.terms else right.powers
@@ -184,7 +184,7 @@ def added(context: Context, quantity: ast.Arithmetic | ast.Compare, left: Amount
 
 
 def _extreme(context: Context, quantity: ast.Extreme, amounts: list[Amount]) -> Amount:
-    """The least or the greatest of some numbers; a plain one takes the unit of the others."""
+    """Minimum or maximum of several numbers; a plain one takes the unit of the others."""
     values = [amount.exact for amount in amounts if amount.exact is not None]
     if len(values) < len(amounts):
         return NO_AMOUNT
@@ -202,7 +202,7 @@ def _extreme(context: Context, quantity: ast.Extreme, amounts: list[Amount]) -> 
 
 
 def _cancel(weights: list[float]) -> bool:
-    """Whether they add up to nothing but rounding."""
+    """Return whether the weights add up to zero, except for rounding."""
     return abs(sum(weights)) <= 1e-12 * sum(map(abs, weights))
 
 
@@ -255,7 +255,7 @@ def _not_linear(context: Context, quantity: ast.Arithmetic | ast.Extreme, verb: 
 
 
 def fitted(context: Context, amount: Amount, dimension: Dimension, quantity: ast.Quantity) -> float:
-    """The SI value of an amount where this dimension is needed; NaN once it is reported."""
+    """SI value of an amount with a required dimension; NaN once it is reported."""
     if is_reported(amount) or amount.powers in (PLAIN, POWERS[dimension]):
         return amount.constant
     labels: tuple[Label, ...] = ()
@@ -282,7 +282,7 @@ def resolved_number(
     least: float = -math.inf,
     above: float = -math.inf,
 ) -> float:
-    """The SI value of a quantity, at least ``least`` and more than ``above``; NaN once it is reported."""
+    """SI value of a quantity, at least ``least`` and more than ``above``; NaN once it is reported."""
     value = fitted(context, evaluate(context, quantity), dimension, quantity)
     if value < least or value <= above:
         bound = f"at least {shown(least)}" if value < least else f"more than {shown(above)}"
@@ -297,7 +297,7 @@ def resolved_number(
 
 
 def whole(context: Context, quantity: ast.Quantity, what: str, *, least: int = 0) -> float:
-    """A whole number (still a float), at least ``least``; NaN once it is reported."""
+    """Whole number (still a float), at least ``least``; NaN once it is reported."""
     value = resolved_number(context, quantity, Dimension.NUMBER, what, least=least)
     if math.isnan(value) or value == math.floor(value):
         return value
@@ -312,7 +312,7 @@ def whole(context: Context, quantity: ast.Quantity, what: str, *, least: int = 0
 
 
 def with_unit_of(low: ast.Quantity, high: ast.Quantity, dimension: Dimension) -> ast.Quantity:
-    """The lower bound of a range ``low..high``, which shares the unit after the range: ``50..120 cm``."""
+    """Lower bound of a range ``low..high``, with the unit after the range: ``50..120 cm``."""
     match low, high:
         case ast.Number(unit=None), ast.Number(unit=str() as unit) if UNITS.get(unit, (None,))[0] is dimension:
             return replace(low, unit=unit, unit_span=high.unit_span)
@@ -321,7 +321,7 @@ def with_unit_of(low: ast.Quantity, high: ast.Quantity, dimension: Dimension) ->
 
 
 def swapped(low: ast.Quantity, high: ast.Quantity, between: str, *, lends: bool = False) -> Fix:
-    """The two bounds the other way round; ``lends``: one unit after both is that of both."""
+    """Fix that exchanges two bounds; ``lends``: a single unit after both applies to both."""
     first, second = low.span.text, high.span.text
     match low, high:
         case ast.Number(unit=None), ast.Number(unit_span=Span() as unit) if lends:
@@ -336,18 +336,18 @@ def swapped(low: ast.Quantity, high: ast.Quantity, between: str, *, lends: bool 
 
 
 def shown(value: float) -> str:
-    """A number as a message shows it."""
+    """Text of a number in a message."""
     return format(value, ".10g")
 
 
 def excerpt(span: Span, most: int = 40) -> str:
-    """The words of a span on one line, cut where they are many."""
+    """Text of a span on one line, shortened if it is long."""
     text = " ".join(span.text[: 4 * most].split())
     return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 def measured(powers: Powers) -> str:
-    """What a unit with these exponents measures, for a message."""
+    """Name of the dimension with these exponents, for a message."""
     for dimension, known in POWERS.items():
         if known == powers:
             return dimension.value
@@ -356,7 +356,7 @@ def measured(powers: Powers) -> str:
 
 
 def resolve_parameters(context: Context, overrides: dict[str, str]) -> None:
-    """Every parameter's value, the ones that others are made of first."""
+    """Values of all parameters, in order of dependency."""
     values = {param.name.text: param.value for param in context.declared(ast.Param)}
     written = dict(values)
     for name, text in overrides.items():
@@ -380,11 +380,11 @@ def resolve_parameters(context: Context, overrides: dict[str, str]) -> None:
 
 
 VALUE = "value"
-"""A parameter's name while its value is read: a member of a family, `p[2]`, could not stand there."""
+"""Name of a parameter while its value is read: a member of a family, `p[2]`, could not be used there."""
 
 
 def read_quantity(name: str, text: str, limits: Limits) -> tuple[ast.Quantity, list[Diagnostic]]:
-    """The quantity in a text such as ``30 s`` or ``(2 m)``, or findings about it."""
+    """Quantity in a text such as ``30 s`` or ``(2 m)``, or findings about it."""
     source = Source(f"-D {name}", f"mission override\nparam {VALUE} = {text}\n")
     program, findings = parse(source, limits, _nothing_to_include)
     everywhere = Span(source, 0, len(source.text))
@@ -403,7 +403,7 @@ def _nothing_to_include(written: str, span: Span, /, *, data: bool = False) -> D
 
 
 def _same_kind(context: Context, name: str, text: str, written: ast.Quantity) -> None:
-    """Reports a value that measures something else than the one in the mission."""
+    """Report a value with another dimension than the one in the mission."""
     new = context.params[name].powers
     old = evaluate(context, written).powers
     if PLAIN not in (new, old) and new != old:
@@ -422,7 +422,7 @@ def _same_kind(context: Context, name: str, text: str, written: ast.Quantity) ->
 
 
 def _from_command_line(finding: Diagnostic, name: str, text: str) -> Diagnostic:
-    """The finding without its places: the text it is about stands in no file."""
+    """Finding without its places, since its text is in no file."""
     return replace(
         finding,
         message=f"in `-D {name}={text}`: {finding.message}",

@@ -1,4 +1,4 @@
-"""Resolution of settings after a word or in brackets: each known, each given once, each with the relation it takes.
+"""Resolution of settings: each is known, given once, and has the right relation.
 
 says MC013 MC014 MC206
 """
@@ -22,9 +22,9 @@ from missionc.frontend.syntax import ast
 def known_settings(
     context: Context, settings: Iterable[ast.Setting], known: Sequence[str], owner: str
 ) -> dict[str, ast.Setting]:
-    """The settings by name; one that ``owner`` does not take, or takes twice, is reported and left out.
+    """Settings by name; one that ``owner`` does not take, or takes twice, is reported and omitted.
 
-    A misspelt one stands for the one that was meant, so that this is not reported as missing.
+    A misspelt one counts as the one that was meant, so that this is not reported as missing.
     """
     by_name: dict[str, ast.Setting] = {}
     for setting in settings:
@@ -41,7 +41,7 @@ def known_settings(
 
 
 def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
-    """Reports a setting that is not written with one of these relations (empty: a bare value)."""
+    """Report a setting that is not written with one of these relations (empty: a bare value)."""
     if setting.relation in allowed:
         return
     word = setting.name.text
@@ -67,7 +67,7 @@ def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
 
 
 def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
-    """The setting with another sign before its value; None where a range is wanted or written."""
+    """Setting with another sign before its value, or None if a range is needed or written."""
     if setting.low is not None or wanted == "..":
         return None
     sign = f" {wanted} " if wanted else " "
@@ -78,7 +78,7 @@ def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
 
 
 def unknown_word(context: Context, name: ast.Name, known: Sequence[str], owner: str, noun: str) -> str | Nothing:
-    """Reports a word that is not known; gives the one that was probably meant."""
+    """Report an unknown word, and return the one that was probably meant."""
     listed = f"use one of {some_of(list(known), 10)}" if known else f"delete the {noun}"
     message = f"{owner} has no {noun} `{name.text}`"
     return context.report_unknown(code.UNKNOWN_SETTING, message, name.span, name.text, known, listed)
@@ -102,10 +102,10 @@ Item = TypeVar("Item", bound=ast.Node)
 
 
 def only(context: Context, items: Iterable[object], kind: type[Item], *, whole: bool = False) -> Item | None:
-    """The one of these items that is of a kind; others are reported by their first word.
+    """The single item of a kind; others are reported by their first word.
 
     Args:
-        whole: the items are declarations, so that those reported may be deleted.
+        whole: if true, the items are declarations, so that reported ones may be deleted.
     """
     found = [item for item in items if isinstance(item, kind)]
     for again in found[1:]:

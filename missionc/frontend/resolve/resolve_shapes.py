@@ -1,4 +1,4 @@
-"""Resolution of shapes and of the motion of obstacles: metres, heights in a volume, offsets at times, and growth.
+"""Resolution of shapes and of the motion of obstacles: metres, heights, offsets at times, and growth.
 
     says MC104 MC201 MC205 MC207 MC210 MC303 MC512
 
@@ -33,7 +33,7 @@ from missionc.frontend.syntax import ast
 
 def resolve_motion(context: Context, motion: ast.Motion | None) -> ir.Still | ir.Path:
     match motion:
-        case None | ast.AlongFile():  # what a file holds took its place, or is reported
+        case None | ast.AlongFile():  # the contents of the file replaced it, or are reported
             return ir.Still()
         case ast.Moving():
             factor = _unit(context, motion)
@@ -51,12 +51,12 @@ def resolve_motion(context: Context, motion: ast.Motion | None) -> ir.Still | ir
 
 
 def resolve_growth(context: Context, growth: ast.Quantity | None) -> float:
-    """How fast an obstacle grows on all sides, m/s, at least 0; NaN once it is reported."""
+    """Growth of an obstacle on all sides, m/s, at least 0; NaN once it is reported."""
     return 0.0 if growth is None else resolved_number(context, growth, Dimension.SPEED, "the growth", least=0)
 
 
 def _unit(context: Context, motion: ast.Moving) -> float:
-    """What the unit after the bracket makes of the plain numbers in it; NaN once it is reported."""
+    """Factor of the unit after the bracket for the plain numbers in it; NaN once it is reported."""
     if motion.unit is None:
         return 1.0
     dimension, factor = UNITS.get(motion.unit, (Dimension.NUMBER, REPORTED))
@@ -72,7 +72,7 @@ def _unit(context: Context, motion: ast.Moving) -> float:
 
 
 def _speed(context: Context, item: ast.Quantity, factor: float) -> float:
-    """One coordinate of a velocity; a plain number has the unit after the bracket."""
+    """One coordinate of a velocity, m/s; a plain number has the unit after the bracket."""
     amount = evaluate(context, item)
     value = fitted(context, amount, Dimension.SPEED, item)
     return value * factor if amount.powers == PLAIN else value
@@ -94,20 +94,20 @@ def _along(context: Context, along: ast.Along) -> ir.Path:
 
 
 NOWHERE = ir.Box((REPORTED, REPORTED), (REPORTED, REPORTED))
-"""In place of a shape that has been reported."""
+"""Replacement for a shape that has been reported."""
 
 COMBINED: dict[str, type[ir.Union] | type[ir.Intersection] | type[ir.Difference]] = {
     "+": ir.Union,
     "*": ir.Intersection,
     "-": ir.Difference,
 }
-"""What the signs between shapes make of them."""
+"""Shape class for each sign between shapes."""
 
 # --------------------------------------------------------------------- shapes
 
 
 def resolve_regions(context: Context) -> None:
-    """Every region and obstacle, the ones that others are made of first."""
+    """Resolve every region and obstacle, in order of dependency."""
     items: list[ast.Region | ast.Obstacle] = [*context.declared(ast.Region), *context.declared(ast.Obstacle)]
     declarations = {item.name.text: item for item in items}
     shapes: dict[str, ir.Shape] = {}
@@ -127,7 +127,7 @@ def resolve_regions(context: Context) -> None:
 
 
 def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape]) -> ir.Shape:
-    """The shape in metres; ``made`` are the shapes that names in it may stand for."""
+    """Shape in metres; ``made`` are the shapes of the names in it."""
     match shape:
         case ast.Name(text=text):
             declared = context.find(shape, Kind.REGION, Kind.OBSTACLE, needed="a region or an obstacle")
@@ -169,7 +169,7 @@ def _box(context: Context, box: ast.Box) -> ir.Shape:
     else:
         first = resolve_point(context, box.low)
         same = known(first) or len(box.high.coordinates) != len(box.low.coordinates)
-        second = resolve_point(context, box.high) if same else first  # what is wrong with both is said of one
+        second = resolve_point(context, box.high) if same else first  # a fault of both is reported for one
         if box.height is not None:
             _height_not_here(context, box.height, "the corners of this box already have heights")
     if len(first) != len(second) or not known(first, second):
@@ -223,7 +223,7 @@ def _radius(context: Context, radius: ast.Quantity, what: str, span: Span) -> fl
 
 
 def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
-    """The heights a plane shape has in a volume: its own, or the world's; none in a plane."""
+    """Height band of a plane shape in a volume: its own, or the world's; None in a plane."""
     if context.dimension != 3:
         if height is not None and context.dimension == 2:
             _height_not_here(context, height, "the world is a plane")
@@ -253,7 +253,7 @@ def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
 def _within_limits(
     context: Context, item: ast.Region | ast.Obstacle, parts: dict[str, tuple[float, int]], shape: ir.Shape
 ) -> ir.Shape:
-    """The shape, or NOWHERE where it is made of too many parts or of parts too deep in one another."""
+    """Shape itself, or NOWHERE if it has too many parts or too deep nesting."""
     count, depth = _size(item.shape, parts)
     too_large = count > context.limits.shape_parts or (depth > context.limits.nesting and not math.isnan(count))
     parts[item.name.text] = (math.nan, 1) if too_large else (count, depth)
@@ -265,7 +265,10 @@ def _within_limits(
 
 
 def _size(shape: ast.Shape, parts: dict[str, tuple[float, int]]) -> tuple[float, int]:
-    """How many simple shapes it is made of, and how deep; ``parts`` knows those made before (NaN: reported)."""
+    """Number of simple shapes in a shape, and its depth.
+
+    ``parts`` has those of earlier ones (NaN: reported).
+    """
     match shape:
         case ast.Name(text=text):
             return parts.get(text, (1, 1))
@@ -290,7 +293,7 @@ def too_many_parts(context: Context, what: str, span: Span) -> None:
 
 
 def _stays(context: Context, name: ast.Name, declared: Declared, obstacle: ast.Obstacle) -> None:
-    """Reports an obstacle whose shape changes with time."""
+    """Report an obstacle whose shape changes over time."""
     if obstacle.motion is None and obstacle.growth is None:
         return
     context.report(

@@ -1,4 +1,4 @@
-"""Resolution of step, horizon and windows: seconds turned into whole steps.
+"""Resolution of step, horizon and windows: converts seconds to whole steps.
 
 says MC210 MC302 MC303 MC304 MC305 MC306
 """
@@ -25,19 +25,19 @@ from missionc.frontend.resolve.resolve_quantities import (
 from missionc.frontend.syntax import ast
 
 ROUNDING = 1e-9
-"""How far from a whole number, relatively, a quotient may be and still count as one (4.7 s / 0.1 s is 47)."""
+"""Relative tolerance for a quotient to count as a whole number (4.7 s / 0.1 s is 47)."""
 
 
 def as_whole(value: float) -> float:
-    """The nearest whole number where that is what is meant, else the value itself."""
+    """Nearest whole number if the value is within the tolerance, else the value itself."""
     nearest = float(round(value)) if math.isfinite(value) else value
     return nearest if abs(value - nearest) <= ROUNDING * max(1.0, abs(value)) else value
 
 
 def resolve_time(context: Context, time: ast.Time, stretch: float = 1.0) -> None:
-    """Sets the step, seconds, and the number of steps; the step stays NaN where either is wrong.
+    """Set the step in seconds and the number of steps; the step stays NaN if either is wrong.
 
-    ``stretch`` times as many as written, of which the last may be cut short.
+    The number of steps is ``stretch`` times the written one, rounded.
     """
     step = resolved_number(context, time.step, Dimension.TIME, "the step", above=0)
     horizon = resolved_number(context, time.horizon, Dimension.TIME, "the horizon", above=0)
@@ -56,7 +56,7 @@ def resolve_time(context: Context, time: ast.Time, stretch: float = 1.0) -> None
 
 
 def resolve_window(context: Context, window: ast.Window) -> ir.Window:
-    """The window in whole steps."""
+    """Window in whole steps."""
     low = _steps(context, window.low)
     high = math.inf if window.high is None else _steps(context, window.high)
     if low > high:
@@ -80,7 +80,7 @@ def resolve_window(context: Context, window: ast.Window) -> ir.Window:
 
 
 def resolve_period(context: Context, period: ast.Period) -> ir.Period:
-    """The length of the stretches in which something recurs, one step or more."""
+    """Length of a period in steps, at least one."""
     steps = _steps(context, period.length, "the period", "it must be at least one step", "a period of one step or more")
     if steps < 1:
         _shorter_than_a_step(context, period, steps)
@@ -90,7 +90,7 @@ def resolve_period(context: Context, period: ast.Period) -> ir.Period:
 
 
 def resolve_delay(context: Context, delay: ast.Quantity) -> Steps:
-    """A delay in whole steps, no more than the mission has."""
+    """Delay in whole steps, limited to the mission's number of steps."""
     steps = _steps(context, delay, "the delay", "it must be at least 0", "a delay of at least 0")
     _whole_bound(context, delay, steps)
     if steps > context.steps and not math.isnan(context.step):
@@ -114,7 +114,7 @@ def _steps(
     why: str = "it must be at least 0",
     instead: str = "a bound of at least 0",
 ) -> float:
-    """A bound in steps, not yet whole; NaN once it is reported, or while the step is not known."""
+    """Bound in steps, possibly fractional; NaN once it is reported, or while the step is unknown."""
     amount = evaluate(context, bound)
     if is_reported(amount):
         return REPORTED

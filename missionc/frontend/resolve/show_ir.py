@@ -1,10 +1,10 @@
-"""Printer of the IR: one line for each thing, formulas as meant, and the figures of vehicles.
+"""Printer of the IR: one line for each item, formulas as meant, and the parameters of vehicles.
 
     in   Mission
     out  text, the same for the same mission
 
-Windows are in steps. Agents of declarations are numbered, and those in formulas have their names. A ``let`` is
-printed by its name. Each figure of a vehicle has its SI unit.
+Windows are in steps. Agents of declarations are numbered, and those in formulas have their names. A ``let`` is printed
+by its name. Each parameter of a vehicle has its SI unit.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from missionc.frontend.resolve.resolve_quantities import SI
 
 
 def show_formula(formula: ir.Formula, lets: dict[int, str], mission: ir.Mission) -> str:
-    """The formula in words, with brackets around every operand that is not a single word or call.
+    """Formula in words, with brackets around every operand that is not a single word or call.
 
-    ``lets`` gives the name of a formula by its identity; such a one is not written out.
+    ``lets`` gives the name of a formula by its identity; such a formula is not expanded.
     """
     if id(formula) in lets:
         return lets[id(formula)]
@@ -78,7 +78,7 @@ def _bounds(bounds: ir.Window | ir.Length | ir.Period | None) -> str:
 
 
 class Words:
-    """How predicates are written in word form."""
+    """Wording of predicates."""
 
     def __init__(self, mission: ir.Mission) -> None:
         self.mission = mission
@@ -104,7 +104,7 @@ class Words:
 
 
 def number_text(value: float) -> str:
-    """A number to twelve digits, without what rounding leaves behind: ``4.7``, ``20``."""
+    """Number with twelve digits, without rounding noise: ``4.7``, ``20``."""
     return format(round(value, 12) + 0.0, ".12g")
 
 
@@ -113,12 +113,12 @@ def vector(values: Iterable[float]) -> str:
 
 
 def show_vehicle(vehicle: ir.Vehicle) -> str:
-    """On one line, as a mission writes it; what limits nothing is left out."""
+    """Vehicle on one line, as a mission writes it; absent limits are omitted."""
     return "  ".join([vehicle.name, *(f"{name} {text}" for name, text in figures_of(vehicle) if text)])
 
 
 def figures_of(vehicle: ir.Vehicle) -> Iterator[tuple[str, str]]:
-    """Each figure's name and how it is written after it; empty where it limits nothing."""
+    """Name and text of each parameter; the text is empty if there is no limit."""
     for name, figure in ir.FIGURES.items():
         value, unit = getattr(vehicle, name), SI[figure.dimension]
         match value:
@@ -130,7 +130,7 @@ def figures_of(vehicle: ir.Vehicle) -> Iterator[tuple[str, str]]:
 
 
 def show_yaw(yaw: ir.Yaw) -> str:
-    """Empty where the nose points along the x axis throughout, as it does unless a team says otherwise."""
+    """Text of a yaw setting; empty for the default along the x axis."""
     match yaw:
         case ir.AlongPath():
             return "along path"
@@ -139,7 +139,7 @@ def show_yaw(yaw: ir.Yaw) -> str:
 
 
 def show_ir(mission: ir.Mission) -> str:
-    """Every declaration of the mission after resolution, one a line, in a fixed order."""
+    """Text of every declaration in the mission after resolution, one on each line, in a fixed order."""
     return "\n".join(_lines(mission)) + "\n"
 
 
@@ -190,7 +190,7 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
 
 
 def _formulas(mission: ir.Mission) -> Iterator[str]:
-    """A ``let`` is written out once, and by its name wherever it is used."""
+    """Lines of formulas; a ``let`` is expanded once, and referred to by its name."""
     lets: dict[int, str] = {}
     for name, formula in mission.lets:
         yield f"let {name} = {show_formula(formula, lets, mission)}"
@@ -249,7 +249,7 @@ def _agent(agent: ir.Agent, dimension: int) -> str:
 
 
 def _pad(pad: ir.Pad) -> str:
-    """On one line: where it is, and what else the mission says of it."""
+    """Text of a pad on one line: its place and its other settings."""
     where = "below its start" if pad.point is None else f"at {vector(pad.point)}"
     said = []
     for name, figure in ir.PAD_FIGURES.items():
@@ -322,7 +322,7 @@ def _resource(resource: ir.Resource) -> str:
 
 
 def indices(agents: Sequence[int]) -> str:
-    """Agents by number, neighbours in a row as a range: ``0..4, 7``."""
+    """Agents by number, consecutive ones as a range: ``0..4, 7``."""
     runs: list[list[int]] = []
     for agent in agents:
         if runs and agent == runs[-1][-1] + 1:

@@ -1,11 +1,11 @@
-"""Expansion of families and ``for``: a declaration for each member, a conjunction for ``for``, numbers for indices.
+"""Expansion of families and ``for``: one declaration for each member, a conjunction for ``for``, numbers for indices.
 
     in   Program
     out  Program without FamilyName, Indexed and ForEach; nothing if the text is ambiguous
     says MC101 MC102 MC104 MC105 MC107 to MC110 MC207 MC303, and errors of a quantity
 
-A family is a declaration that is repeated for each value of its indices; its members have names. The words of a
-member are those of its family: their spans record the indices (``Span.turns``).
+A family is a declaration that is repeated for each value of its indices; its members have names. A member shares the
+text of its family: its spans record the indices (``Span.turns``).
 """
 
 from __future__ import annotations
@@ -39,20 +39,20 @@ from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.references import NOT_REFERENCES, nodes
 
 LEAST_INDEX = -(10**9)
-"""No index is less: a number may not be either, whatever the limit of its magnitude."""
+"""Minimum index, as for a number, whatever the limit of its magnitude."""
 
 
 class Env(Record):
-    """The values of the indices around a part of the text; none outside of families and ``for``."""
+    """Values of the indices around a part of the text; none outside of families and ``for``."""
 
     turns: tuple[Turn, ...] = ()
 
     def value(self, name: str) -> int | None:
-        """The value of an index of that name, or None where no index has it."""
+        """Value of an index with that name, or None if there is none."""
         return next((turn.value for turn in self.turns if turn.name == name), None)
 
     def span(self, span: Span) -> Span:
-        """A place of the text as it is read with these indices."""
+        """Place in the text with these indices."""
         return Span(span.source, span.start, span.end, self.turns) if self.turns else span
 
 
@@ -60,7 +60,7 @@ NOWHERE = Env()
 
 
 class Family(Record):
-    """``members`` are names by the values of the indices, one at least."""
+    """Family; ``members`` are names by the values of the indices, at least one."""
 
     name: ast.FamilyName
     kind: Kind
@@ -68,18 +68,21 @@ class Family(Record):
 
     @property
     def first(self) -> str:
-        """What stands in for a member that is not there."""
+        """Replacement for a member that does not exist."""
         return next(iter(self.members.values()))
 
 
 def member_name(family: str, indices: tuple[int, ...]) -> str:
-    """``rack[3, 7]``"""
+    """Name of a member, such as ``rack[3, 7]``."""
     return f"{family}[{', '.join(map(str, indices))}]"
 
 
 @dataclass(slots=True)
 class Families:
-    """Those of a mission by name, beside all that is ``declared``; ``groups`` are sets of agents that it names."""
+    """Families of a mission by name, and all that is ``declared``.
+
+    ``groups`` are sets of agents that it names.
+    """
 
     context: Context
     declared: dict[str, Named]
@@ -90,7 +93,7 @@ class Families:
         self.families[name.text] = Family(name, kind_of(declaration), members)
 
     def member(self, name: ast.Name, indices: tuple[ast.Quantity, ...], whole_span: Span) -> ast.Name:
-        """The name of the member with these indices, which name no index any more; the first where it is reported."""
+        """Name of the member with these indices; the first member if it is reported."""
         family = self.families.get(name.text)
         if family is None:
             return self._of_no_family(name, indices, whole_span)
@@ -104,7 +107,7 @@ class Families:
         return ast.Name(whole_span, family.first)
 
     def all(self, name: ast.Name) -> ast.Name:
-        """The agents of a whole family, as a group that has its name; reported where it is not one of agents."""
+        """Agents of a whole family, as a group with its name; reported if it is not a family of agents."""
         family = self.families[name.text]
         if family.kind not in AGENTS:
             self._which_one(family, name.span)
@@ -112,7 +115,7 @@ class Families:
         return self._group(name.text, name.span, tuple(family.members.values()))
 
     def some(self, name: ast.Name, low: ast.Quantity, high: ast.Quantity, span: Span) -> ast.Name:
-        """The agents of the members from one index to another, as a group."""
+        """Agents of the members from one index to another, as a group."""
         family = self.families[name.text]
         if family.kind not in AGENTS or len(family.name.indices) > 1:
             self._which_one(family, span)
@@ -141,7 +144,7 @@ class Families:
     # -------------------------------------------------------------- messages
 
     def _of_no_family(self, name: ast.Name, indices: tuple[ast.Quantity, ...], span: Span) -> ast.Name:
-        """``drone[0, 1]``, ``base[3]``; a name that nothing declares is for whoever looks for it."""
+        """Report ``drone[0, 1]`` or ``base[3]``; an undeclared name is left to the caller."""
         declared = self.declared.get(name.text)
         if declared is None:
             return ast.Name(name.span, name.text)
@@ -188,7 +191,7 @@ class Families:
 
 
 def no_family(context: Context, declared: ast.Name, kind: Kind, span: Span) -> None:
-    """Reports a member of something that is not a family."""
+    """Report a member of something that is not a family."""
     context.report(
         code.NO_SUCH_INDEX,
         f"`{declared.text}` is {kind.value}, not a family: it has no member `{excerpt(span)}`",
@@ -199,12 +202,12 @@ def no_family(context: Context, declared: ast.Name, kind: Kind, span: Span) -> N
 
 
 def reversed_range(context: Context, low: int, high: int, span: Span, way_out: str, fix: Fix | None = None) -> None:
-    """Reports a range of indices that ends before it begins."""
+    """Report a range of indices that ends before it begins."""
     context.report(code.BOUNDS_REVERSED, f"bounds reversed: {low} is greater than {high}", span, help=way_out, fix=fix)
 
 
 def mentions_family(nodes: Iterator[object], families: frozenset[str]) -> bool:
-    """Whether there is anything to spell out among these nodes, in a mission with these families."""
+    """Return whether these nodes contain anything to expand, in a mission with these families."""
     for node in nodes:
         match node:
             case ast.Indexed() | ast.ForEach() | ast.FamilyName():
@@ -217,18 +220,18 @@ def mentions_family(nodes: Iterator[object], families: frozenset[str]) -> bool:
 
 
 class UnclearError(Exception):
-    """What is meant cannot be told, and that has been reported: nothing is looked at any further."""
+    """Error for an ambiguous text, which has been reported; nothing else is checked."""
 
 
 def spell_out(
     program: ast.Program, names: Names, overrides: dict[str, str], limits: Limits, findings: list[Diagnostic]
 ) -> ast.Program | None:
-    """The mission without families.
+    """Expand a mission to one without families.
 
     Args:
-        names: what is declared, each family by its name.
+        names: declared names, each family by its name.
         overrides: values of parameters from the command line.
-        findings: what is wrong is added to them.
+        findings: list to which errors are added.
     """
     declared = {text: each.declaration for text, each in names.declared.items()}
     families = frozenset(text for text, each in declared.items() if isinstance(each.name, ast.FamilyName))
@@ -243,7 +246,7 @@ def spell_out(
 
 
 def _first_of_each_name(program: ast.Program, names: Names) -> list[ast.Declaration]:
-    """The declarations but for those of families whose name is taken, and of others that take the name of one."""
+    """Declarations without those that share a name with a family."""
     kept = []
     for item in program.declarations:
         first = names.declared.get(item.name.text) if isinstance(item, Named) else None
@@ -258,7 +261,7 @@ def _is_family(item: ast.Declaration) -> bool:
 
 
 def _name(item: ast.Declaration) -> ast.Name | None:
-    """The name or the label of a declaration."""
+    """Name or label of a declaration."""
     return item.label if isinstance(item, ast.Require | ast.Prefer) else getattr(item, "name", None)
 
 
@@ -291,7 +294,10 @@ def _spelt_out(
 
 
 def _known(params: list[ast.Param], overrides: dict[str, str], limits: Limits, findings: list[Diagnostic]) -> Context:
-    """Where quantities of these parameters can be evaluated; what is wrong with the parameters is said elsewhere."""
+    """Context in which quantities of these parameters can be evaluated.
+
+    Errors in parameters are reported elsewhere.
+    """
     context = Context(collect(ast.Program(params[0].span, tuple(params)), []) if params else Names(), limits, [])
     resolve_parameters(context, overrides)
     context.findings = findings
@@ -300,14 +306,14 @@ def _known(params: list[ast.Param], overrides: dict[str, str], limits: Limits, f
 
 @cache
 def _fields(kind: str) -> tuple[tuple[str, bool], ...]:
-    """The fields of a kind of node, each with whether a quantity may stand there."""
+    """Fields of a kind of node, each with whether a quantity is allowed there."""
     written = getattr(ast, kind)
     return tuple((name, "Quantity" in str(written.__annotations__.get(name))) for name in written.__match_args__)
 
 
 @dataclass(slots=True)
 class _Spelling:
-    """``parts`` counts what has been spelt out so far."""
+    """Expansion of one mission; ``parts`` counts the expanded parts."""
 
     known: Families
     families: frozenset[str]
@@ -317,7 +323,7 @@ class _Spelling:
     # ---------------------------------------------------------- declarations
 
     def members(self, item: Named) -> list[Env]:
-        """The values of the indices of a family; its members are known from now on."""
+        """Values of the indices of a family; registers its members."""
         name = item.name
         assert isinstance(name, ast.FamilyName)
         if name.text not in self.ranges:
@@ -349,7 +355,7 @@ class _Spelling:
     # --------------------------------------------------------------- indices
 
     def _turns(self, indices: tuple[ast.Index, ...], around: Env) -> list[Env]:
-        """Every choice of values for these indices, the last one changing first."""
+        """All combinations of values for these indices, with the last one varying first."""
         envs = [around]
         for index in indices:
             self._own_name(index.name, around)
@@ -358,7 +364,7 @@ class _Spelling:
         return envs
 
     def _values_of(self, index: ast.Index, env: Env) -> list[Turn]:
-        """The values of one index; reported where there is none."""
+        """Values of one index; reported if there are none."""
         context, name = self.known.context, index.name.text
         ends = [
             whole(
@@ -377,7 +383,7 @@ class _Spelling:
         return [Turn(name, value, low, high) for value in range(low, high + 1)]
 
     def _no_value(self, index: ast.Index, env: Env) -> UnclearError:
-        """A finding where none has been reported: the range rests on a parameter that has none."""
+        """Finding if none has been reported: the range depends on a parameter without a value."""
         if has_errors(self.known.context.findings):
             return UnclearError()
         span = env.span(index.low.span.to(index.high.span))
@@ -385,7 +391,7 @@ class _Spelling:
         return self._unclear(code.INDEX_MISPLACED, message, span, "write numbers in place of the parameter")
 
     def _own_name(self, name: ast.Name, around: Env) -> None:
-        """An index has a name that means nothing else there."""
+        """Report an index whose name has another meaning there."""
         text = name.text
         declared = self.known.declared.get(text)
         if text in STATE_WORDS:
@@ -402,7 +408,7 @@ class _Spelling:
     # ------------------------------------------------------------------ trees
 
     def _copy(self, node: object, env: Env, *, numeric: bool = False) -> object:
-        """A part of the tree with these indices; ``numeric`` where a quantity may stand."""
+        """Copy of a part of the tree with these indices; ``numeric`` if a quantity is allowed."""
         if isinstance(node, Span):
             return env.span(node)
         kind = type(node)
@@ -422,7 +428,7 @@ class _Spelling:
             case _:
                 pass
         values: list[object] = []
-        for name, takes_numbers in _fields(kind.__name__):  # inline: a function would take a stack frame for each level
+        for name, takes_numbers in _fields(kind.__name__):  # inline: a function would add a stack frame at each level
             value = getattr(node, name)
             if name in NOT_REFERENCES and isinstance(value, ast.Name):
                 values.append(ast.Name(env.span(value.span), value.text))
@@ -448,7 +454,7 @@ class _Spelling:
         return ast.Name(span, name.text)
 
     def _agents(self, member: ast.Member, env: Env) -> ast.Name | ast.Member:
-        """``drone[2]``, ``t[i]``, ``t[0..2]`` of a family, ``t[i][2]``."""
+        """Resolve ``drone[2]``, ``t[i]``, ``t[0..2]`` of a family, ``t[i][2]``."""
         span, team = env.span(member.span), member.team
         low = cast(ast.Quantity, self._copy(member.low, env, numeric=True))
         high = cast("ast.Quantity | None", self._copy(member.high, env, numeric=True))

@@ -1,1 +1,1 @@
-"""Syntax: text to the abstract syntax tree; no name is looked up here."""
+"""Syntax: text to the abstract syntax tree, without name lookup."""

@@ -1,7 +1,7 @@
-"""Tree construction from grammar rules: the function of each rule, by its name in ``grammars/mission.lark``.
+"""Tree construction from grammar rules: one function for each rule, with its name in ``grammars/mission.lark``.
 
-A function gets the span of its text and the parts the grammar keeps: nodes,
-``ast.Name`` for a name, tokens for other words and signs. A rule without one makes the node that it is named for.
+A function gets the span of its text and the parts the grammar keeps: nodes, ``ast.Name`` for a name, tokens for other
+words and signs. A rule without a function makes the node that it is named after.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ FORMATIONS = ("line", "chain", "circle", "grid", "star", "offsets", "distances")
 
 
 class _Total(Record):
-    """``total tolerance 0.5 m``, until the formation around it is read."""
+    """Text ``total tolerance 0.5 m``, until the formation around it is read."""
 
     setting: ast.Setting
 
 
 class _OfPairs(Record):
-    """``{ tower to drone 8 m }``, until the graph around it is read."""
+    """Text ``{ tower to drone 8 m }``, until the graph around it is read."""
 
     span: Span
     pairs: tuple[ast.OfPair, ...]
 
 
 def same(span: Span, node: object) -> object:
-    """A node in brackets, or one that the rule only lets stand here."""
+    """Return a node in brackets, or the only part of a rule, unchanged."""
     return node
 
 
@@ -67,7 +67,7 @@ def agent(span: Span, name: ast.Name, *items: ast.TeamItem) -> ast.Team:
 
 
 def yaw(span: Span, angle: ast.Quantity | None = None) -> ast.Yaw:
-    """``along path`` is words alone, which the grammar leaves out."""
+    """Build a yaw; ``along path`` consists of words only, which the grammar omits."""
     return ast.Yaw(span, angle)
 
 
@@ -84,7 +84,7 @@ def setting(span: Span, name: ast.Name, *value: Token | ast.Quantity) -> ast.Set
 
 
 def setting_range(span: Span, name: ast.Name, low: ast.Quantity, sign: Token, high: ast.Quantity) -> ast.Setting:
-    """``speed 1..2 m/s``: the unit stays with the high end; ``resolve`` lends it to the low one."""
+    """Build ``speed 1..2 m/s``: the unit stays with the upper end; ``resolve`` copies it to the lower one."""
     return ast.Setting(span, name, sign.text, high, low)
 
 
@@ -113,7 +113,7 @@ def from_file(
 
 
 def words_of(word: str) -> Callable[..., ast.FileOption]:
-    """The function of an option of a file that has texts or names after its word."""
+    """Build the function for a file option with texts or names after its word."""
     return lambda span, *words: ast.FileOption(span, word, tuple(each.text.strip('"') for each in words))
 
 
@@ -249,17 +249,17 @@ OTHERS: dict[str, Callable[..., object]] = {
     "placed": lambda span, point: ast.FileOption(span, "at", point),
     "unknown": words_of("unknown"),
 }
-"""The functions of rules that are not named for one, nor for a node."""
+"""Functions of rules that have the name of neither a function nor a node."""
 
 
 @cache
 def functions() -> dict[str, Callable[..., object]]:
-    """The function of each rule of the grammar, by its name."""
+    """Function of each rule of the grammar, by name."""
     return {rule.name: _function(rule.name) for rule in load().rules if rule.name not in ("", "*")}
 
 
 def _function(rule: str) -> Callable[..., object]:
-    """The function of this name; else the node, to whose last field, if it is a tuple, all further parts belong."""
+    """Function with this name, or else the node, whose last field, if it is a tuple, gets all further parts."""
     found = OTHERS.get(rule) or globals().get(rule) or getattr(build_formula, rule, None)
     if found is not None:
         return cast(Callable[..., object], found)
@@ -278,4 +278,4 @@ NESTS = frozenset(
         *("quantified", "recurrent", "at_least", "without", "one_agent", "for_every", "for_some"),
     }
 )
-"""The rules that put a node into another of its kind, or brackets around one."""
+"""Rules that nest a node in another of its kind, or in brackets."""

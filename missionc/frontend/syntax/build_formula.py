@@ -1,7 +1,7 @@
 """Tree construction from the grammar rules of formulas, quantities, points, and names with indices.
 
-Words alone do not tell a number from a formula: ``(x`` may continue as ``(x and y)`` or as ``(x + 1) <= 2``. The
-functions therefore look again. ``build`` has the other rules.
+The grammar cannot distinguish a number from a formula: ``(x`` may continue as ``(x and y)`` or as ``(x + 1) <= 2``. The
+functions therefore check again. ``build`` has the other rules.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ def indexed(span: Span, name: ast.Name, *indices: ast.Quantity) -> ast.Indexed:
 
 
 def of_team_or_family(span: Span, name: ast.Indexed) -> ast.Member | ast.Indexed:
-    """``drone[2]`` and ``rack[2, 3]``; only the second is of a family for sure."""
+    """Build ``drone[2]`` or ``rack[2, 3]``; only the second is certainly a member of a family."""
     if len(name.indices) > 1:
         return name
     return ast.Member(span, ast.Name(name.span, name.text), name.indices[0])
 
 
 class MisreadError(Exception):
-    """Each token may stand where it stands, but together they say nothing."""
+    """Error for tokens that are each allowed, but have no meaning together."""
 
     def __init__(self, finding: Diagnostic) -> None:
         super().__init__(finding.message)
@@ -66,7 +66,7 @@ def infix(span: Span, left: ast.Formula, operator: Token, right: ast.Formula) ->
 
 
 def chain(span: Span, *parts: ast.Formula | Token) -> ast.Apply:
-    """``a and b and c``: one operator on many operands."""
+    """Build ``a and b and c``: one operator with many operands."""
     operator = parts[1]
     assert isinstance(operator, Token)
     operands = tuple(as_formula(part) for part in parts if not isinstance(part, Token))
@@ -98,7 +98,7 @@ def quantified(span: Span, kind: Token, agents: ast.Name | ast.Member, body: ast
 
 
 def recurrent(span: Span, kind: Token, every: ast.Period, body: ast.Formula) -> ast.Apply:
-    """``every 40 s: f``"""
+    """Build ``every 40 s: f``."""
     return ast.Apply(span, kind.word, kind.span, (as_formula(body),), every)
 
 

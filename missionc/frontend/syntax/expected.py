@@ -16,7 +16,7 @@ FORMULA = frozenset(
 }
 SHAPES = frozenset({"box", "disc", "ball", "cylinder", "polygon"})
 
-# What a name would name, by the word before it.
+# Kind of name that follows each word.
 _NAMES = {
     "in": "a region",
     "on": "a graph",
@@ -33,7 +33,7 @@ _NAMES = {
     "include": "a name",
 }
 
-# In this order; each phrase takes its tokens away from what is still to be said.
+# In this order; each phrase removes its tokens from the remaining ones.
 _PHRASES: tuple[tuple[frozenset[str], frozenset[str], str], ...] = (
     (frozenset({"PREFIX"}), FORMULA | {LABEL}, "a formula"),
     (frozenset({"mission", "region"}), frozenset(), "a declaration"),
@@ -49,7 +49,7 @@ _PHRASES: tuple[tuple[frozenset[str], frozenset[str], str], ...] = (
 
 
 def in_words(expected: frozenset[str], before: Token) -> str:
-    """``a number or a parameter``, ``` `=` ```, …: what was expected after a token."""
+    """Text of the tokens expected after a token: ``a number or a parameter``, ``` `=` ```, …."""
     rest = set(expected)
     phrases = []
     if {"mission", "region"} <= rest:

@@ -1,12 +1,10 @@
-"""The formatter, for the one layout of a mission: white space and line ends change, words and comments do not.
+"""The formatter, for the standard layout of missions: changes white space and line ends, not words or comments.
 
 in   Source of a mission without errors of syntax, its Program
 out  its text
 
-A declaration begins a line. Line ends that an author put inside one stay, and
-so does an empty line between two, but no second one. Neighbouring lines of one
-kind are a table: their names, labels, `=` signs and comments stand below each
-other.
+Each declaration begins a new line. Line ends inside a declaration stay, and so does one empty line between two
+declarations. Neighbouring lines of one kind are a table: their names, labels, `=` signs and comments are aligned.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from missionc.frontend.syntax.parse_table import END
 from missionc.frontend.syntax.tokens import EXTREME, LABEL, NAME, NUMBER, UNIT, Token, tokenise
 
 INDENT, FURTHER = 2, 2
-"""Columns: of what stands in braces, and of a declaration that goes on in another line."""
+"""Indentation in columns, in braces and in the continuation of a declaration."""
 
 TABLES: tuple[tuple[str, ...], ...] = (
     ("region", "obstacle", "beacon"),
@@ -37,18 +35,18 @@ TABLES: tuple[tuple[str, ...], ...] = (
     ("let",),
     ("group",),
 )
-"""Declarations whose lines are set as one table where they follow each other."""
+"""Declarations whose consecutive lines are aligned as one table."""
 
 COMPARED = frozenset({"<=", ">=", "<", ">", "=", "->", "<->", "&", "|"})
 ARITHMETIC = frozenset({"+", "-", "*", "/"})
 OPEN, CLOSE = frozenset({"(", "["}), frozenset({")", "]"})
 CALLED = frozenset({"start", "finish", "of"})
-"""After these and a name, a bracket holds a place, not what a function is asked of."""
+"""Words after which a name and a bracket make a place, not a function call."""
 
 
 @dataclass(slots=True)
 class _Line:
-    """Tokens with what goes before each; what comes first is the indentation."""
+    """Tokens with the white space before each; the first one is the indentation."""
 
     depth: int
     further: bool = False
@@ -68,11 +66,11 @@ class _Line:
 
 
 def format_mission(source: Source, program: ast.Program, limits: Limits) -> str:
-    """The text in its one layout; formatting that changes nothing.
+    """Text in the standard layout; formatting it again changes nothing.
 
     Args:
-        source: read without a finding.
-        program: what it says.
+        source: text without syntax errors.
+        program: its syntax tree.
     """
     tokens, _ = tokenise(Span(source, 0, len(source.text)), limits)
     lines = _lines(source.text, tokens, _items(program))
@@ -91,7 +89,7 @@ def format_mission(source: Source, program: ast.Program, limits: Limits) -> str:
 
 
 def _items(program: ast.Program) -> frozenset[int]:
-    """Where in the text the items of teams and of their vehicles, of resources, flags and graphs begin."""
+    """Offsets of the items of teams, vehicles, resources, flags and graphs."""
     starts: set[int] = set()
     for declaration in program.declarations:
         if isinstance(declaration, ast.Resource | ast.Flag):
@@ -111,9 +109,9 @@ def _items(program: ast.Program) -> frozenset[int]:
 
 
 def _lines(text: str, tokens: list[Token], items: frozenset[int]) -> list[_Line]:
-    """Which tokens and comments share a line."""
+    """Group tokens and comments into lines."""
     lines: list[_Line] = []
-    braces: list[bool] = []  # whether each open brace has lines of its own for what is in it
+    braces: list[bool] = []  # whether the contents of each open brace have lines of their own
     brackets, end = 0, 0
     for index, token in enumerate(tokens):
         beside, alone, broken, empty = _between(text[end : token.span.start], bool(lines))
@@ -146,11 +144,10 @@ def _lines(text: str, tokens: list[Token], items: frozenset[int]) -> list[_Line]
 
 
 def _between(gap: str, started: bool) -> tuple[str, list[tuple[str, bool]], bool, bool]:
-    """What stands between two tokens, ``started`` unless there is none before.
+    """Contents between two tokens; ``started`` is False before the first one.
 
-    The comment beside the first; those on lines of their own, each with whether
-    an empty line is before it; whether a line ends; whether an empty line is
-    before the second.
+    Returns the comment after the first token; the comments on lines of their own, each with whether an empty line is
+    before it; whether a line ends; and whether an empty line is before the second token.
     """
     first, *rest = gap.split("\n")
     beside, alone, empty = first.strip() if started else "", [], False
@@ -167,7 +164,7 @@ def _between(gap: str, started: bool) -> tuple[str, list[tuple[str, bool]], bool
 
 
 def _spread(text: str, tokens: list[Token], index: int) -> bool:
-    """Whether the author put what stands in these braces on several lines."""
+    """Return whether the author put the contents of these braces on several lines."""
     depth = 0
     for token in tokens[index:]:
         depth += (token.kind == "{") - (token.kind == "}")
@@ -177,7 +174,7 @@ def _spread(text: str, tokens: list[Token], index: int) -> bool:
 
 
 def _gap(tokens: list[Token], index: int, text: str, item: bool) -> str:
-    """What stands between a token and the one before it in its line."""
+    """White space between a token and the one before it on its line."""
     before, token = tokens[index - 1], tokens[index]
     left, right = before.kind, token.kind
     if item:
@@ -201,7 +198,7 @@ def _gap(tokens: list[Token], index: int, text: str, item: bool) -> str:
 
 
 def _as_tight(tokens: list[Token], index: int, text: str) -> str:
-    """Around `+ - * /` there is room on both sides or on neither, as the author had it; none after a sign."""
+    """Space around `+ - * /` as the author wrote it, on both sides or neither; none after a sign."""
     sign = index if tokens[index].kind in ARITHMETIC else index - 1
     left, right = tokens[sign - 1], tokens[sign + 1]
     leads = left.kind in OPEN or left.kind in (",", "..", ":", *ARITHMETIC, *COMPARED) or left.word not in ("", *NAMES)
@@ -214,11 +211,11 @@ def _as_tight(tokens: list[Token], index: int, text: str) -> str:
 
 
 NAMES = ("end", "true", "false")
-"""Words after which a `-` is no sign of a number."""
+"""Words after which a `-` is not the sign of a number."""
 
 
 class _Tables:
-    """A key that neighbouring lines share which are set as one table."""
+    """Keys for tables: neighbouring lines with the same key are aligned."""
 
     def __init__(self) -> None:
         self.number = 0
@@ -238,7 +235,7 @@ class _Tables:
 
 
 def _align(run: list[_Line]) -> None:
-    """The words after the first below each other; then what follows a label, or the `=` after a name."""
+    """Align the second words of lines; then the text after a label, or the `=` after a name."""
     rows = [line for line in run if not line.further and len(line.tokens) > 1]
     if len(rows) < 2 or not all(row.item or any(row.tokens[0].word in table for table in TABLES) for row in rows):
         return
@@ -250,7 +247,7 @@ def _align(run: list[_Line]) -> None:
 
 
 def _after_name(tokens: list[Token]) -> int:
-    """The place of the `=` after the name that a line declares, and after the indices of a family; 0 where none is."""
+    """Index of the `=` after the name that a line declares and its indices; 0 if there is none."""
     place = 2
     if len(tokens) > 2 and tokens[2].kind == "[":
         place = next((at + 1 for at, token in enumerate(tokens) if token.kind == "]"), len(tokens))
@@ -258,7 +255,7 @@ def _after_name(tokens: list[Token]) -> int:
 
 
 def _pad(rows: list[_Line], columns: list[int]) -> None:
-    """The tokens in these places of their rows begin in one column."""
+    """Align the tokens at these indices of their rows in one column."""
     widths = [
         sum(len(gap) + len(token.text) for gap, token in zip(row.gaps[:column], row.tokens[:column], strict=True))
         for row, column in zip(rows, columns, strict=True)
@@ -269,7 +266,7 @@ def _pad(rows: list[_Line], columns: list[int]) -> None:
 
 
 def _align_comments(lines: Iterable[_Line]) -> None:
-    """Comments beside neighbouring lines begin in one column."""
+    """Align the comments of neighbouring lines in one column."""
     run: list[_Line] = []
     for line in [*lines, _Line(0)]:
         if line.tokens and line.comment and not (line.after_empty and run):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def _by_foreign(ours: dict[str, str]) -> dict[str, str]:
-    """Return our word or sign for each of the words and signs of other languages beside it."""
+    """Invert the map to words and signs of other languages, from each of them to ours."""
     return {foreign: own for own, written in ours.items() for foreign in written.split()}
 
 
@@ -60,7 +60,7 @@ PARTS: dict[str, str] = {
     "yaw": "yaw 90 deg` or `yaw along path",
     "finish": "finish in base` or `finish grid (1, 1) to (3, 3)",
 }
-"""The parts of declarations that begin with a word of their own."""
+"""Parts of declarations that begin with a word of their own."""
 
 IN_FORMULA: dict[str, str] = {
     "every": "every drone: base",
@@ -72,7 +72,7 @@ IN_FORMULA: dict[str, str] = {
     "distance": "distance(base) <= 2 m",
     "heading": "heading within 10 deg of 90 deg",
 }
-"""Words in formulas, and what they need behind them."""
+"""Words in formulas, with the text that must follow them."""
 
 BOUNDS: dict[str, str] = {
     "TIME_PREFIX": "[0 s, 5 s]",
@@ -81,7 +81,7 @@ BOUNDS: dict[str, str] = {
     "ROUTE_INFIX": "[hops 0..2]",
     "count": "[hops 1..1]",
 }
-"""The bounds of each class of operator."""
+"""Bounds of each class of operator."""
 
 SIGNS: dict[str, str] = _by_foreign(
     {
@@ -106,7 +106,7 @@ SIGNS: dict[str, str] = _by_foreign(
         "": "; .",
     }
 )
-"""Signs of other languages, and ours for them; empty where we write none."""
+"""Signs of other languages with ours; empty if we write none."""
 
 WORDS: dict[str, str] = _by_foreign(
     {
@@ -127,7 +127,7 @@ WORDS: dict[str, str] = _by_foreign(
         "box": "rectangle",
     }
 )
-"""Words of other languages, and ours for them."""
+"""Words of other languages with ours."""
 
 INSTEAD: dict[str, str] = {
     "never": "always[0 s, 5 s] not f",
@@ -141,7 +141,7 @@ INSTEAD: dict[str, str] = {
     "exactly": "(at least 2 drone: f) and not at least 3 drone: f",
     "most": "not at least 3 drone: f",
 }
-"""Words of other languages that we say in more words."""
+"""Words of other languages that we express with several words."""
 
 UNITS_IN_FULL: dict[str, str] = _by_foreign(
     {
@@ -153,4 +153,4 @@ UNITS_IN_FULL: dict[str, str] = _by_foreign(
         "rad": "radian radians",
     }
 )
-"""Units in full, and as we write them."""
+"""Units in full with our spelling."""

@@ -1,11 +1,11 @@
-"""GraphML of a roadmap: text to nodes and edges with their attributes, each with its place in the file.
+"""GraphML of a roadmap: parses text to nodes and edges with attributes and their places in the file.
 
     in   Source
-    out  Graphml, or what is wrong first
+    out  Graphml, or the first error
     says MC031
 
-A file may come from anyone. It is read by expat, in one go over a text that the limit of file sizes has passed; a
-document type, and so every entity, is refused where it begins, and nothing recurses.
+A file may come from anyone. Expat reads it in one pass, after the check of file sizes. A document type, and with it
+every entity, is an error, and nothing recurses.
 
 Source:
     Brandes et al., "GraphML Progress Report" (2002); graphml.graphdrawing.org/specification.html.
@@ -23,13 +23,13 @@ from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.source import Source, Span
 
 DEEPEST = 64
-"""Levels of elements."""
+"""Maximum number of nested elements."""
 
 SPACE = "\n"
-"""Between the namespace of an element and its name."""
+"""Separator between the namespace of an element and its name."""
 
 Data: TypeAlias = dict[str, tuple[str, Span]]
-"""Attributes by their names: the text of each, and where it stands."""
+"""Attributes by name: the text of each, and its place."""
 
 KNOWN = frozenset({"graphml", "graph", "node", "edge", "key", "data", "default", "desc"})
 
@@ -52,7 +52,7 @@ class GraphmlEdge:
 
 @dataclass(slots=True)
 class Graphml:
-    """A graph as written; ``keys`` is where each attribute of a ``node``, an ``edge`` or ``all`` is declared."""
+    """Graph as written; ``keys`` has the declaration of each attribute of a ``node``, an ``edge`` or ``all``."""
 
     nodes: list[GraphmlNode] = field(default_factory=list)
     edges: list[GraphmlEdge] = field(default_factory=list)
@@ -60,7 +60,7 @@ class Graphml:
 
 
 def read_graphml(source: Source) -> Graphml | Diagnostic:
-    """The one graph of a GraphML file, or the first thing wrong with it."""
+    """Read the single graph of a GraphML file, or return the first error."""
     reader = _Reader(source)
     try:
         reader.parser.Parse(reader.content, True)
@@ -82,7 +82,7 @@ class _WrongError(Exception):
 
 @dataclass(slots=True)
 class _Key:
-    """An attribute: its name, whose it is (``node``, ``edge`` or ``all``), and what it is where nothing is said."""
+    """Attribute: its name, its owner (``node``, ``edge`` or ``all``), and its default."""
 
     name: str
     owner: str
@@ -91,7 +91,7 @@ class _Key:
 
 
 class _Reader:
-    """The handlers of expat, and how far they are."""
+    """Handlers of expat, with the state of the reader."""
 
     def __init__(self, source: Source) -> None:
         self.source, self.content = source, source.text.encode("utf-8", "replace")
@@ -113,10 +113,10 @@ class _Reader:
         self.parser.CharacterDataHandler = self.characters
 
     def place(self, byte: int) -> Span:
-        """From a byte to the end of the tag that begins there, or one character."""
+        """Span from a byte to the end of the tag that begins there, or one character."""
         text = self.source.text
         before, characters = self.reached if self.reached[0] <= byte else (0, 0)
-        # Places come one after the other: only the text since the last one is decoded.
+        # Places come in order: only the text since the last one is decoded.
         start = characters + len(self.content[before:byte].decode("utf-8", "ignore"))
         self.reached = byte, start
         start = max(0, min(start, len(text) - 1))
@@ -136,7 +136,7 @@ class _Reader:
         if len(self.open) > DEEPEST:
             raise self.refuse(f"elements are nested more than {DEEPEST} deep")
         if inside in ("data", "default", "desc") or "data" in self.open[:-1]:
-            return  # what other programs draw by
+            return  # attributes for drawing in other programs
         if (element == "graphml") != (inside == "") or element not in KNOWN:
             raise self.refuse(f"unexpected element `{element[:40]}`")
         match element:

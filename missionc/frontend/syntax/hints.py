@@ -1,4 +1,4 @@
-"""Syntax error messages: the tokens expected at the error, and the intended text for frequent mistakes.
+"""Syntax error messages: the tokens expected at the error, and corrections for frequent mistakes.
 
 Each function for a mistake with signs and brackets, or with words and names, returns one finding, or nothing.
 """
@@ -66,7 +66,7 @@ def foreign_sign(place: Place) -> Diagnostic | None:
 
 
 def equals(place: Place) -> Diagnostic | None:
-    """``=`` or ``:`` for one another, in a comparison, or before a value that needs none."""
+    """Explain ``=`` or ``:`` for one another, in a comparison, or before a value that needs neither."""
     token, expected = place.found, place.expected
     if token.kind not in ("=", ":"):
         return None
@@ -90,12 +90,12 @@ def _never_equal(place: Place) -> Diagnostic:
 
 
 def counts(place: Place) -> bool:
-    """Whether the comparison of a ``count`` is still to come."""
+    """Return whether the comparison of a ``count`` is still missing."""
     return place.in_formula and place.expected >= COMPARISONS and "and" not in place.expected
 
 
 def counted(place: Place) -> Diagnostic | None:
-    """``count[hops 1..1] a and b >= 2``"""
+    """Explain ``count[hops 1..1] a and b >= 2``."""
     if not counts(place) or place.found.word not in OPERATORS:
         return None
     message = f"expected a comparison of `count` before {quoted(place.found.text)}"
@@ -103,7 +103,7 @@ def counted(place: Place) -> Diagnostic | None:
 
 
 def bounds_not_taken(place: Place) -> Diagnostic | None:
-    """``next[1] x``, ``x and[0, 5 s] y``, ``every[40 s] x``"""
+    """Explain ``next[1] x``, ``x and[0, 5 s] y``, ``every[40 s] x``."""
     before = place.before
     adjacent = place.found.kind == "[" and place.found.span.start == before.span.end
     if adjacent and before.kind == "every":
@@ -129,7 +129,7 @@ def missing_bounds(place: Place) -> Diagnostic | None:
 
 
 def wrong_bounds(place: Place) -> Diagnostic | None:
-    """``always[5 s]``, ``always[0..5 s]``, ``reach[0..2]``, ``reach[hops 0, 2]``, ``reach[hops 2]``."""
+    """Explain ``always[5 s]``, ``always[0..5 s]``, ``reach[0..2]``, ``reach[hops 0, 2]``, ``reach[hops 2]``."""
     if not place.in_bounds:
         return None
     operator, token = place.tokens[place.opened[-1] - 1], place.found
@@ -164,7 +164,7 @@ def wrong_bounds(place: Place) -> Diagnostic | None:
 
 
 def missing_comma(place: Place) -> Diagnostic | None:
-    """``polygon (1, 1) (2, 2)``"""
+    """Explain ``polygon (1, 1) (2, 2)``."""
     if "," not in place.expected or place.before.kind != ")" or place.found.kind != "(":
         return None
     end = just_after(place.before.span)
@@ -172,7 +172,7 @@ def missing_comma(place: Place) -> Diagnostic | None:
 
 
 def needless_comma(place: Place) -> Diagnostic | None:
-    """``radius 0.1, dynamics …``, ``disc at (1, 1), radius 1``"""
+    """Explain ``radius 0.1, dynamics …``, ``disc at (1, 1), radius 1``."""
     following = place.tokens[place.here + 1] if place.found.kind == "," else place.found
     if place.found.kind != "," or place.in_formula:
         return None
@@ -209,7 +209,7 @@ def bare_arithmetic(place: Place) -> Diagnostic | None:
 
 
 def brackets(place: Place) -> Diagnostic | None:
-    """One that is never closed, or closed by another kind."""
+    """Explain a bracket that is never closed, or closed by another kind."""
     token = place.found
     closing = {"(": ")", "[": "]", "{": "}"}
     if not place.opened:
@@ -229,7 +229,7 @@ def brackets(place: Place) -> Diagnostic | None:
 
 
 def limit(place: Place) -> Diagnostic | None:
-    """``single_integrator(speed < 2 m/s)``"""
+    """Explain ``single_integrator(speed < 2 m/s)``."""
     if place.found.kind in COMPARISONS | {"="} and "<=" in place.expected and not place.in_formula:
         return finding("expected `<=`: a limit is inclusive", place.found.span, "write `<=`", "<=")
     return None
@@ -273,7 +273,7 @@ def reserved_name(place: Place) -> Diagnostic | None:
 
 
 def hyphen(place: Place) -> Diagnostic | None:
-    """``mission wild-fire``, ``require no-fly: …``"""
+    """Explain ``mission wild-fire``, ``require no-fly: …``."""
     tokens, last = place.tokens, place.first + 1
     if tokens[last].kind != NAME or place.found.kind not in ("-", ":", "=", "[", "{"):
         return None
@@ -308,7 +308,7 @@ def unknown_unit(place: Place) -> Diagnostic | None:
 
 
 def unknown_shape(place: Place) -> Diagnostic | None:
-    """``region a = circle at (1, 1)``"""
+    """Explain ``region a = circle at (1, 1)``."""
     before = place.before
     in_shape = place.declaration.word in ("region", "obstacle") and place.found.kind in ("at", "(")
     if not in_shape or before.kind != NAME:
@@ -321,7 +321,7 @@ def unknown_shape(place: Place) -> Diagnostic | None:
 
 
 def unknown_operator(place: Place) -> Diagnostic | None:
-    """``alwais[0, 5 s] x``, ``nott x``, ``x untill[0, 5 s] y``, ``x annd y``."""
+    """Explain ``alwais[0, 5 s] x``, ``nott x``, ``x untill[0, 5 s] y``, ``x annd y``."""
     if not place.in_formula or place.ends:
         return None
     token, before, tokens = place.found, place.before, place.tokens
@@ -351,7 +351,7 @@ def unknown_operator(place: Place) -> Diagnostic | None:
 
 
 def odd_name(place: Place) -> Diagnostic | None:
-    """``region 2nd = …``, ``region "base" = …``"""
+    """Explain ``region 2nd = …``, ``region "base" = …``."""
     token = place.found
     if place.here != place.first + 1 or place.expected != {NAME} or token.kind not in (NUMBER, TEXT):
         return None
@@ -363,7 +363,7 @@ def odd_name(place: Place) -> Diagnostic | None:
 
 
 def no_weight(place: Place) -> Diagnostic | None:
-    """``require a: … weight 2``"""
+    """Explain ``require a: … weight 2``."""
     if place.declaration.word != "require" or place.found.text != "weight" or END not in place.expected:
         return None
     message = "unexpected `weight`: only a preference has a weight"
@@ -371,7 +371,7 @@ def no_weight(place: Place) -> Diagnostic | None:
 
 
 def team_size(place: Place) -> Diagnostic | None:
-    """``team drone { … }``"""
+    """Explain ``team drone { … }``."""
     if place.declaration.word != "team" or place.here != place.first + 2 or place.found.kind != "{":
         return None
     name = place.before
@@ -380,7 +380,7 @@ def team_size(place: Place) -> Diagnostic | None:
 
 
 def bare_setting(place: Place) -> Diagnostic | None:
-    """``single_integrator(2 m/s)``"""
+    """Explain ``single_integrator(2 m/s)``."""
     if place.found.kind != NUMBER or place.expected != {NAME, ")"} or place.tokens[place.here - 3].kind != "dynamics":
         return None
     message = f"expected a setting, found {quoted(place.found.text)}"
@@ -390,14 +390,14 @@ def bare_setting(place: Place) -> Diagnostic | None:
 
 
 def members(place: Place) -> Diagnostic | None:
-    """``group east = drone[0, 1]``"""
+    """Explain ``group east = drone[0, 1]``."""
     if place.in_formula or not place.in_bounds or ".." not in place.expected or place.found.kind not in (",", ":"):
         return None
     return finding("expected `..` in a range of members", place.found.span, "write `..`", "..")
 
 
 def inside_without(place: Place) -> Diagnostic | None:
-    """``drone[0] in base``, ``every drone: in base``"""
+    """Explain ``drone[0] in base``, ``every drone: in base``."""
     if not place.in_formula or place.found.kind != "in" or place.in_bounds:
         return None
     message = "unexpected `in`: in a formula, the name of a region is enough"
@@ -405,7 +405,7 @@ def inside_without(place: Place) -> Diagnostic | None:
 
 
 def heading_within(place: Place) -> Diagnostic | None:
-    """``heading <= 90 deg``, ``heading of 90 deg``"""
+    """Explain ``heading <= 90 deg``, ``heading of 90 deg``."""
     if place.before.kind != "heading" or place.expected != {"within"}:
         return None
     message = "headings cannot be compared: they are angles of a circle"
@@ -413,7 +413,7 @@ def heading_within(place: Place) -> Diagnostic | None:
 
 
 def call_brackets(place: Place) -> Diagnostic | None:
-    """``inside base``, ``connected radio``"""
+    """Explain ``inside base``, ``connected radio``."""
     called = place.before.text in ("inside", "touches", "connected") and place.before.kind == NAME
     if not place.in_formula or not called or place.found.kind != NAME:
         return None
@@ -423,7 +423,7 @@ def call_brackets(place: Place) -> Diagnostic | None:
 
 
 def label_colon(place: Place) -> Diagnostic | None:
-    """``require relay every drone: …``"""
+    """Explain ``require relay every drone: …``."""
     label = place.tokens[min(place.first + 1, place.here)]
     if place.declaration.word not in ("require", "prefer") or label.kind != NAME:
         return None
@@ -436,7 +436,7 @@ def label_colon(place: Place) -> Diagnostic | None:
 
 
 def quantifier_colon(place: Place) -> Diagnostic | None:
-    """``every drone always[…] …``, ``every 40 s some drone: …``"""
+    """Explain ``every drone always[…] …``, ``every 40 s some drone: …``."""
     if ":" not in place.expected or not place.expected <= {":", "[", "(", ".."} or not place.in_formula:
         return None
     start = place.after(place.here - 1) - 1 if place.before.kind == "]" else place.here - 1
@@ -455,7 +455,7 @@ def quantifier_colon(place: Place) -> Diagnostic | None:
 
 
 def part_of_team(place: Place) -> Diagnostic | None:
-    """``team drone[2] { strat in base  dynamcs unicycle(speed <= 1) }``, ``start base``"""
+    """Explain ``team drone[2] { strat in base dynamcs unicycle(speed <= 1) }``, ``start base``."""
     if place.declaration.word not in ("team", "agent") or not place.opened:
         return None
     tokens, here = place.tokens, place.here
@@ -473,7 +473,7 @@ def part_of_team(place: Place) -> Diagnostic | None:
 
 
 def at_most(place: Place) -> Diagnostic | None:
-    """``at most 2 drone: …``"""
+    """Explain ``at most 2 drone: …``."""
     if place.before.kind != "at" or place.found.text not in forms.INSTEAD or not place.in_formula:
         return None
     words = place.before.span.to(place.found.span)
@@ -482,7 +482,7 @@ def at_most(place: Place) -> Diagnostic | None:
 
 
 def at_least_how_many(place: Place) -> Diagnostic | None:
-    """``at least drone: …``, ``without any drone: …``"""
+    """Explain ``at least drone: …``, ``without any drone: …``."""
     counting = {"least": ("at least", 2), "any": ("without any", 1)}.get(place.tokens[place.here - 2].kind)
     if place.found.kind != ":" or NAME not in place.expected or counting is None:
         return None
@@ -508,7 +508,7 @@ def _is_team(place: Place, name: str) -> bool:
 
 
 def explain(place: Place) -> Diagnostic:
-    """What is wrong at a place; of a name that is declared, nobody who leaves `=` out meant the bracket of a family."""
+    """Explain the error at a place; after a declared name without `=`, a bracket is not that of a family."""
     if place.expected == {"=", "["}:
         place = replace(place, expected=frozenset({"="}))
     for slip in SLIPS:
@@ -519,7 +519,7 @@ def explain(place: Place) -> Diagnostic:
 
 
 def _plain(place: Place) -> Diagnostic:
-    """What was expected, without a guess at what was meant."""
+    """Finding with the expected tokens only."""
     expected, before, token = place.expected, place.before, place.found
     message = f"expected {in_words(expected, before)} after {quoted(before.text)}"
     advice = f"write, for example, `{_form(place)}`"
@@ -535,7 +535,7 @@ def _plain(place: Place) -> Diagnostic:
 
 
 def _form(place: Place) -> str:
-    """How the smallest part of the declaration that has a form of its own is written."""
+    """Form of the smallest enclosing part of the declaration that has a form of its own."""
     tokens, unexpected = place.tokens, place.found
     if place.in_formula:
         if place.opened and tokens[place.opened[-1] - 1].kind in forms.BOUNDS:
@@ -586,4 +586,4 @@ SLIPS: tuple[Callable[[Place], Diagnostic | None], ...] = (
     bare_arithmetic,
     brackets,
 )
-"""The first that gives a finding wins."""
+"""Functions for mistakes; the first that returns a finding wins."""

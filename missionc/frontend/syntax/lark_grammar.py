@@ -1,6 +1,6 @@
 """The language as a ``lark.Lark``, for converters and linters that walk the tree as written.
 
-The compiler itself parses by a table (``parse_table``), which is made of the same grammar.
+The compiler itself uses a parse table (``parse_table``), built from the same grammar.
 """
 
 from __future__ import annotations
@@ -19,23 +19,22 @@ if TYPE_CHECKING:
     from lark import Lark
 
 WHOLE = "\nprogram: start*\n"
-"""A mission is its declarations; the grammar is that of one."""
+"""Start rule for whole missions; the grammar itself describes one declaration."""
 
 
 def grammar() -> Lark:
-    """The grammar of the mission language, with the language's own lexer.
+    """Return the grammar of the mission language, with the language's own lexer.
 
     ``grammar().parse(text)`` gives a ``lark.Tree`` called ``program``. Its children are the declarations in the order
-    of the text, trees that are called as the rules of ``grammars/mission.lark``; their leaves are ``lark.Token`` with
-    lines and columns. An ``include`` stays as it is written. Names are not looked up, nor units compared: that is
-    ``missionc.check``.
+    of the text, trees named after the rules of ``grammars/mission.lark``; their leaves are ``lark.Token`` with lines
+    and columns. An ``include`` stays as it is written. Names and units are not checked; ``missionc.check`` does that.
 
     Returns:
-        an LALR parser, which keeps nothing from one text to the next.
+        an LALR parser without state between texts.
 
     Raises:
         ModuleNotFoundError: Lark is not installed; it comes with the extra ``grammar``.
-        lark.UnexpectedInput: by its ``parse``, of a text that is no mission, with the line and column.
+        lark.UnexpectedInput: from its ``parse``, if a text is not a mission, with the line and column.
     """
     try:
         from lark import Lark, Token, UnexpectedCharacters
@@ -50,9 +49,9 @@ def grammar() -> Lark:
     names: dict[str, str] = {}
 
     class MissionLexer(Lexer):
-        """The tokens of ``tokens.py``: which word is a name depends on what the parser would take next."""
+        """Lexer with the tokens of ``tokens.py``: the parser's state decides which word is a name."""
 
-        __future_interface__ = True  # Lark hands the parser's state on as well
+        __future_interface__ = True  # Lark passes the parser's state as well
 
         def __init__(self, _: object) -> None:
             pass
@@ -80,7 +79,7 @@ def grammar() -> Lark:
 
 
 def _takes(parser_state: Any, kind: str) -> bool:
-    """Whether a token of that kind may come next; only after all its reductions is that known."""
+    """Return whether a token of that kind may come next; known only after all its reductions."""
     from lark.parsers.lalr_analysis import Shift
 
     rows, states = parser_state.parse_conf.states, list(parser_state.state_stack)

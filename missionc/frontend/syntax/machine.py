@@ -1,4 +1,4 @@
-"""An LALR parser on a table: it takes tokens one at a time and knows which it would take next."""
+"""LALR parser with a table: it takes tokens one at a time and can report which it would take next."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.frontend.syntax.parse_table import END, Rule, Table
 
 
 class Part(NamedTuple):
-    """What a piece of the text stands for, where it is, brackets included, and how deeply it is nested."""
+    """Value of a part of the text, with its span (brackets included) and nesting depth."""
 
     value: object
     span: Span
@@ -18,7 +18,7 @@ class Part(NamedTuple):
 
 
 class Ahead(NamedTuple):
-    """What a token calls for before it is taken: reductions, which leave ``below`` of the states and put others above.
+    """Effects of a token before it is taken: reductions, which keep ``below`` of the states and push others.
 
     ``state`` is the one after the token.
     """
@@ -30,11 +30,11 @@ class Ahead(NamedTuple):
 
 
 REFUSED = Ahead(-1, [], 0, [])
-"""The token may not come next."""
+"""Result for a token that is not allowed next."""
 
 
 class TooDeepError(Exception):
-    """A node would lie deeper than the limit; ``part`` is a word of it."""
+    """Error for a node deeper than the limit; ``part`` is a word in it."""
 
     def __init__(self, part: Part) -> None:
         super().__init__()
@@ -42,10 +42,10 @@ class TooDeepError(Exception):
 
 
 class Machine:
-    """One run over the tokens of one text. Nothing here recurses, however deep the text is nested.
+    """One run over the tokens of a text. Nothing here recurses, however deep the text is nested.
 
-    ``functions`` builds the node of each rule from its span and parts; those
-    named in ``nests`` lie one level deeper than their deepest part.
+    ``functions`` builds the node of each rule from its span and parts; those named in ``nests`` lie one level deeper
+    than their deepest part.
     """
 
     def __init__(
@@ -59,16 +59,16 @@ class Machine:
         self._parts: list[Part] = []
 
     def takes(self, kind: str) -> bool:
-        """Whether a token of this kind may come next."""
+        """Return whether a token of this kind may come next."""
         return self._ahead(kind) is not REFUSED
 
     def expected(self) -> frozenset[str]:
-        """Every kind of token that may come next."""
+        """All kinds of tokens that may come next."""
         row = self._table.actions[self._states[-1]]
         return frozenset(kind for kind in (*row, END) if self.takes(kind))
 
     def feed(self, kind: str, value: object, span: Span) -> bool:
-        """Take a token if it may come next; say whether it did.
+        """Take a token if it may come next, and return whether it did.
 
         Raises:
             TooDeepError: the text is nested more deeply than allowed.
@@ -82,12 +82,12 @@ class Machine:
         return True
 
     def finish(self) -> object:
-        """What the whole text stands for; END may come next."""
+        """Value of the whole text; END must be allowed next."""
         self._reduce(self._ahead(END))
         return self._parts[0].value
 
     def _ahead(self, kind: str) -> Ahead:
-        """Only after all its reductions is it known whether a token may stand there, so they are tried on the side."""
+        """Effects of a token: simulates all its reductions, which decide whether it is allowed."""
         table, states = self._table, self._states
         actions, gotos, rules = table.actions, table.gotos, table.rules
         below, state = len(states), states[-1]
@@ -140,5 +140,5 @@ class Machine:
             elif arguments:
                 arguments.extend(value)
             else:
-                arguments = value  # a list that grows by one item each time: never copied
+                arguments = value  # a list that grows by one item each time, without copies
         return Part(arguments if rule.name == "*" else self._functions[rule.name](span, *arguments), span, depth)

@@ -1,11 +1,11 @@
-"""The parser: text to the tree as written, the included files' declarations spliced in.
+"""The parser: text to the tree as written, with the declarations of included files inserted.
 
     in   Source
     out  Program
-    says MC001, MC003 to MC008, MC011 to MC013, MC033, MC202, and what ``load`` says
+    says MC001, MC003 to MC008, MC011 to MC013, MC033, MC202, and the codes of ``load``
 
-Declarations are read one by one: after an error in one, reading goes on at the
-next, so that all the errors of a file are found in one run.
+Declarations are read one by one: after an error in one, reading continues at the next, so that all the errors of a file
+are found in one run.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Outcome: TypeAlias = "ast.Declaration | Diagnostic"
 
 
 def parse(source: Source, limits: Limits, load: Loader) -> tuple[ast.Program | None, list[Diagnostic]]:
-    """The program a text says, or all that is wrong with it, in file order."""
+    """Parse a text to its program, or return all errors in file order."""
     declarations, findings = read(source, limits, load)
     if not declarations and not findings:
         findings = [_empty(source)]
@@ -45,16 +45,16 @@ def parse(source: Source, limits: Limits, load: Loader) -> tuple[ast.Program | N
 
 
 def read(source: Source, limits: Limits, load: Loader) -> tuple[list[ast.Declaration], list[Diagnostic]]:
-    """The declarations that can be read, those of included files at their place; and all that is wrong."""
+    """Read the declarations that are valid, with those of included files at their place, and all errors."""
     return _Reader(limits, load, {source.name: Span(source, 0, 0)}, Files(limits, load)).read(source, ())
 
 
 def read_passage(passage: Span, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
-    """The declarations of a passage, or what is wrong with each; and what is wrong with single words."""
+    """Read the declarations of a passage, with errors for the others and for single words."""
     tokens, odd = tokenise(passage, limits)
     outcomes = _read_declarations(tokens, 0, passage.end, limits)
     if any(isinstance(outcome, Diagnostic) for outcome in outcomes):
-        # What is said of an error speaks of the words around the passage as well.
+        # Messages about an error also refer to the words around the passage.
         tokens, _ = tokenise(_with_neighbours(passage), limits)
         first = next(at for at, token in enumerate(tokens) if token.span.start >= passage.start)
         outcomes = _read_declarations(tokens, first, passage.end, limits)
@@ -62,9 +62,9 @@ def read_passage(passage: Span, limits: Limits) -> tuple[list[Outcome], list[Dia
 
 
 class _Reader(Record):
-    """Reads a file and those it includes.
+    """Reader of a file and the files that it includes.
 
-    ``read_already`` is where each file was first included; ``sizes`` are theirs, in bytes.
+    ``read_already`` has the place at which each file was first included; ``sizes`` are in bytes.
     """
 
     limits: Limits
@@ -74,7 +74,7 @@ class _Reader(Record):
     sizes: list[int] = field(default_factory=list)
 
     def read(self, source: Source, chain: tuple[Span, ...]) -> tuple[list[ast.Declaration], list[Diagnostic]]:
-        """``chain`` are the includes that lead to this file."""
+        """Read a file; ``chain`` are the includes that lead to it."""
         self.sizes.append(len(source.text.encode("utf-8", "replace")))
         if sum(self.sizes) > self.limits.file_bytes:
             return [], [_too_large(source, self.sizes, chain, self.limits)]
@@ -92,7 +92,7 @@ class _Reader(Record):
     def _followed(
         self, outcomes: list[Outcome], odd: list[Diagnostic], source: Source, chain: tuple[Span, ...]
     ) -> tuple[list[ast.Declaration], list[Diagnostic]]:
-        """A passage's declarations with those it includes, and what is wrong in the order of the text."""
+        """Declarations of a passage with those that it includes, and errors in the order of the text."""
         declarations: list[ast.Declaration] = []
         findings = [(_start(finding), finding) for finding in odd]
         for outcome in outcomes:
@@ -118,7 +118,7 @@ class _Reader(Record):
     def _with_source(
         self, setting: ast.FileSetting, source: Source, chain: tuple[Span, ...]
     ) -> ast.FileSetting | Diagnostic:
-        """The setting with the file that it names, through one link if there is one, within the size of the whole."""
+        """Setting with the file that it names, through at most one link, within the total size limit."""
         loaded = self.load(setting.path, setting.span)
         if isinstance(loaded, Source) and (link := LINK.fullmatch(loaded.text)):
             loaded = self.load(link[1], Span(loaded, 0, len(loaded.text)))
@@ -149,14 +149,14 @@ class _Reader(Record):
 
 
 def _with_neighbours(passage: Span) -> Span:
-    """From the beginning of the passage before one to the end of the passage after it."""
+    """Span from the beginning of the previous passage to the end of the next one."""
     cuts = list(passages(passage.source))
     here = cuts.index(passage)
     return cuts[max(here - 1, 0)].to(cuts[min(here + 1, len(cuts) - 1)])
 
 
 def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Limits) -> list[Outcome]:
-    """Those that begin at a token or after it, and before the character ``end``."""
+    """Declarations that begin at or after a token, and before the character ``end``."""
     outcomes: list[Outcome] = []
     wrong = 0
     while tokens[here].kind != END and tokens[here].span.start < end and wrong < MOST_FINDINGS:
@@ -167,7 +167,7 @@ def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Lim
 
 
 def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tuple[ast.Declaration | Diagnostic, int]:
-    """The declaration that starts at a token, or what is wrong with it; and where the next one starts."""
+    """Declaration that starts at a token, or its error; and the start of the next one."""
     machine = Machine(parse_table.load(), functions(), NESTS, limits.nesting)
     opened: list[int] = []
     here = first
@@ -176,7 +176,7 @@ def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tu
             token = tokens[here]
             ends = here > first and (token.kind == END or token.declares)
             if ends or not feed(machine, token):
-                # What starts a line after a whole declaration is the next one's affair.
+                # Whatever starts a line after a whole declaration belongs to the next one.
                 if here > first and (ends or token.starts_line) and machine.takes(END):
                     return cast(ast.Declaration, machine.finish()), here
                 place = Place(tokens, first, here, machine.expected(), tuple(opened))
@@ -200,7 +200,7 @@ _CLOSING = frozenset(")]}")
 
 
 def feed(machine: Machine, token: Token) -> bool:
-    """Whether the token may stand where it stands, as what it is or else as a name; then it is taken."""
+    """Take the token, as what it is or else as a name, and return whether it was allowed."""
     if token.kind in _NAMES:
         return machine.feed(token.kind, ast.Name(token.span, token.text), token.span)
     if machine.feed(token.kind, token, token.span):
@@ -209,7 +209,7 @@ def feed(machine: Machine, token: Token) -> bool:
 
 
 def _next_start(tokens: Sequence[Token], first: int, here: int) -> int:
-    """Where reading goes on after an error: at a word that declares something and looks as if it was meant to."""
+    """Index of the token at which reading continues after an error: a word that probably starts a declaration."""
     here = max(here, first + 1)
     while tokens[here].kind != END:
         if tokens[here].declares and (

@@ -1,7 +1,7 @@
 """The LALR parse table of the grammar: the action of each state on each token.
 
-Building the table with Lark takes half of what a whole ``check`` may take, so
-it is built beforehand and kept as plain JSON beside the grammar:
+Building the table with Lark takes half the time allowed for a whole ``check``, so it is built in advance and stored as
+JSON next to the grammar:
 
     python -m missionc.frontend.syntax.parse_table
 """
@@ -22,15 +22,14 @@ if TYPE_CHECKING:
     from lark.lexer import LexerState, Token
 
 END = "END"
-"""The token after the last one."""
+"""Token after the last one."""
 
 
 class Rule(Record):
-    """What a reduction does.
+    """Effect of a reduction.
 
-    ``name`` is the function that builds the node; empty where the one part is
-    handed on as it is, ``*`` where the parts become parts of the rule around.
-    ``keep`` picks the parts by place; -1 is an optional part that is not there.
+    ``name`` is the function that builds the node; empty if the single part is passed on unchanged, ``*`` if the parts
+    become parts of the enclosing rule. ``keep`` selects the parts by index; -1 is an absent optional part.
     """
 
     symbol: str
@@ -40,10 +39,10 @@ class Rule(Record):
 
 
 class Table(Record):
-    """``actions[state][token]`` is the next state, or ``-1 - n`` for a reduction by ``rules[n]``.
+    """Parse table; ``actions[state][token]`` is the next state, or ``-1 - n`` for a reduction by ``rules[n]``.
 
-    Tokens are words and signs as written, or the grammar's upper-case names.
-    State 0 is the start; in the state ``accept`` the text may end.
+    Tokens are words and signs as written, or the grammar's upper-case names. State 0 is the start; in the state
+    ``accept`` the text may end.
     """
 
     accept: int
@@ -54,7 +53,7 @@ class Table(Record):
 
 @cache
 def load() -> Table:
-    """The table kept beside the grammar."""
+    """Load the table stored next to the grammar."""
     data = json.loads((folder("grammars") / "mission.json").read_text(encoding="utf-8"))
     return Table(
         accept=data["accept"],
@@ -65,13 +64,13 @@ def load() -> Table:
 
 
 def build(grammar: str) -> Table:
-    """The table of a grammar, by Lark."""
+    """Build the table of a grammar with Lark."""
     from lark import Lark
     from lark.lexer import Lexer
     from lark.parsers.lalr_analysis import Shift
 
     class NoLexer(Lexer):
-        """Lark then makes no lexer of its own; ours is ``tokens.py``."""
+        """Placeholder so that Lark makes no lexer of its own; ours is ``tokens.py``."""
 
         def __init__(self, _: object) -> None:
             pass
@@ -83,7 +82,7 @@ def build(grammar: str) -> Table:
     texts = {terminal.name: terminal.pattern.value for terminal in lark.terminals if terminal.pattern is not None}
     texts["$END"] = END
     lalr = lark.parser.parser._parse_table
-    # Lark numbers states and rules differently each time; ours are in the order a walk from the start meets them.
+    # Lark numbers states and rules differently each time; ours are in the order of a walk from the start.
     states = {lalr.start_states["start"]: 0}
     rules: dict[LarkRule, int] = {}
     actions: list[dict[str, int]] = []
@@ -109,7 +108,7 @@ def build(grammar: str) -> Table:
 
 
 def write(table: Table) -> str:
-    """The table as JSON, one state or rule a line."""
+    """Text of the table as JSON, one state or rule on each line."""
     rules = [[rule.symbol, rule.name, rule.size, rule.keep] for rule in table.rules]
     lists = {"rules": rules, "actions": table.actions, "gotos": table.gotos}
     parts = [f'"accept": {table.accept}']
@@ -130,7 +129,9 @@ def _rule(rule: LarkRule) -> Rule:
 
 
 def _kept(rule: LarkRule) -> list[int]:
-    """Lark's own convention: words and signs in quotes are left out, an absent ``[optional]`` leaves a gap."""
+    """Indices of the kept parts in Lark's own convention: quoted words and signs are omitted, and an absent
+    ``[optional]`` leaves a gap.
+    """
     symbols: list[Symbol] = list(rule.expansion)
     gaps = rule.options.empty_indices or (False,) * len(symbols)
     positions = []

@@ -1,7 +1,7 @@
-"""Pygments lexer of missions: a ``mission`` fence in Markdown, ``pygmentize -l mission``, a notebook.
+"""Pygments lexer of missions for a ``mission`` fence in Markdown, ``pygmentize -l mission`` or a notebook.
 
-The tokens are the compiler's own (``tokens``), so that there is no second table of words. Pygments finds the
-class by the entry point in ``pyproject.toml``; nothing of missionc imports this module, and it needs Pygments.
+The tokens are the compiler's own (``tokens``), so there is no second table of words. Pygments finds the class by the
+entry point in ``pyproject.toml``; no module of missionc imports this one, and it needs Pygments.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ COLOURS: dict[str, TokenType] = {
     "a part of `tolerate`": Keyword,
     "a part of `from`": Keyword,
 }
-"""The colour of each kind of word, by what the table of words says it is."""
+"""Colour of each kind of word, by its description in the table of words."""
 
 OTHERS: dict[str, TokenType] = {
     NUMBER: Number,
@@ -66,14 +66,14 @@ _GAP = re.compile(r"(#[^\n]*)|\s+|.", re.DOTALL)
 
 
 class MissionLexer(Lexer):
-    """The mission language."""
+    """Lexer of the mission language."""
 
     name = "Mission"
     aliases: ClassVar[list[str]] = ["mission"]
     filenames: ClassVar[list[str]] = ["*.mission"]
 
     def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, TokenType, str]]:
-        """Every character of a text once, in order, each stretch with its colour."""
+        """Split the text into coloured parts, with every character once and in order."""
         tokens, _ = tokenise(Span(Source("", text), 0, len(text)), Limits())
         at, before = 0, None
         for token in tokens:
@@ -85,7 +85,7 @@ class MissionLexer(Lexer):
 
 
 def _between(text: str, start: int, end: int) -> Iterator[tuple[int, TokenType, str]]:
-    """White space and comments, which are no tokens to the parser."""
+    """White space and comments, which are not tokens for the parser."""
     for match in _GAP.finditer(text, start, end):
         yield match.start(), Comment.Single if match[1] else Whitespace, match[0]
 

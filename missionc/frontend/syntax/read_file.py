@@ -1,12 +1,11 @@
-"""Reading of untrusted files into text: a mission may come from anyone.
+"""Safe reading of untrusted files into text: a mission may come from anyone.
 
     in   a path, a limit
     out  Source
     says MC002 MC004 MC009 MC010 MC033
 
-Only regular files are opened, nothing larger than the limit is read, and a
-file that changes meanwhile is not believed. What a mission includes lies in
-the mission's own folder or below it, symbolic links followed.
+Only regular files are opened, nothing larger than the limit is read, and a file that changes meanwhile is an error.
+Included files must be in the mission's own folder or below it, with symbolic links resolved.
 """
 
 from __future__ import annotations
@@ -35,17 +34,17 @@ LIMITS = {
     codes.MAP_UNREADABLE: "map_bytes",
     codes.SCENARIO_UNUSABLE: "file_bytes",
 }
-"""The limit that a file of each kind may exceed, by the code that says it cannot be read."""
+"""Limit for each kind of file, by the code of its read error."""
 
 
 class Loader(Protocol):
-    """Finds a file that a mission names: a mission that it includes, or ``data`` for its world."""
+    """Function that finds a file that a mission names: an included mission, or ``data`` for its world."""
 
     def __call__(self, written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic: ...
 
 
 class Absent(Diagnostic):
-    """What is said of a file that is not there."""
+    """Wording for a file that does not exist."""
 
     __slots__ = ()
 
@@ -53,14 +52,14 @@ class Absent(Diagnostic):
 def read_bytes(
     path: Path, name: str, limit: int, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
 ) -> bytes | Diagnostic:
-    """What a regular file holds, at most ``limit`` bytes of it.
+    """Contents of a regular file, at most ``limit`` bytes.
 
     Args:
-        path: which file.
-        name: how messages call it.
-        limit: bytes; a larger file is refused before it is read.
-        code: of the message that says it cannot be read at all.
-        cause: the words that ask for the file, if any do.
+        path: the file.
+        name: its name in messages.
+        limit: maximum size in bytes; a larger file is an error before it is read.
+        code: code of the message for a file that cannot be read.
+        cause: the words that request the file, if any.
     """
     try:
         handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
@@ -77,7 +76,10 @@ def read_bytes(
 def read_text(
     path: Path, name: str, limit: int, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
 ) -> str | Diagnostic:
-    """A file's text: UTF-8, with or without a byte order mark, without NUL; arguments as of ``read_bytes``."""
+    """Text of a file: UTF-8, with or without a byte order mark, without NUL.
+
+    Arguments as for ``read_bytes``.
+    """
     content = read_bytes(path, name, limit, code, cause)
     return content if isinstance(content, Diagnostic) else text_of(content, name, code, cause)
 
@@ -85,7 +87,7 @@ def read_text(
 def text_of(
     content: bytes, name: str, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
 ) -> str | Diagnostic:
-    """The text that bytes are; arguments as of ``read_bytes``."""
+    """Decode bytes to text; arguments as for ``read_bytes``."""
     if b"\0" in content:
         return _unreadable(code, name, f"binary file: byte {content.index(0) + 1} is zero", cause)
     try:
@@ -96,30 +98,30 @@ def text_of(
 
 
 def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
-    """A mission file, within the limits."""
+    """Read a mission file within the limits."""
     text = read_text(path, name, limits.file_bytes, codes.UNREADABLE, cause)
     return text if isinstance(text, Diagnostic) else Source(name, text)
 
 
 def unread(written: str, span: Span, /, *, data: bool = False) -> Source:
-    """A loader for who wants to know one file alone: all that it names is empty."""
+    """Loader for the analysis of a single file: all files that it names are empty."""
     return Source(written, "", b"" if data else None)
 
 
 def data_of(content: bytes, name: str) -> Source:
-    """A file that is no mission, with its text where it is one."""
+    """Source of a file that is not a mission, with its text if it is text."""
     text = text_of(content, name)
     return Source(name, "" if isinstance(text, Diagnostic) else text, content)
 
 
 def read_data(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
-    """A file that is no mission, within the limits."""
+    """Read a file that is not a mission, within the limits."""
     content = read_bytes(path, name, limits.map_bytes, codes.MAP_UNREADABLE, cause)
     return content if isinstance(content, Diagnostic) else data_of(content, name)
 
 
 def read_standard_input(limits: Limits) -> Source | Diagnostic:
-    """A mission from standard input, within the limits; no more than that is read, however much there is."""
+    """Read a mission from standard input within the limits; no more is read."""
     name, limit = "<stdin>", limits.file_bytes
     if sys.stdin is None:
         return closed_input()
@@ -135,17 +137,16 @@ def read_standard_input(limits: Limits) -> Source | Diagnostic:
 
 
 def closed_input() -> Diagnostic:
-    """The refusal of standard input that was closed when the process started: Python has no such file then."""
+    """Finding for a standard input that was closed when the process started: Python then has no such file."""
     return _unreadable(codes.UNREADABLE, "<stdin>", "standard input is closed", None)
 
 
 def loader(main: Path, name: str, limits: Limits) -> Loader:
-    """The function that reads what the mission at ``main``, called ``name``, includes.
+    """Build the function that reads the files included by the mission at ``main``, called ``name``.
 
-    A path is relative to the file that includes it. Whatever way a file is
-    reached, its source has one name, so a cycle is seen by name. A link has a
-    source of its own, which includes the file that it leads to: so the sources
-    alone, under their names, are the mission.
+    A path is relative to the file that includes it. A file has one source name for all paths to it, so cycles are
+    detected by name. A link has a source of its own, which includes its target, so the sources with their names are the
+    whole mission.
     """
     folder, root = Path(name).parent, main.parent.resolve()
     leads: dict[str, Path] = {}
@@ -175,9 +176,11 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
 
 
 def _link(written: Path, path: Path, root: Path) -> str:
-    """The link in the root by which a file was reached, relative to it; empty where it was by its own name.
+    """Link in the root through which a file was reached, relative to it.
 
-    Also where that cannot be said in a mission: by more links than one, up and down again, or with strange characters.
+    Empty if it was reached by its own name.
+
+    Also empty if a mission cannot express it: several links, a path up and down again, or invalid characters.
     """
     named, own = normpath(written.as_posix()), path.relative_to(root).as_posix()
     if named == own or named.startswith("../") or (root / named).resolve() != path:
@@ -186,12 +189,12 @@ def _link(written: Path, path: Path, root: Path) -> str:
 
 
 def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> tuple[Source | Diagnostic, Loader]:
-    """A mission whose files are in hand already, and the function that finds what it includes among them.
+    """Source of a mission whose files are in memory, and the function that finds its included files among them.
 
     Args:
-        main: the mission's name, one of ``files``.
-        folder: in which messages say that they lie.
-        files: what each holds, by its name relative to the folder.
+        main: name of the mission, one of ``files``.
+        folder: folder of the files in messages.
+        files: contents of each file, by its name relative to the folder.
     """
 
     def source(name: str, cause: Span | None = None, data: bool = False) -> Source | Diagnostic:
@@ -219,24 +222,24 @@ def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> 
 
 
 LINK = re.compile(r'include "([^"\n]*)"\n')
-"""The text of a link: where it leads."""
+"""Text of a link: its target."""
 
 
 def _leads(content: bytes) -> bool:
-    """Whether this is a link to a file, and not the file."""
+    """Return whether this is a link to a file, and not the file."""
     return content.startswith(b"include ") and LINK.fullmatch(content.decode("utf-8", "replace")) is not None
 
 
 def strange(written: str) -> bool:
-    """Whether no file can be named so: by an absolute path, none, or with characters of another system's."""
+    """Return whether a name is invalid for a file: absolute, empty, or with characters of another system."""
     return PurePosixPath(written).is_absolute() or not written or "\0" in written or "\\" in written
 
 
 def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: codes.Code) -> bytes | Diagnostic:
-    """What an open file holds; arguments as of ``read_bytes``.
+    """Contents of an open file; arguments as for ``read_bytes``.
 
     Raises:
-        OSError: it cannot be read.
+        OSError: the file cannot be read.
     """
     before = os.fstat(handle)
     if not stat.S_ISREG(before.st_mode):
@@ -254,7 +257,7 @@ def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: codes
 def too_large(
     code: codes.Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
 ) -> Diagnostic:
-    """What is said of ``size`` bytes, or ``more`` of which nobody knows how many, where ``limit`` are allowed."""
+    """Finding for ``size`` bytes (or ``more``, if the size is unknown) above ``limit``."""
     limited = LIMITS.get(code)
     raised = (
         f"raise the limit with `--limit {limited}={'BYTES' if more else size}`" if limited else "use a smaller file"
@@ -268,12 +271,12 @@ def too_large(
 
 
 def cannot_read(code: codes.Code, name: str, error: OSError, cause: Span | None = None) -> Diagnostic:
-    """What is said where the system refuses to open or read a file."""
+    """Finding for a system error on opening or reading a file."""
     return _unreadable(code, name, _reason(error), cause, absent=error.errno == errno.ENOENT)
 
 
 def _read(handle: int, limit: int) -> bytes:
-    """Everything up to ``limit`` bytes; one read may give less than asked for."""
+    """All bytes up to ``limit``; a single read may return fewer than requested."""
     parts: list[bytes] = []
     while limit > 0 and (part := os.read(handle, limit)):
         parts.append(part)
@@ -282,7 +285,7 @@ def _read(handle: int, limit: int) -> bytes:
 
 
 def nowhere() -> bool:
-    """Whether the working directory has been removed."""
+    """Return whether the working directory has been removed."""
     try:
         os.getcwd()
     except OSError:
@@ -291,7 +294,7 @@ def nowhere() -> bool:
 
 
 def _reason(error: OSError) -> str:
-    """The system's words for a failure, as the end of a sentence."""
+    """System's text for a failure, as the end of a sentence."""
     words = os.strerror(error.errno) if error.errno else str(error)
     return words[:1].lower() + words[1:]
 
@@ -308,7 +311,7 @@ def _unreadable(code: codes.Code, name: str, reason: str, cause: Span | None, *,
 
 
 def changed_meanwhile(name: str, cause: Span | None = None) -> Diagnostic:
-    """What to say of a file that somebody writes to while it is read, or before what was made of it is written."""
+    """Finding for a file that changes while it is read, or before the output made from it is written."""
     return Diagnostic(
         codes.FILE_CHANGED,
         f"`{name}` changed during reading",

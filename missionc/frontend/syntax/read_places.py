@@ -1,10 +1,10 @@
-"""The files that declarations take places from, read where they are named.
+"""Reader of the files that declarations take places from.
 
     in   a declaration as it was parsed
-    out  the same with the sources of its files, and what of them cannot be read
-    says MC004, and what ``load`` says
+    out  the same with the sources of its files, and errors of unreadable ones
+    says MC004, and the codes of ``load``
 
-What is in them is nobody's business here: ``maps`` reads it once it is known what is asked of it.
+Their contents are not parsed here: ``maps`` does so once the request is known.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from missionc.frontend.syntax.read_file import LINK, Absent, Loader
 
 
 class Files(Record):
-    """Those of one mission; each is read once, and all together are within a limit."""
+    """Files of one mission; each is read once, with a limit on the total size."""
 
     limits: Limits
     load: Loader
     known: dict[tuple[str, str], Source | Diagnostic] = field(default_factory=dict)
 
     def read(self, declaration: ast.Declaration) -> tuple[ast.Declaration, list[Diagnostic]]:
-        """The declaration with its files, as far as they can be read."""
+        """Declaration with its files, as far as they can be read."""
         findings: list[Diagnostic] = []
 
         def whole(file: ast.File) -> ast.File:
@@ -63,7 +63,7 @@ class Files(Record):
         return self.known[key]
 
     def _within_limit(self, path: str, span: Span) -> Source | Diagnostic:
-        """The file, through one link if there is one."""
+        """Source of the file, through at most one link."""
         loaded = self.load(path, span, data=True)
         if isinstance(loaded, Source) and loaded.data is None and (link := LINK.fullmatch(loaded.text)):
             loaded = self.load(link[1], Span(loaded, 0, len(loaded.text)), data=True)
@@ -75,7 +75,7 @@ class Files(Record):
 
 
 def named_files(declaration: ast.Declaration) -> list[ast.File]:
-    """The files that a declaration names."""
+    """Files that a declaration names."""
     named: list[ast.File] = []
 
     def keep(file: ast.File) -> ast.File:
@@ -87,7 +87,7 @@ def named_files(declaration: ast.Declaration) -> list[ast.File]:
 
 
 def with_files(declaration: ast.Declaration, whole: Callable[[ast.File], ast.File]) -> ast.Declaration:
-    """The declaration with something done to each file that it names."""
+    """Declaration with each file that it names replaced by ``whole``."""
     match declaration:
         case ast.FromFile(file=file):
             return replace(declaration, file=whole(file))

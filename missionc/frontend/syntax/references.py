@@ -9,16 +9,16 @@ from missionc.base.source import Span
 from missionc.frontend.syntax import ast
 
 NOT_REFERENCES = frozenset({"name", "label", "kind", "goal", "backend", "unit"})
-"""The fields whose names declare, or are words of the language."""
+"""Fields whose names declare, or are words of the language."""
 
 LEAVES = (Span, ast.Number, str, float, bool, type(None))
-"""What nothing lies below."""
+"""Kinds of nodes without children."""
 
 
 def nodes(root: object) -> Iterator[object]:
-    """Every node at or below ``root``, a node or a tuple of them, but for numbers and names that refer to nothing.
+    """All nodes at or below ``root``, a node or a tuple of them, except numbers and names that are not references.
 
-    In any order. Iterative: a tree may be deeper than Python's stack.
+    In any order. Iterative, because a tree may be deeper than Python's stack.
     """
     waiting = [root]
     while waiting:
@@ -27,7 +27,7 @@ def nodes(root: object) -> Iterator[object]:
             waiting.extend(node)
             continue
         yield node
-        for name in getattr(node, "__match_args__", ()):  # the fields of a dataclass, sooner than by asking for them
+        for name in getattr(node, "__match_args__", ()):  # the fields of a dataclass, faster than by asking for them
             value = getattr(node, name)
             if isinstance(value, LEAVES):
                 continue
@@ -38,7 +38,10 @@ def nodes(root: object) -> Iterator[object]:
 
 
 class Mentions(Record):
-    """What a tree says by name: ``names``, each once; and whether it also means every beacon, or the only graph."""
+    """Names in a tree: ``names``, each once.
+
+    The flags tell whether it also refers to every beacon, or to the only graph.
+    """
 
     names: tuple[str, ...]
     every_beacon: bool
@@ -60,5 +63,5 @@ def mentions(root: object) -> Mentions:
 
 
 def references(root: object) -> Iterator[ast.Name]:
-    """Every name at or below ``root`` that something must have declared (or that is a state word)."""
+    """All names at or below ``root`` that need a declaration (or are state words)."""
     return (node for node in nodes(root) if isinstance(node, ast.Name))

@@ -1,7 +1,6 @@
-"""Printer of the tree as canonical text: declarations, formulas and quantities, with no needless bracket.
+"""Printer of the tree as canonical text: declarations, formulas and quantities, without redundant brackets.
 
-Each declaration has one line, and operators are words. ``parse(show(program))`` is the same tree except for its
-spans.
+Each declaration has one line, and operators are words. ``parse(show(program))`` is the same tree except for its spans.
 """
 
 from __future__ import annotations
@@ -10,17 +9,17 @@ from typing import assert_never
 
 from missionc.frontend.syntax import ast
 
-# How tightly an operator binds; an operand that binds less tightly than its place asks for gets brackets.
+# Precedence of operators; an operand with a lower one than its place needs gets brackets.
 _IFF, _IMPLIES, _OR, _AND, _PATH, _UNARY, _COUNTED = range(1, 8)
 _CHAINS = {"and": _AND, "or": _OR}
 _SUM, _PRODUCT, _FACTOR = range(1, 4)
 
 
 def formula(node: ast.Formula, binding: int = _IFF, last: bool = True) -> str:
-    """A formula where nothing binds less tightly than ``binding``.
+    """Text of a formula for a place with precedence ``binding``.
 
-    ``last`` says that nothing follows within the same brackets: only there may
-    a quantifier stand bare, because its body reaches as far right as it can.
+    ``last`` means that nothing follows within the same brackets: only there may a quantifier have no brackets, because
+    its body extends as far right as possible.
     """
     match node:
         case ast.Truth(_, value):
@@ -71,7 +70,7 @@ def _apply(node: ast.Apply, binding: int, last: bool) -> str:
 
 
 def _binding(operator: str) -> tuple[int, int, int]:
-    """How tightly an operator between operands binds, and how tightly its left and right operands have to."""
+    """Precedence of an infix operator, and those that its left and right operands need."""
     match operator:
         case "and" | "or":
             return _CHAINS[operator], _CHAINS[operator] + 1, _CHAINS[operator] + 1
@@ -115,7 +114,7 @@ def agents(node: ast.Name | ast.Member) -> str:
 
 
 def named(node: ast.Name) -> str:
-    """A name, with the indices of a family or of its member."""
+    """Text of a name, with the indices of a family or of its member."""
     match node:
         case ast.FamilyName(_, text, indices):
             return f"{text}[{_indices(indices)}]"
@@ -130,12 +129,12 @@ def _indices(nodes: tuple[ast.Index, ...]) -> str:
 
 
 def loose(node: ast.Quantity) -> str:
-    """A quantity inside brackets, where arithmetic needs none of its own."""
+    """Text of a quantity inside brackets, where arithmetic needs none of its own."""
     return _sum(node)
 
 
 def tight(node: ast.Quantity) -> str:
-    """A quantity where arithmetic stands in brackets."""
+    """Text of a quantity, with arithmetic in brackets."""
     return _sum(node, _FACTOR)
 
 
@@ -177,7 +176,7 @@ def _in_brackets(text: str, needed: bool) -> str:
 
 
 def show(program: ast.Program) -> str:
-    """The whole mission as text."""
+    """Text of the whole mission."""
     return "".join(_declaration(declaration) + "\n" for declaration in program.declarations)
 
 
@@ -268,7 +267,7 @@ def _labelled(label: ast.Name | None, body: ast.Formula) -> str:
         return f"{named(label)}: {formula(body)}"
     match body:
         case ast.OneAgent(_, ast.Name() as agent) if not isinstance(agent, ast.Indexed):
-            return f"({formula(body)})"  # its agent would be read as the label
+            return f"({formula(body)})"  # its agent would be parsed as the label
         case _:
             return formula(body)
 
@@ -277,7 +276,7 @@ def _labelled(label: ast.Name | None, body: ast.Formula) -> str:
 
 
 def shape_text(node: ast.Shape, binding: int = 0) -> str:
-    """A shape where nothing binds less tightly than ``binding``."""
+    """Text of a shape for a place with precedence ``binding``."""
     match node:
         case ast.Name():
             return named(node)
@@ -323,7 +322,7 @@ def _motion(node: ast.Motion | None) -> str:
 
 
 def item_text(node: ast.TeamItem) -> str:
-    """An item of a team."""
+    """Text of an item of a team."""
     match node:
         case ast.Dynamics(_, name, settings):
             return f"dynamics {name.text}" + (f"({', '.join(map(_setting, settings))})" if settings else "")
@@ -349,7 +348,7 @@ def _yaw(angle: ast.Quantity | None) -> str:
         case None:
             return "along path"
         case ast.Name(_, "along"):
-            return "(along)"  # a parameter of that name
+            return "(along)"  # a parameter with that name
         case _:
             return tight(angle)
 

@@ -1,4 +1,4 @@
-"""The place of a syntax error, and what a finding there is made of."""
+"""Place of a syntax error, with the data for a finding there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from missionc.frontend.syntax.tokens import Token
 
 
 class Place(Record):
-    """Where reading stopped: at token ``here`` of the declaration that starts at token ``first``.
+    """Place where reading stopped: at token ``here`` of the declaration that starts at token ``first``.
 
     ``opened`` are the brackets not yet closed, outermost first.
     """
@@ -44,16 +44,16 @@ class Place(Record):
 
     @property
     def in_bounds(self) -> bool:
-        """Whether the innermost open bracket is a square one."""
+        """True if the innermost open bracket is a square one."""
         return bool(self.opened) and self.tokens[self.opened[-1]].kind == "["
 
     @property
     def ends(self) -> bool:
-        """Whether the declaration ended too early: the next one begins here, or the file ends."""
+        """True if the declaration ended too early: the next one begins here, or the file ends."""
         return self.here > self.first and (self.found.kind == END or (self.found.declares and self.found.starts_line))
 
     def after(self, closing: int) -> int:
-        """The place of the bracket that the one at ``closing`` closes."""
+        """Index of the bracket that the one at ``closing`` closes."""
         depth = 0
         for place in range(closing, self.first, -1):
             depth += (self.tokens[place].kind in ")]}") - (self.tokens[place].kind in "([{")
@@ -71,19 +71,19 @@ def finding(
     fix: Fix | None = None,
     labels: tuple[Label, ...] = (),
 ) -> Diagnostic:
-    """``replacement`` is for the span itself; ``fix`` for another."""
+    """Build a finding; ``replacement`` is for the span itself, ``fix`` for another."""
     if replacement is not None:
         fix = Fix(span, replacement)
     return Diagnostic(code, message, Label(span), labels, help=advice, fix=fix)
 
 
 def just_after(span: Span) -> Span:
-    """Where something may be put in behind a piece of text."""
+    """Place directly after a part of the text."""
     return Span(span.source, span.end, span.end)
 
 
 def meant_by(text: str, words: Collection[str]) -> str:
-    """The word that was probably meant, or nothing: ours for one of another language, else the nearest in spelling."""
+    """Word that was probably meant, or an empty text: ours for one of another language, else the most similar."""
     ours = forms.WORDS.get(text.lower(), "")
     if ours in words:
         return ours

@@ -1,4 +1,4 @@
-"""The tokenizer: the words of the language, and the tokens that text falls apart into.
+"""The tokenizer: words of the language, and tokens of a text.
 
 in   Source
 out  its tokens, the last of them END
@@ -24,11 +24,10 @@ from missionc.frontend.syntax.parse_table import END
 
 
 class Word(Record):
-    """A word with a meaning of its own.
+    """Word with a meaning of its own.
 
-    ``says`` is what it is, in words. ``token`` is its class in the grammar,
-    where it shares one; ``letter`` its short form. A word that is not
-    ``reserved`` may also be a name, wherever the grammar does not ask for it.
+    ``says`` is its description. ``token`` is its class in the grammar, if it shares one; ``letter`` its short form. A
+    word that is not ``reserved`` may also be a name, wherever the grammar does not need the word.
     """
 
     text: str
@@ -39,7 +38,7 @@ class Word(Record):
 
 
 def _words(says: str, texts: str, *, reserved: bool = True) -> tuple[Word, ...]:
-    """Words of one kind that are their own class in the grammar."""
+    """Words of one kind, each with its own class in the grammar."""
     return tuple(Word(text, says, reserved=reserved) for text in texts.split())
 
 
@@ -93,33 +92,33 @@ WORDS: tuple[Word, ...] = (
     *_words("a part of `tolerate`", "delay", reserved=False),
     *_words("a part of `from`", "origin layer unknown named", reserved=False),
 )
-"""Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
+"""Every word of the grammar. A letter (``U``) may also be a name, unless it is that of a prefix operator."""
 
 SPELLINGS: dict[str, Word] = {word.text: word for word in WORDS} | {word.letter: word for word in WORDS if word.letter}
 DECLARATIONS: frozenset[str] = frozenset(word.text for word in WORDS if word.says == "a declaration")
 OPERATORS: dict[str, Word] = {word.text: word for word in WORDS if word.says == "an operator"}
 
 STATES: frozenset[str] = frozenset({"x", "y", "z", "speed", "altitude"})
-"""What a comparison asks of an agent's own state: names to the grammar, but never of anything declared."""
+"""Words for an agent's own state in comparisons: names in the grammar, but never declared."""
 
 EXTREMES: frozenset[str] = frozenset({"min", "max"})
-"""What takes numbers in brackets and is one of them; names where no bracket follows."""
+"""Words for the minimum and maximum of numbers in brackets; names if no bracket follows."""
 
 NAME, LABEL, NUMBER, UNIT, TEXT, EXTREME = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT", "EXTREME"
 MOST_FINDINGS = 100
-"""More than anybody reads; what follows them is mostly their echo."""
+"""Maximum number of findings; later ones are mostly consequences of earlier ones."""
 
 SEVERAL = "SEVERAL"
-"""``obstacles``, ``regions`` or ``beacons`` where a file follows; anywhere else they are what they were."""
+"""Words ``obstacles``, ``regions`` and ``beacons``, which are special only before a file."""
 
 PLURALS = frozenset({"obstacles", "regions", "beacons"})
 
 STRAY = "STRAY"
-"""A character, or a sign of another language, that the grammar does not know."""
+"""Pattern of a character, or a sign of another language, that the grammar does not know."""
 
 
 class Token(NamedTuple):
-    """``kind`` is a token of the grammar; ``word`` an operator's or keyword's word, whichever way it is spelled."""
+    """Token; ``kind`` is its kind in the grammar, ``word`` the operator's or keyword's word in any spelling."""
 
     kind: str
     text: str
@@ -129,7 +128,7 @@ class Token(NamedTuple):
 
     @property
     def declares(self) -> bool:
-        """Whether this is the first word of a declaration."""
+        """True if this is the first word of a declaration."""
         return self.kind == SEVERAL or (self.word in DECLARATIONS and self.kind == self.word)
 
     @property
@@ -138,12 +137,12 @@ class Token(NamedTuple):
 
 
 def nameable(text: str) -> bool:
-    """Whether a text has the form of a name; it may be a word of the language all the same."""
+    """Return whether a text has the form of a name; it may still be a word of the language."""
     return _NAME_FORM.fullmatch(text) is not None
 
 
 def reserved(text: str) -> bool:
-    """Whether a word can never be a name."""
+    """Return whether a word can never be a name."""
     word = SPELLINGS.get(text)
     if word is None:
         return False
@@ -152,7 +151,7 @@ def reserved(text: str) -> bool:
     return word.reserved
 
 
-# Characters that show nothing, or turn the direction of the text around them.
+# Characters that are invisible, or change the direction of the text around them.
 _UNSEEN = r"\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u00ad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffb"
 _UNSEEN_CHARACTER = re.compile(f"[{_UNSEEN}]")
 _TOKEN = re.compile(
@@ -178,7 +177,7 @@ _BEFORE_FILE = re.compile(BEFORE_FILE)
 
 
 def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens of whole lines of a text, END last, and what is wrong with single ones of them."""
+    """Tokens of whole lines of a text, END last, and errors about single ones."""
     source, begin, last = lines.source, lines.start, lines.end
     text = source.text
     tokens: list[Token] = []
@@ -216,9 +215,9 @@ def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]
 
 
 def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str, str]:
-    """What a word is by the tokens before it, and how far it goes: a unit may hold a ``/``."""
+    """Kind of a word from the tokens before it, and its full text: a unit may contain a ``/``."""
     before = tokens[-1].kind if tokens else END
-    # After `moving (2, 0)`, `per` or a number stands a unit; but in `at least 2 m:` it is a group that is called `m`.
+    # After `moving (2, 0)`, `per` or a number comes a unit; but in `at least 2 m:` it is a group called `m`.
     counted = [token.kind for token in tokens[-3:-1]] in (["at", "least"], ["without", "any"])
     if before in (NUMBER, ")", "per") and not counted:
         unit = _UNIT.match(text, start)
@@ -237,7 +236,7 @@ def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str
 
 
 def quoted(text: str) -> str:
-    """Text of the user's in backticks, cut where it is long."""
+    """Text from the user in backticks, shortened if it is long."""
     return f"`{text}`" if len(text) <= 40 else f"`{text[:30]}…`"
 
 

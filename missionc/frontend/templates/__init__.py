@@ -1,7 +1,7 @@
 """Mission templates that ``missionc init`` begins with: one file each, in this folder.
 
-A template is a whole mission. Its first line says what it is about, after
-``# Template `NAME`: ``, and its comments what a newcomer changes.
+A template is a whole mission. Its first line, after ``# Template `NAME`: ``, describes it, and its comments explain
+what a newcomer changes.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ _MISSION = re.compile(r"^mission (?P<name>\w+)$", re.MULTILINE)
 
 
 class Template(Record):
-    """``about`` is its first line, a sentence; ``mission`` the name of the mission in ``text``."""
+    """Template; ``about`` is its first line, a sentence.
+
+    ``mission`` is the name of the mission in ``text``.
+    """
 
     name: str
     about: str
@@ -27,16 +30,16 @@ class Template(Record):
     text: str
 
     def named(self, mission: str) -> str:
-        """The text of the template, with another name for the mission."""
+        """Text of the template, with another name for the mission."""
         return _MISSION.sub(f"mission {mission}", self.text, count=1)
 
 
 @cache
 def templates() -> dict[str, Template]:
-    """Every template by its name, the default first.
+    """Return all templates by name, the default first.
 
     Raises:
-        ValueError: a file that does not begin as templates do, or names no mission.
+        ValueError: a file lacks the first line of a template, or names no mission.
     """
     found = {}
     for path in sorted(Path(__file__).parent.glob("*.mission"), key=lambda path: (path.stem != DEFAULT, path.stem)):

@@ -1,1 +1,1 @@
-"""Curves of flights: piecewise polynomials, their Bernstein enclosures, and the table that a Crazyflie flies."""
+"""Curves of flights: piecewise polynomials, their Bernstein enclosures, and the trajectory table of a Crazyflie."""

@@ -1,13 +1,11 @@
 """Polynomials in Bernstein form, in doubles, with every rounding error bounded.
 
-A polynomial over a piece of time is known by its control points: it stays in
-their hull, and so do its parts when the piece is halved. The points here are
-doubles; ``radius`` says how far the true ones may be from them. Whatever is
-concluded from points and radius holds for the true curve: no rounding is lost.
+A polynomial over an interval lies in the hull of its control points, and so do its halves. The points are doubles;
+``radius`` bounds their distance from the true ones. Every conclusion from points and radius therefore holds for the
+true curve.
 
-A sum of ``k`` products, in whatever order it is taken, errs by less than
-``k * ROUNDING`` times the sum of their magnitudes; that is twice what is
-needed, so that the bound may be computed in doubles too.
+A sum of ``k`` products, in any order, has an error below ``k * ROUNDING`` times the sum of their magnitudes. This is
+twice the necessary bound, so that the bound may itself be computed in doubles.
 
 Source:
     Farin, "Curves and Surfaces for CAGD" (2002), chapters 4 and 5.
@@ -29,19 +27,19 @@ ROUNDING = 2.0**-52
 """Twice the relative error of one operation on doubles."""
 
 TINY = 2.0**-900
-"""What underflow may cost, for numbers below 2**150 to begin with."""
+"""Bound on the error of underflow, for numbers initially below 2**150."""
 
 GROWN = 1.0 + 2.0**-48
-"""A bound computed in a few operations, times this, is one in spite of their rounding."""
+"""Factor that makes a bound valid in spite of rounding in a few operations."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Enclosed:
-    """Polynomials of a share from 0 to 1.
+    """Polynomials of a share from 0 to 1, with error bounds.
 
     Args:
         points: (..., degree + 1): Bernstein control points.
-        radius: (...): no true control point is further from its own; infinite where nothing is known.
+        radius: (...): bound on the distance of each true control point; infinite if unknown.
     """
 
     points: Array
@@ -52,27 +50,27 @@ class Enclosed:
         return int(self.points.shape[-1]) - 1
 
     def __getitem__(self, index: Any) -> Enclosed:
-        """Some of the polynomials, by an index of all axes but the last."""
+        """Select polynomials by an index of all axes except the last."""
         return Enclosed(self.points[index], self.radius[index])
 
     def __sub__(self, other: Enclosed) -> Enclosed:
-        """The difference of two of the same degree."""
+        """Difference of two polynomials of the same degree."""
         points = self.points - other.points
         return _counted(points, self.radius + other.radius, ROUNDING * _largest(points))
 
     def moved(self, by: Array) -> Enclosed:
-        """With numbers added, of the shape of ``radius`` or one that broadcasts to it."""
+        """Sum with numbers of the shape of ``radius``, or broadcast to it, in the unit of the points."""
         points = self.points + np.asarray(by)[..., None]
         return _counted(points, self.radius, ROUNDING * _largest(points))
 
     def scaled(self, by: Array | float) -> Enclosed:
-        """Multiplied by numbers, of the shape of ``radius`` or one that broadcasts to it."""
+        """Product with dimensionless numbers of the shape of ``radius``, or broadcast to it."""
         factor = np.asarray(by, dtype=np.float64)
         points = self.points * factor[..., None]
         return _counted(points, self.radius * np.abs(factor), ROUNDING * _largest(points))
 
     def elevated(self, degree: int) -> Enclosed:
-        """The same polynomials, written with the control points of a higher degree."""
+        """The same polynomials with the control points of a higher degree."""
         own = self.degree
         change = np.array(
             [
@@ -83,7 +81,7 @@ class Enclosed:
         return _counted(_times(self.points, change), self.radius, (own + 3) * ROUNDING * _largest(self.points))
 
     def halves(self) -> tuple[Enclosed, Enclosed]:
-        """Over the first and the second half, each from 0 to 1 again."""
+        """Polynomials over the first and the second half, each again over [0, 1]."""
         first = _halving(self.degree)
         spent = (self.degree + 2) * ROUNDING * _largest(self.points)
         halves = (_times(self.points, change) for change in (first, first[::-1, ::-1]))
@@ -91,7 +89,7 @@ class Enclosed:
         return before, after
 
     def split(self, share: Array) -> tuple[Enclosed, Enclosed]:
-        """Before and after a share of the piece, which has the shape of ``radius`` or one that broadcasts to it."""
+        """Polynomials before and after a dimensionless share, which has the shape of ``radius`` or broadcasts to it."""
         weight = np.asarray(share)[..., None]
         level, first, last = self.points, [self.points[..., 0]], [self.points[..., -1]]
         for _ in range(self.degree):
@@ -103,7 +101,7 @@ class Enclosed:
         return before, _counted(np.stack(last[::-1], axis=-1), self.radius, spent)
 
     def squares(self) -> Enclosed:
-        """The sum of the squares over the last axis of ``radius``, at twice the degree: (..., dim) -> (...)."""
+        """Sum of the squares over the last axis of ``radius``, at twice the degree: (..., dim) -> (...)."""
         degree = self.degree
         weighted = self.points * _binomials(degree)
         product = np.zeros((*self.points.shape[:-1], 2 * degree + 1))
@@ -111,35 +109,35 @@ class Enclosed:
             product[..., index : index + degree + 1] += weighted[..., index : index + 1] * weighted
         points = product.sum(axis=-2) / _binomials(2 * degree)
         largest = _largest(self.points)
-        # The weights of the products add up to one: what a point may be off, their mean may be off.
+        # The weights of the products add up to one, so the mean has the same error bound as the points.
         off = (2 * largest + self.radius) * self.radius
         spent = (degree + self.points.shape[-2] + 6) * ROUNDING * (largest**2).sum(axis=-1)
         return _counted(points, off.sum(axis=-1), spent)
 
     def middle(self) -> Enclosed:
-        """The values halfway, as constants: one control point each."""
+        """Values at the middle, as constants: one control point each."""
         points = self.points @ (_binomials(self.degree) / 2.0**self.degree)
         return _counted(points[..., None], self.radius, (self.degree + 2) * ROUNDING * _largest(self.points))
 
     def ends(self) -> Enclosed:
-        """The values at 0 and at 1: two control points each, which are no polynomial together."""
+        """Values at 0 and at 1: two control points each, which form no polynomial together."""
         return Enclosed(self.points[..., [0, -1]], self.radius)
 
     def low(self) -> Array:
-        """(...): no value of the polynomial is below."""
+        """Lower bound of the polynomial's values: (...), in the unit of the points."""
         return lowered(self.points.min(axis=-1) - self.radius)
 
     def high(self) -> Array:
-        """(...): no value of the polynomial is above."""
+        """Upper bound of the polynomial's values: (...), in the unit of the points."""
         return raised(self.points.max(axis=-1) + self.radius)
 
 
 def from_powers(coefficients: Array, duration: Array) -> Enclosed:
-    """Polynomials of seconds, over [0, duration].
+    """Enclose polynomials of seconds over [0, duration].
 
     Args:
-        coefficients: (..., degree + 1): ascending powers, numbers that are exact as they stand, below 2**150.
-        duration: of the shape of the other axes, or one that broadcasts to it; exact as it stands.
+        coefficients: (..., degree + 1), ascending powers, exact numbers below 2**150.
+        duration: shape of the other axes, or broadcast to it; exact, seconds.
     """
     degree = coefficients.shape[-1] - 1
     change = np.array([[comb(i, j) / comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)])
@@ -152,35 +150,40 @@ def from_powers(coefficients: Array, duration: Array) -> Enclosed:
 
 
 def derivative(coefficients: Array) -> Array:
-    """(..., degree + 1), ascending powers, to (..., degree).
+    """Coefficients of the derivative by time in seconds.
 
-    Float32 numbers may be derived three times: all their bits and those of the factors fit into a double.
+    Shape: (..., degree + 1), ascending powers -> (..., degree).
+
+    Float32 coefficients may be differentiated three times exactly: the products fit into a double.
     """
     return coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
 
 
 def lowered(bound: Array) -> Array:
-    """A lower bound, (...), that one operation has rounded; where it is not a number nothing is known."""
+    """Lower bound, (...), any unit, corrected for the rounding of one operation; -inf for NaN."""
     return np.where(np.isnan(bound), -np.inf, np.nextafter(bound, -np.inf))
 
 
 def raised(bound: Array) -> Array:
-    """An upper bound, (...), that one operation has rounded; where it is not a number nothing is known."""
+    """Upper bound, (...), any unit, corrected for the rounding of one operation; inf for NaN."""
     return np.where(np.isnan(bound), np.inf, np.nextafter(bound, np.inf))
 
 
 def root_below(square: Array) -> Array:
-    """A lower bound of the root, from one of the square: (...) -> (...)."""
+    """Lower bound of the root from a lower bound of the square, any unit: (...) -> (...)."""
     return np.maximum(lowered(np.sqrt(np.maximum(square, 0.0))), 0.0)
 
 
 def root_above(square: Array) -> Array:
-    """An upper bound of the root, from one of the square: (...) -> (...)."""
+    """Upper bound of the root from an upper bound of the square, any unit: (...) -> (...)."""
     return raised(np.sqrt(np.maximum(square, 0.0)))
 
 
 def _counted(points: Array, radius: Array, spent: Array) -> Enclosed:
-    """With what an operation spent added to the radius; where something overflowed nothing is known."""
+    """Polynomials with the error of an operation added to the radius; unknown after an overflow.
+
+    Points are (..., degree + 1), radius and error (...), in the same unit.
+    """
     total = (radius + spent) * GROWN + TINY
     known = np.isfinite(points).all(axis=-1) & np.isfinite(total)
     if known.all():
@@ -193,7 +196,7 @@ def _largest(points: Array) -> Array:
 
 
 def _times(points: Array, change: Array) -> Array:
-    """Each row of control points changed by a matrix, all rows at once."""
+    """Multiply each row of control points, (..., degree + 1), by a dimensionless matrix, all rows at once."""
     return np.asarray((points.reshape(-1, points.shape[-1]) @ change.T).reshape(*points.shape[:-1], len(change)))
 
 
@@ -204,5 +207,8 @@ def _binomials(degree: int) -> Array:
 
 @cache
 def _halving(degree: int) -> Array:
-    """From control points to those of the first half: dyadic numbers, exact as they stand."""
+    """Matrix from control points to those of the first half.
+
+    Shape: (degree + 1, degree + 1), exact dyadic numbers.
+    """
     return np.array([[comb(i, j) / 2.0**i for j in range(degree + 1)] for i in range(degree + 1)])

@@ -1,11 +1,11 @@
 """Piecewise polynomials: joint motion of all agents on one grid of times, and the trajectory CSV of a Crazyflie.
 
-The motion between two steps is a polynomial of degree one or two, and the flight of a Crazyflie is one of degree
-seven. Everything that is proved about either is proved here once.
+The motion between two steps is a polynomial of degree one or two, and the flight of a Crazyflie has degree seven. This
+module serves both.
 
 The CSV has the uav_trajectories format: a header, then one row for each piece. A row holds the duration, and eight
 coefficients each of x, y, z and yaw in ascending powers of the seconds since the piece began. Numbers are read and
-written as the firmware holds them, in float32.
+written in float32, as in the firmware.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from missionc.ir import Mission
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curves:
-    """Where each agent is at every moment.
+    """Joint motion: the position of each agent at every time.
 
     Args:
         times: (pieces + 1,), seconds, increasing.
@@ -40,27 +40,35 @@ class Curves:
         return np.diff(self.times)
 
     def derivative(self) -> Curves:
-        """The velocities of positions, the accelerations of velocities."""
+        """Velocities of positions, or accelerations of velocities."""
         power = np.arange(1, self.coefficients.shape[-1])
         return Curves(self.times, self.coefficients[..., 1:] * power)
 
     def at(self, times: Array) -> Array:
-        """Where everybody is, (samples,) -> (agents, samples, dim); times in seconds, outside all pieces their ends."""
+        """Positions of all agents at times (samples,), seconds -> (agents, samples, dim), metres.
+
+        Constant outside the pieces.
+        """
         piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, self.durations.size - 1)
         local = np.clip(times - self.times[piece], 0.0, self.durations[piece])
         return values(self.coefficients[:, piece], np.broadcast_to(local, (len(self.coefficients), local.size)))
 
     def between(self, first: Indices, second: Indices) -> Curves:
-        """The difference ``first - second`` of pairs of agents, as if each pair were an agent."""
+        """The difference ``first - second`` of pairs of agents, as one agent per pair.
+
+        The indices are (pairs,).
+        """
         return Curves(self.times, self.coefficients[first] - self.coefficients[second])
 
 
 def derivatives_at(curves: Curves, times: Array, orders: int) -> Array:
-    """Where everybody is and the derivatives by time, (agents, samples, orders, dim); at joints of what begins there.
+    """Positions and their derivatives by time, (agents, samples, orders, dim), metres and seconds.
 
     Args:
         times: (samples,), seconds.
-        orders: how many: 1 for the position alone.
+        orders: number of orders; 1 for the position only.
+
+    At a joint, the values belong to the piece that begins there.
     """
     piece = np.clip(np.searchsorted(curves.times, times, side="right") - 1, 0, curves.durations.size - 1)
     local = np.clip(times - curves.times[piece], 0.0, curves.durations[piece])
@@ -72,7 +80,9 @@ def derivatives_at(curves: Curves, times: Array, orders: int) -> Array:
 
 
 def values(coefficients: Array, local: Array) -> Array:
-    """Polynomials at local times: (..., dim, degree + 1), (...) -> (..., dim); 0 where they have no power at all."""
+    """Values of polynomials at local times in seconds: (..., dim, degree + 1), (...) -> (..., dim); 0
+    without powers.
+    """
     if not coefficients.shape[-1]:
         return np.zeros(coefficients.shape[:-1])
     result = coefficients[..., -1]
@@ -82,9 +92,11 @@ def values(coefficients: Array, local: Array) -> Array:
 
 
 def control_points(coefficients: Array, duration: Array) -> Array:
-    """Bernstein control points over [0, duration]: (..., dim, degree + 1), (...) -> the same shape.
+    """Bernstein control points over [0, duration].
 
-    The curve stays in their convex hull.
+    Shape: (..., dim, degree + 1), (...) seconds -> the same shape, metres.
+
+    The curve lies in their convex hull.
     """
     degree = coefficients.shape[-1] - 1
     change = np.array([[comb(j, i) / comb(degree, i) for j in range(degree + 1)] for i in range(degree + 1)])
@@ -93,7 +105,10 @@ def control_points(coefficients: Array, duration: Array) -> Array:
 
 
 def from_control_points(points: Array, duration: Array) -> Array:
-    """Polynomials with these Bernstein control points over [0, duration]: the inverse of ``control_points``."""
+    """Polynomials from Bernstein control points over [0, duration]: the inverse of ``control_points``.
+
+    Points are (..., dim, degree + 1), metres; ``duration`` is (...), seconds.
+    """
     degree, difference, columns = points.shape[-1] - 1, points, []
     for power in range(degree + 1):
         columns.append(difference[..., 0] * comb(degree, power) / duration[..., None] ** power)
@@ -102,7 +117,7 @@ def from_control_points(points: Array, duration: Array) -> Array:
 
 
 def speed_bounds(curves: Curves) -> Array:
-    """(agents, pieces), m/s: no agent is faster than this within the piece; exact up to degree two."""
+    """Upper bounds of the speed in each piece, (agents, pieces), m/s; exact up to degree two."""
     velocity = curves.derivative()
     if velocity.coefficients.shape[-1] == 0:
         return np.zeros(curves.coefficients.shape[:2])
@@ -110,9 +125,12 @@ def speed_bounds(curves: Curves) -> Array:
 
 
 def hulls(curves: Curves, parts: int = 1) -> Array:
-    """Bernstein control points of so many equal parts of each piece, (agents, pieces * parts, dim, degree + 1).
+    """Bernstein control points of equal parts of each piece.
 
-    Each part stays in the convex hull of its points: four times as near to the curve for twice as many parts.
+    Shape: (agents, pieces * parts, dim, degree + 1), metres.
+
+    Each part lies in the convex hull of its points. Twice as many parts reduce the gap between hull and curve to a
+    quarter.
     """
     if parts > 1:
         shares = np.arange(1, parts) / parts
@@ -121,14 +139,14 @@ def hulls(curves: Curves, parts: int = 1) -> Array:
 
 
 def extents(curves: Curves) -> tuple[Array, Array]:
-    """The corners of a box around each agent's whole motion: (agents, dim) twice, metres."""
+    """Corners of a box around each agent's whole motion: (agents, dim) twice, metres."""
     reach = speed_bounds(curves) * curves.durations / 2
     middle = values(curves.coefficients, np.broadcast_to(curves.durations / 2, reach.shape))
     return (middle - reach[..., None]).min(axis=1), (middle + reach[..., None]).max(axis=1)
 
 
 def refined(curves: Curves, extra: Array) -> Curves:
-    """The same motion with more joints: those of ``extra``, (moments,), seconds, that fall inside a piece."""
+    """The same motion with additional joints: the times ``extra``, (moments,), seconds, that are inside a piece."""
     inside = extra[(extra > curves.times[0]) & (extra < curves.times[-1])]
     times = np.union1d(curves.times, inside)
     if times.size == curves.times.size:
@@ -138,7 +156,10 @@ def refined(curves: Curves, extra: Array) -> Curves:
 
 
 def shifted(coefficients: Array, start: Array) -> Array:
-    """The polynomials with their local time counted from ``start``: (agents, pieces, dim, degree + 1), (pieces,)."""
+    """Polynomials with local time from ``start``, (pieces,), seconds.
+
+    Shape: (agents, pieces, dim, degree + 1), metres.
+    """
     size = coefficients.shape[-1]
     change = np.zeros((start.size, size, size))
     for old in range(size):
@@ -150,9 +171,8 @@ def shifted(coefficients: Array, start: Array) -> Array:
 def motion(mission: Mission, trace: Trace) -> Curves:
     """The motion of a trace between its steps.
 
-    First-order agents go straight at constant velocity from position to
-    position; a double integrator leaves with the velocity of the step and
-    reaches the next position under constant acceleration.
+    First-order agents move straight at constant velocity between positions. A double integrator starts with the
+    velocity of the step and reaches the next position under constant acceleration.
     """
     steps = trace.position.shape[1] - 1
     start, move = trace.position[:, :-1], np.diff(trace.position, axis=1)
@@ -172,24 +192,27 @@ COLUMNS = ("duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") fo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
-    """One file: (pieces,) seconds and (pieces, 4, 8) coefficients of x, y, z, yaw; float32 values."""
+    """Content of one file: (pieces,) seconds and (pieces, 4, 8) coefficients of x, y, z, yaw.
+
+    Float32 values.
+    """
 
     duration: Array
     coefficients: Array
 
     @property
     def times(self) -> Array:
-        """(pieces + 1,), seconds: the joints."""
+        """Times of the joints: (pieces + 1,), seconds."""
         return np.concatenate([[0.0], np.cumsum(self.duration)])
 
 
 def curves_of(files: Sequence[Pieces], rows: slice) -> Curves:
-    """The joint motion that files with the same durations hold; ``rows`` are those wanted of x, y, z and yaw."""
+    """Joint motion of files with the same durations; ``rows`` selects from x, y, z and yaw."""
     return Curves(files[0].times, np.stack([own.coefficients[:, rows] for own in files]))
 
 
 def read(text: str) -> Pieces | str:
-    """The pieces of a file as the firmware will hold them, or what is wrong with it."""
+    """Pieces of a file as in the firmware, or a message with the error in it."""
     lines = text.split("\n")
     if lines[0] != ",".join(COLUMNS):
         return "the first line is not the header"
@@ -212,10 +235,10 @@ def read(text: str) -> Pieces | str:
 
 
 def polynomials(text: str) -> Pieces:
-    """The pieces of a file that was verified.
+    """Pieces of a verified file.
 
     Raises:
-        ValueError: what is wrong with a text that holds none.
+        ValueError: the text is invalid; the message gives the error.
     """
     pieces = read(text)
     if isinstance(pieces, str):
@@ -224,7 +247,7 @@ def polynomials(text: str) -> Pieces:
 
 
 def written(pieces: Pieces) -> str:
-    """The text of a file; nine significant digits tell every float32 number from every other."""
+    """Text of a file; nine significant digits identify every float32 number."""
     table = np.concatenate([pieces.duration[:, None], pieces.coefficients.reshape(len(pieces.duration), -1)], axis=1)
     # Adding zero turns -0 into 0.
     rows = (",".join(f"{number + 0.0:.9g}" for number in row) for row in table.tolist())

@@ -1,8 +1,7 @@
 """Smooth splines: B-splines of degree 7 with four continuous derivatives, by their Bernstein control points.
 
-A B-spline with threefold inner knots has four continuous derivatives at every
-joint, however long the pieces are. Its coefficients are the free numbers; each
-piece's control points are averages of eight of them.
+A B-spline with threefold inner knots has four continuous derivatives at every joint, for any durations. Its
+coefficients are free; each piece's control points are averages of eight of them.
 
 Source:
     Farin, "Curves and Surfaces for CAGD" (2002), chapters 4, 5 and 8.
@@ -20,16 +19,18 @@ from missionc.base.trace import Array
 
 DEGREE = 7
 JOIN = 4
-"""Derivatives that are continuous at a joint."""
+"""Number of continuous derivatives at a joint."""
 
 
 def coefficients(pieces: int) -> int:
-    """How many a spline of so many pieces has."""
+    """Number of coefficients of a spline of ``pieces`` pieces."""
     return DEGREE + 1 + (DEGREE - JOIN) * (pieces - 1)
 
 
 def control_points_of(times: Array) -> csr_array:
-    """(pieces * 8, coefficients): from the spline's coefficients to every piece's control points.
+    """Matrix from the spline's coefficients to the control points.
+
+    Shape: (pieces * 8, coefficients), dimensionless.
 
     Args:
         times: (pieces + 1,), seconds: the joints.
@@ -37,13 +38,13 @@ def control_points_of(times: Array) -> csr_array:
     knots = np.concatenate(
         [np.repeat(times[:1], DEGREE + 1), np.repeat(times[1:-1], DEGREE - JOIN), np.repeat(times[-1:], DEGREE + 1)]
     )
-    # A piece is known by its values at eight places in it.
+    # A piece is determined by its values at eight places in it.
     share = (1 - np.cos((2 * np.arange(DEGREE + 1) + 1) * np.pi / (2 * DEGREE + 2))) / 2
     pieces = times.size - 1
     where = (times[:-1, None] + share * np.diff(times)[:, None]).ravel()
     sampled = BSpline.design_matrix(where, knots, DEGREE).data.reshape(pieces, DEGREE + 1, DEGREE + 1)
     points = np.linalg.solve(bernstein(share), sampled)
-    # They are not negative: what is, is rounding.
+    # They are not negative; negative values are rounding.
     points[points < 1e-13] = 0.0
     points /= points.sum(axis=-1, keepdims=True)
     row = np.arange(pieces * (DEGREE + 1)).reshape(pieces, DEGREE + 1, 1)
@@ -55,7 +56,12 @@ def control_points_of(times: Array) -> csr_array:
 
 
 def effort(order: int, durations: Array) -> Array:
-    """The integral of the squared derivative of an order, as a form of each piece's control points: (pieces, 8, 8)."""
+    """Integral of the squared derivative of an order, as a form of each piece's control points.
+
+    Shape: (pieces, 8, 8).
+
+    ``durations`` is (pieces,), seconds; the unit of the form is s^(1 - 2 order).
+    """
     left = DEGREE - order
     difference = np.diff(np.eye(DEGREE + 1), n=order, axis=0) * (np.prod(np.arange(left + 1, DEGREE + 1)))
     gram = np.array(
@@ -69,7 +75,10 @@ def effort(order: int, durations: Array) -> Array:
 
 
 def part_of(low: float, high: float) -> Array:
-    """(8, 8): from a curve's control points to those of its part between two shares of its duration."""
+    """Matrix from control points to those of the part between two shares of the duration.
+
+    Shape: (8, 8), dimensionless weights.
+    """
     share = (high - low) / (1 - low)
     after = np.array([[_split(DEGREE - i, j - i, low) for j in range(DEGREE + 1)] for i in range(DEGREE + 1)])
     before = np.array([[_split(i, j, share) for j in range(DEGREE + 1)] for i in range(DEGREE + 1)])
@@ -77,12 +86,19 @@ def part_of(low: float, high: float) -> Array:
 
 
 def bernstein(share: Array) -> Array:
-    """(shares, 8): from a piece's control points to its values at shares of its duration."""
+    """Matrix from a piece's control points to its values at shares of its duration: (shares, 8),
+    dimensionless weights.
+    """
     return np.array([[_split(DEGREE, i, u) for i in range(DEGREE + 1)] for u in share.tolist()])
 
 
 def rounded(points: Array, durations: Array) -> Array:
-    """Control points to coefficients in float32: (..., pieces, dim, 8) to the same, ascending powers of seconds."""
+    """Round control points to float32 coefficients.
+
+    Shape: (..., pieces, dim, 8), metres -> ascending powers of seconds.
+
+    ``durations`` is (pieces,), seconds.
+    """
     difference = points
     columns = []
     for power in range(DEGREE + 1):

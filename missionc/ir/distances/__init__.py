@@ -1,1 +1,1 @@
-"""Distances to shapes, and what one shape hides of another."""
+"""Distances to shapes, and lines of sight between them."""

@@ -1,7 +1,7 @@
-"""Convex decomposition of shapes: pieces along which the distance to a straight line has one least place.
+"""Convex decomposition of shapes, such that the distance to a straight line has one minimum on each piece.
 
-A piece is what is common to its parts; a shape is the union of its pieces. A part is a convex shape, a half space, or
-what lies outside of a disc or a ball. Borders are kept: what a difference cuts away leaves its border.
+A piece is the intersection of its parts, and a shape is the union of its pieces. A part is a convex shape, a half
+space, or the outside of a disc or a ball. Pieces include their borders: the border of a removed part remains.
 
 Source:
     de Berg et al., "Computational Geometry" (2008), 6.1: a polygon cut into trapezoids at the heights of its corners.
@@ -22,14 +22,14 @@ Corners: TypeAlias = tuple[tuple[float, float], ...]
 
 
 class HalfSpace(Record):
-    """Points whose inner product with ``normal``, of length 1, is at most ``offset``; over the first coordinates."""
+    """Points whose inner product with the unit vector ``normal`` is at most ``offset``, over the first coordinates."""
 
     normal: Vector
     offset: float
 
 
 class Outside(Record):
-    """Points at least ``radius`` away from ``centre``, over the first coordinates, as many as it has."""
+    """Points at least ``radius`` away from ``centre``, over as many of the first coordinates as the centre has."""
 
     centre: Vector
     radius: float
@@ -42,7 +42,7 @@ Pieces: TypeAlias = tuple[Piece, ...]
 
 @lru_cache(maxsize=1024)
 def pieces(shape: Shape) -> Pieces:
-    """The pieces that a shape is the union of."""
+    """Pieces whose union is the shape."""
     match shape:
         case Box() | Disc() | Ball():
             return ((shape,),)
@@ -61,7 +61,7 @@ def pieces(shape: Shape) -> Pieces:
 
 
 def count_pieces(shape: Shape) -> tuple[int, int]:
-    """How many pieces there are of a shape, and of what lies around it: found without making those of combined ones."""
+    """Count the pieces of a shape and of its complement, without making those of combined shapes."""
     match shape:
         case Box() | Disc() | Ball() | Polygon():
             return len(pieces(shape)), len(_pieces_around(shape))
@@ -95,7 +95,7 @@ def _common(left: Pieces, right: Pieces) -> Pieces:
 
 @lru_cache(maxsize=1024)
 def _pieces_around(shape: Shape) -> Pieces:
-    """The pieces of all that is not inside a shape, its border included."""
+    """Pieces of the complement of a shape, including its border."""
     match shape:
         case Box(low, high):
             return tuple((side,) for axis in range(len(low)) for side in _beyond(axis, low[axis], high[axis]))
@@ -116,7 +116,7 @@ def _pieces_around(shape: Shape) -> Pieces:
 
 
 def _beyond(axis: int, low: float, high: float) -> tuple[HalfSpace, HalfSpace]:
-    """Where a coordinate is at most ``low``, and where it is at least ``high``."""
+    """Half spaces with a coordinate at most ``low``, and at least ``high``."""
     normal = tuple(float(each == axis) for each in range(axis + 1))
     return HalfSpace(normal, low), HalfSpace(tuple(-each for each in normal), -high)
 
@@ -161,7 +161,7 @@ def _around_polygon(corners: Corners) -> Iterator[Piece]:
 
 
 def _right_of(here: tuple[float, float], there: tuple[float, float]) -> HalfSpace:
-    """What lies to the right of somebody who goes from one point to the other, the line included."""
+    """Half plane to the right of the line from one point to the other, including the line."""
     dx, dy = there[0] - here[0], there[1] - here[1]
     length = math.hypot(dx, dy) or 1.0
     normal = (-dy / length, dx / length)
@@ -169,7 +169,9 @@ def _right_of(here: tuple[float, float], there: tuple[float, float]) -> HalfSpac
 
 
 def _slabs(corners: Corners) -> Iterator[tuple[float, float, list[tuple[float, float]]]]:
-    """Bands without a corner inside, from below: their heights, and where sides enter and leave each, by x."""
+    """Horizontal bands without a corner inside, from below: their heights, and the x at which sides enter and leave
+    each.
+    """
     sides = [(here, there) for here, there in pairwise((*corners, corners[0])) if here[1] != there[1]]
     for low, high in pairwise(sorted({y for _, y in corners})):
         across = [side for side in sides if min(side[0][1], side[1][1]) <= low and max(side[0][1], side[1][1]) >= high]
@@ -182,7 +184,7 @@ def _x_at(side: tuple[tuple[float, float], tuple[float, float]], height: float) 
 
 
 def _trapezoids(corners: Corners, *, inside: bool) -> Iterator[Corners]:
-    """What a polygon is the union of; or, not ``inside``, what lies between its parts at the height of each."""
+    """Trapezoids whose union is a polygon, or without ``inside`` the gaps between its parts at each height."""
     for low, high, sides in _slabs(corners):
         for (left, left_up), (right, right_up) in list(pairwise(sides))[0 if inside else 1 :: 2]:
             yield tuple(dict.fromkeys(((left, low), (right, low), (right_up, high), (left_up, high))))

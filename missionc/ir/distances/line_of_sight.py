@@ -1,12 +1,12 @@
-"""Clear lines: how far the straight line between two points stays from shapes, below 0 where it passes through one.
+"""Clearance of straight lines between two points from shapes; negative if a line crosses a shape.
 
 The clearance of a line is the least signed distance of its points. Along a line, the distance to a piece of
-``convex_pieces`` falls and then rises, between places known beforehand; so halving finds the least. Written with
-operations that numpy, torch and ``plain_floats`` share.
+``convex_pieces`` first falls and then rises, between known places. Bisection therefore finds the minimum. The code uses
+only operations that numpy, torch and ``plain_floats`` share.
 
 Source:
     Boyd and Vandenberghe, "Convex Optimization" (2004), 3.1.5 and 3.4: distances to convex sets are convex, and the
-    larger of functions that fall and then rise is one.
+    maximum of quasiconvex functions is quasiconvex.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ from missionc.ir.distances.convex_pieces import HalfSpace, Outside, Part, Piece,
 from missionc.ir.distances.signed_distance import Array, Namespace, distance_between, signed_distance
 
 HALVINGS = 34
-"""The place of the least distance is known to the length of the line over 2 to the power of this."""
+"""Number of bisections: the minimum is located to the length of the line over 2 to this power."""
 
 BESIDE = 1e-6
-"""The share of a line along which it is looked how values fall and rise."""
+"""Share of a line between two points at which its slope is measured."""
 
 
 SAMPLES = 8
-"""Points of a line at which it is looked first: what these leave open is searched."""
+"""Number of points of a line in the first evaluation; the rest of the search refines between them."""
 
 
 def clear_line(
     xp: Namespace, shapes: Iterable[Shape], first: Array, second: Array, enough: Array, floor: float = -math.inf
 ) -> Array:
-    """The clearance of lines, where it is less than ``enough``; else ``enough``.
+    """Clearance of lines, at most ``enough``.
 
     Args:
-        xp: the array library that the points are of.
+        xp: the array library of the points.
         first: (..., dim), metres, one end of each line; broadcasts with ``second``, the other end.
-        enough: (...), metres, of all lines.
-        floor: metres; of a clearance that is no more, only that is found.
+        enough: (...), metres; larger clearances are not computed.
+        floor: metres; a smaller clearance may be returned inexactly.
 
     Returns:
-        (...), metres, the same for the ends exchanged. Moving both ends by a metre changes it by at most a
+        (...), metres, the same if the ends are exchanged. Moving both ends by a metre changes it by at most a
         metre. The sign is exact; the size is that of ``signed_distance`` for plain convex shapes, and never
         overstated for others.
     """
@@ -57,7 +57,7 @@ def clear_line(
 
 
 class _Points:
-    """Points by their coordinates, (...) each, read as those of an array are: ``points[..., axis]``."""
+    """Points by their coordinates, one array (...) for each axis, indexed like an array: ``points[..., axis]``."""
 
     def __init__(self, axes: list[Array]) -> None:
         self.axes = axes
@@ -72,7 +72,7 @@ class _Points:
 
 
 class _Lines:
-    """Lines from where ``begin``, (...) for each axis, at 0, to where they are gone along by ``way``, at 1."""
+    """Lines from ``begin``, (...) for each axis, at share 0, to ``begin + way`` at share 1."""
 
     def __init__(self, begin: list[Array], way: list[Array]) -> None:
         self.begin, self.way = begin, way
@@ -84,7 +84,9 @@ class _Lines:
         return _Lines([axis[some] for axis in self.begin], [axis[some] for axis in self.way])
 
     def nearest(self, xp: Namespace, centre: tuple[float, ...]) -> Array:
-        """The share of each line that is nearest to a point, over as many coordinates as that has."""
+        """Share of each line at its nearest point to ``centre``: (...), dimensionless, over the coordinates of
+        ``centre``.
+        """
         axes = [(self.begin[axis], self.way[axis], centre[axis]) for axis in range(len(centre))]
         square = sum(way * way for _, way, _ in axes)
         along = sum((middle - begin) * way for begin, way, middle in axes)
@@ -92,7 +94,10 @@ class _Lines:
 
 
 def _in_order(xp: Namespace, first: Array, second: Array) -> _Lines:
-    """Lines from the end that comes first by its coordinates: what is found is the same from both."""
+    """Lines that start at the lexicographically first end, so that exchanged ends give the same result.
+
+    The ends have shape (..., dim), metres.
+    """
     axes = range(first.shape[-1])
     here = [first[..., axis] + 0.0 * second[..., axis] for axis in axes]
     there = [second[..., axis] + 0.0 * first[..., axis] for axis in axes]
@@ -107,9 +112,10 @@ def _in_order(xp: Namespace, first: Array, second: Array) -> _Lines:
 def _lowered(
     xp: Namespace, piece: Piece, lines: _Lines, enough: Array, floor: float, shares: tuple[float, ...] = (0.5,)
 ) -> Array:
-    """``enough``, lowered by a piece where that comes nearer; only of lines that may pass so near is it worked out.
+    """Lower ``enough`` to the distance of a piece, computed only for lines that may pass so near.
 
-    No point of a line is further from one of ``shares`` than half of what is between two of them.
+    ``enough`` and the result have shape (...), metres. No point of a line is further from one of ``shares`` than half
+    the spacing between them.
     """
     reach = distance_between(xp, lines.at(0.0), lines.at(1.0)) / (2 * len(shares))
     nearest = reduce(xp.minimum, [_depth(xp, piece, lines.at(share)) for share in shares])
@@ -129,7 +135,7 @@ def _lowered(
 
 
 def _depth(xp: Namespace, piece: Piece, points: _Points) -> Array:
-    """The distance of points to what is common to the parts of a piece: (...), metres, never overstated."""
+    """Signed distance of points to the intersection of a piece's parts: (...), metres, never overstated."""
     return reduce(xp.maximum, [_distance(xp, part, points) for part in piece])
 
 
@@ -144,7 +150,7 @@ def _distance(xp: Namespace, part: Part, points: _Points) -> Array:
 
 
 def _least(xp: Namespace, piece: Piece, lines: _Lines) -> Array:
-    """The least distance of the points of lines to a piece: (...), metres."""
+    """Least distance of the points of lines to a piece: (...), metres."""
     match piece:
         case (Disc(centre, _, None) | Ball(centre, _),):
             return _depth(xp, piece, lines.at(lines.nearest(xp, centre)))
@@ -165,13 +171,14 @@ def _least(xp: Namespace, piece: Piece, lines: _Lines) -> Array:
 
 
 Found: TypeAlias = tuple[Array, Array, Array, Array]
-"""The least value; the two places between which it begins to rise; the share that the second has in its slope."""
+"""The least value, the two places between which it begins to rise, and the second place's share of the slope."""
 
 
 def _least_between(xp: Namespace, value: Callable[[Array], Array], low: Array, high: Array) -> Found:
-    """The least of values that fall and then rise, by halving the stretch around it.
+    """Minimum of values that fall and then rise, by bisection.
 
-    At a kink the least moves with what falls and with what rises, by shares at which neither gains on the other.
+    The arrays have shape (...): values in metres, places as dimensionless shares of the line. At a kink, the minimum
+    follows both the falling and the rising side, with weights that balance their slopes.
     """
     middle = (low + high) / 2
     amid, least = value(middle), xp.minimum(value(low), value(high))
@@ -204,7 +211,7 @@ def _lesser(xp: Namespace, one: Found, other: Found) -> Found:
 
 
 def _sorted(xp: Namespace, values: list[Array]) -> list[Array]:
-    """The values in their order, place by place."""
+    """Sort the arrays elementwise: each of shape (...), dimensionless shares."""
     values = list(values)
     for last in range(len(values) - 1, 0, -1):
         for place in range(last):
@@ -214,5 +221,5 @@ def _sorted(xp: Namespace, values: list[Array]) -> list[Array]:
 
 
 def _held(value: Array) -> Array:
-    """The value, without the gradient that goes through one of torch."""
+    """The value, any shape and unit, detached from torch's gradient."""
     return value.detach() if hasattr(value, "detach") else value

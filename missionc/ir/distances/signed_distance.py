@@ -1,7 +1,7 @@
 """Signed distance from points to the border of a shape: negative inside, metres.
 
-A shape is a closed set: a point of its border is in it, at distance 0. Written
-with array operations that numpy and torch share, so that both can run it.
+A shape is a closed set: its border belongs to it, at distance 0. The code uses only array operations that numpy and
+torch share.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ Namespace: TypeAlias = Any
 
 
 def signed_distance(xp: Namespace, shape: Shape, position: Array) -> Array:
-    """How far points are from a shape's border.
+    """Signed distance of points from a shape's border.
 
     Args:
-        xp: the array library ``position`` is of.
+        xp: the array library of ``position``.
         position: (..., dim), metres.
 
     Returns:
@@ -31,7 +31,7 @@ def signed_distance(xp: Namespace, shape: Shape, position: Array) -> Array:
         metre changes it by at most one metre. Exact for the plain shapes. Of
         combined shapes the sign is exact and the size is never overstated:
         inside a union, and outside an intersection or a difference, the border
-        may be further away than said. A difference keeps its border.
+        may be further away than the result. A difference includes its border.
     """
     match shape:
         case Box(low, high):
@@ -59,7 +59,7 @@ def signed_distance(xp: Namespace, shape: Shape, position: Array) -> Array:
 
 
 def measured_outside(shape: Shape) -> bool:
-    """Whether the distance of points outside is the true one; beside cuts it may be understated."""
+    """Return whether the distance of outside points is exact; beside cuts it may be understated."""
     match shape:
         case Box() | Disc() | Ball() | Polygon():
             return True
@@ -72,7 +72,7 @@ def measured_outside(shape: Shape) -> bool:
 
 
 def distance_between(xp: Namespace, first: Array, second: Array | tuple[float, ...]) -> Array:
-    """Distance of points, (..., dim) and (..., dim) or one tuple of coordinates -> (...), metres."""
+    """Distance between points, (..., dim) and (..., dim) or one tuple of coordinates -> (...), metres."""
     axes = range(first.shape[-1])
     if isinstance(second, tuple):
         return length(xp, [first[..., axis] - second[axis] for axis in axes])
@@ -80,19 +80,22 @@ def distance_between(xp: Namespace, first: Array, second: Array | tuple[float, .
 
 
 def length(xp: Namespace, coordinates: Iterable[Array]) -> Array:
-    """Euclidean length of a vector, from its coordinates, (...) each -> (...).
+    """Euclidean length of a vector from its coordinates, (...) each, in metres or m/s -> (...), the same unit.
 
-    Its gradient at 0 is 0, where torch's own is not a number.
+    The gradient at 0 is 0; torch's own is not a number.
     """
     square = reduce(lambda left, right: left + right, [coordinate * coordinate for coordinate in coordinates])
-    if xp.__name__ == "numpy":  # which has no gradients
+    if xp.__name__ == "numpy":  # torch has no gradient at 0
         return xp.sqrt(square)
     positive = square > 0
     return xp.where(positive, xp.sqrt(xp.where(positive, square, 1.0)), 0.0)
 
 
 def _outside(xp: Namespace, distances: list[Array]) -> Array:
-    """Signed distance to a product of sets, from those to each of them, which are along orthogonal axes."""
+    """Signed distance to a product of sets from the distances to each set, along orthogonal axes.
+
+    Shape: (...), metres.
+    """
     outside = length(xp, [xp.clip(distance, 0.0, None) for distance in distances])
     inside = xp.clip(reduce(xp.maximum, distances), None, 0.0)
     return outside + inside
@@ -106,7 +109,9 @@ def _extruded(xp: Namespace, plane: Array, band: Prism | None, position: Array) 
 
 
 def _polygon(xp: Namespace, corners: tuple[tuple[float, float], ...], position: Array) -> Array:
-    """Distance to the nearest side; inside where a ray to the right crosses an odd number of sides."""
+    """Signed distance to a polygon, (..., dim) -> (...), metres: nearest side, and inside by the number of crossings to
+    the right.
+    """
     x, y = position[..., 0], position[..., 1]
     sides: list[Array] = []
     inside = x != x

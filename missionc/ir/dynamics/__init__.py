@@ -1,4 +1,7 @@
-"""The kinds of dynamics, each in a file of its own. The tuple is the only registration of those built in."""
+"""The kinds of dynamics, each in its own file.
+
+The tuple is the only registration of the built-in kinds.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +27,9 @@ def _kind(word: str, kind: object) -> type[Dynamics]:
 
 
 KINDS: Registry[type[Dynamics]] = Registry(Kind.DYNAMICS, {kind.word: kind for kind in DYNAMICS}, _kind)
-"""Each kind under its word, those of extensions too."""
+"""Each kind under its word, including those of extensions."""
 
 
 def velocity_chosen_anew(speed: float) -> Dynamics:
-    """The dynamics of one that may choose another velocity in every step, of up to so many metres a second."""
+    """Dynamics whose velocity may change at every step, up to ``speed``, m/s."""
     return SingleIntegrator(speed)

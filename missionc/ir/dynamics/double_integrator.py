@@ -1,4 +1,4 @@
-"""The double integrator: the acceleration is chosen anew in every step."""
+"""The double integrator: a new acceleration at every step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from missionc.ir.dynamics.kind import Dynamics, Limit
 
 @dataclass(frozen=True, slots=True)
 class DoubleIntegrator(Dynamics):
-    """Any constant acceleration within a step, up to ``acceleration`` m/s²; speed up to ``speed`` m/s."""
+    """Constant acceleration within a step, up to ``acceleration`` m/s²; speed up to ``speed`` m/s."""
 
     word: ClassVar[str] = "double_integrator"
     limits: ClassVar[tuple[Limit, ...]] = (Limit("acceleration", Dimension.ACCELERATION, "the acceleration"),)

@@ -1,7 +1,7 @@
-"""Dynamics as facts: the bounds and the properties that every kind of dynamics answers, whatever its equations.
+"""Dynamics as facts: bounds and properties that every kind provides, independent of its equations.
 
-A kind is a frozen value in a file of its own. Nothing asks which kind an agent has: ``world.dynamics`` and all
-others ask these facts.
+A kind is a frozen value in its own file. No caller tests for a kind: ``world.dynamics`` and all others read these
+facts.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from missionc.base.units import Dimension
 class Limit:
     """An upper bound that a mission sets: ``acceleration <= 3 m/s^2``.
 
-    ``setting`` is the word, and the field of the value; ``name`` says it in a message; ``default`` is the bound
-    where the mission gives none, None where it has to.
+    ``setting`` is the word and the name of the field; ``name`` is for messages. ``default`` is the bound if the mission
+    gives none; None if the mission must give one.
     """
 
     setting: str
@@ -31,26 +31,26 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Dynamics(ABC):
-    """What an agent can do within one step, in SI units."""
+    """Capabilities of an agent within one step, in SI units."""
 
     word: ClassVar[str]
-    """As missions write it."""
+    """Word in missions."""
     limits: ClassVar[tuple[Limit, ...]] = ()
-    """Beside that of the speed, which every kind has."""
+    """Limits other than the speed, which every kind has."""
     may_be_restless: ClassVar[bool] = False
-    """Whether a mission may give a lowest speed above 0."""
+    """True if a mission may set a lowest speed above 0."""
     has_momentum: ClassVar[bool] = False
-    """The velocity is a state, and the acceleration is constant within a step; else the velocity is, and may jump."""
+    """True if the velocity is a state and the acceleration is constant within a step; else the velocity may jump."""
     faces_ahead: ClassVar[bool] = False
-    """The heading is a state: the agent moves where it faces."""
+    """True if the heading is a state: the agent moves in the direction that it faces."""
 
     rules: ClassVar[tuple[str, ...]] = ()
-    """Names of the margins of ``step_margins``; only a backend of an extension plans by them."""
+    """Names of the margins of ``step_margins``; only backends of extensions plan with them."""
 
     @classmethod
     @abstractmethod
     def of(cls, slowest: float, fastest: float, *limits: float) -> Dynamics:
-        """The value with these speeds, m/s, and these ``limits`` in their order."""
+        """Create the value with these speeds, m/s, and these ``limits`` in their order."""
 
     @property
     @abstractmethod
@@ -64,27 +64,26 @@ class Dynamics(ABC):
 
     @property
     def top_acceleration(self) -> float:
-        """The largest acceleration, m/s²; infinite where the velocity may jump."""
+        """The largest acceleration, m/s²; infinite if the velocity may jump."""
         return math.inf
 
     @property
     def top_turn(self) -> float:
-        """The largest change of heading from one step to the next, rad for each second; infinite where nothing bounds
-        it."""
+        """The largest change of heading between steps, rad/s; infinite without a bound."""
         return math.inf
 
     def step_margins(self, position: Any, heading: Any, step: float) -> Mapping[str, tuple[Any, str]]:
-        """Margins of ``rules`` that the facts above do not state, by their names, each with its unit.
+        """Margins of ``rules`` that the other facts do not state, by name, each with its unit.
 
         Args:
-            position: of one agent, (steps + 1, dim), metres; ``heading`` (steps + 1,), rad.
+            position: one agent's positions, (steps + 1, dim), metres; ``heading`` (steps + 1,), rad.
             step: seconds.
 
         Returns:
-            arrays of one number for each step, or each pair of steps: at least 0 where the motion is possible.
+            arrays with one number per step, or per pair of steps; at least 0 if the motion is possible.
         """
         return {}
 
     @abstractmethod
     def at_most(self, speed: float, acceleration: float) -> Dynamics:
-        """The same, no faster than this (m/s, m/s²); as it is where it cannot go so slowly."""
+        """The same dynamics with these limits (m/s, m/s²); unchanged if the agent cannot move so slowly."""

@@ -1,4 +1,4 @@
-"""The single integrator: the velocity is chosen anew in every step."""
+"""The single integrator: a new velocity at every step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.ir.dynamics.kind import Dynamics
 
 @dataclass(frozen=True, slots=True)
 class SingleIntegrator(Dynamics):
-    """Any constant velocity within a step, up to ``speed`` m/s."""
+    """Constant velocity within a step, up to ``speed`` m/s."""
 
     word: ClassVar[str] = "single_integrator"
 
@@ -29,5 +29,5 @@ class SingleIntegrator(Dynamics):
 
 
 def of_first_order(speed: float) -> SingleIntegrator:
-    """Dynamics of first order with nothing but a greatest speed, m/s: what a relaxation of others is."""
+    """First-order dynamics with only a maximum speed, m/s: a relaxation of other dynamics."""
     return SingleIntegrator(speed)

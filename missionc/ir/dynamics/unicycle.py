@@ -1,4 +1,4 @@
-"""The unicycle: speed and heading are chosen anew in every step, and the motion is along the heading."""
+"""The unicycle: a new speed and heading at every step; motion along the heading."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from missionc.ir.dynamics.kind import Dynamics, Limit
 
 @dataclass(frozen=True, slots=True)
 class Unicycle(Dynamics):
-    """Straight along the heading at ``slowest`` .. ``fastest`` m/s within a step, turning in place between steps.
+    """Straight motion along the heading at ``slowest`` ..
 
-    ``turn`` (rad/s) bounds the change of heading from one step to the next;
-    ``math.inf`` where the mission gives none. Waits only where ``slowest`` is 0.
-    [strel] Experiment Setup.
+    ``fastest`` m/s within a step; turns in place between steps.
+
+    ``turn`` (rad/s) bounds the change of heading between steps; ``math.inf`` if the mission gives no bound. The agent
+    can wait only if ``slowest`` is 0. [strel] Experiment Setup.
     """
 
     word: ClassVar[str] = "unicycle"

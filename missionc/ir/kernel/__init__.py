@@ -1,1 +1,1 @@
-"""The kernel: the core language that every operator comes down to."""
+"""The kernel: the core language to which every operator expands."""

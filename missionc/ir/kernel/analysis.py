@@ -1,4 +1,4 @@
-"""The analysis of kernel formulas: look-ahead, relevance, and the agents each is about."""
+"""The analysis of kernel formulas: look-ahead, relevance, and the agents of each formula."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from missionc.ir.kernel.walk import Ask, asks, bottom_up, children, postorder
 def steps_ahead(
     roots: Iterable[Node], to_end: int = 0, of_predicate: Callable[[Predicate], int] = lambda _: 0
 ) -> dict[Node, int]:
-    """The look-ahead of every node, where the mission lasts long enough.
+    """Look-ahead of every node, in steps, if the mission is long enough.
 
     Args:
-        to_end: what a window to the end counts beyond where it begins.
-        of_predicate: by how many steps a predicate itself looks ahead.
+        to_end: look-ahead of a window to the mission's end, beyond its beginning.
+        of_predicate: look-ahead of a predicate, in steps.
 
     Source:
         [strel] Definition 5.
@@ -42,18 +42,18 @@ def steps_ahead(
             known[node] = of_predicate(node.predicate)
         else:
             looks = (ask.low + to_end if ask.high is None else ask.high + known[ask.node] for ask in asks(node))
-            known[node] = max([0, *looks])  # the step it is asked at, at least, also of one that looks back
+            known[node] = max([0, *looks])  # at least the step of evaluation itself, also for a node that looks back
     return known
 
 
 def robustness_unit(root: Node) -> str:
-    """The unit of a formula's robustness: ``m``; ``m/s`` where it compares speeds alone, nothing where units differ."""
+    """Unit of a formula's robustness: ``m``; ``m/s`` if it compares only speeds; empty if units differ."""
     units = {node.predicate.unit for node in postorder((root,)) if isinstance(node, Atom)} or {"m"}
     return units.pop() if len(units) == 1 else ""
 
 
 def agents_asked(root: Node) -> dict[Node, set[int]]:
-    """The agents that each formula may be asked of, where the root is asked of the first."""
+    """Agents for which each formula may be evaluated, if the root is evaluated for the first."""
     order = postorder((root,))
     asked: dict[Node, set[int]] = {node: set() for node in order}
     asked[root].add(0)
@@ -64,7 +64,7 @@ def agents_asked(root: Node) -> dict[Node, set[int]]:
 
 
 def remembering(roots: Iterable[Node]) -> set[int]:
-    """The agents of whom something may be asked that reads the past."""
+    """Agents for which a formula about the past may be evaluated."""
     roots = tuple(roots)
     past = {node for node in postorder(roots) if isinstance(node, Atom) and node.predicate.reads_past}
     if not past:
@@ -74,18 +74,18 @@ def remembering(roots: Iterable[Node]) -> set[int]:
 
 
 def reads_lengths(node: Node) -> bool:
-    """Whether it is about lengths in metres, itself or what it denies."""
+    """Return whether a node, or the node below its negation, is about lengths in metres."""
     return isinstance(node.body if isinstance(node, Not) else node, RouteNode | PathLength)
 
 
 def linked_by(roots: Iterable[Node]) -> tuple[Graph, ...]:
-    """The graphs whose links, lengths apart, some of these formulas read."""
+    """Graphs whose links (not lengths) these formulas read."""
     nodes = (node for node in postorder(roots) if isinstance(node, NeighbourNode | ReachNode))
     return tuple(dict.fromkeys(node.graph for node in nodes))
 
 
 def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
-    """Whether agents that join can only make each node true."""
+    """For each node, whether additional agents can only make it true."""
 
     def is_helped(node: Node, below: tuple[bool, ...]) -> bool:
         hindered = reads_lengths(node) or (isinstance(node, NeighbourNode | ReachNode) and node.every)
@@ -95,7 +95,7 @@ def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
 
 
 def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
-    """Whether the truth of each node is the same whichever agent it is asked of."""
+    """For each node, whether its truth is the same for every agent."""
 
     def is_same(node: Node, below: tuple[bool, ...]) -> bool:
         match node:
@@ -110,16 +110,16 @@ def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
 
 
 def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
-    """The agents whose motion may matter to every node.
+    """Agents whose motion may matter to each node.
 
     Args:
-        agents: how many the mission has.
+        agents: number of agents of the mission.
 
     Returns:
-        (agents, agents): the motion of the first may matter where the second is asked.
+        (agents, agents), boolean: the motion of the first may matter if the node is evaluated for the second.
     """
     known: dict[Node, Flags] = {}
-    # What is the same of many nodes is one array: each has a flag for every two agents.
+    # Equal results share one array: each node has a flag for every pair of agents.
     nobody, itself = np.zeros((agents, agents), dtype=np.bool_), np.eye(agents, dtype=np.bool_)
     for node in postorder(roots):
         below = [known[child] for child in children(node)]
@@ -143,7 +143,7 @@ def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
 
 
 def _among(graph: Graph, about: Flags) -> Flags:
-    """Whose motion matters to every member of a graph: its members, and who matters to one of them."""
+    """Flags of the agents that matter to every member of a graph: its members, and agents that matter to a member."""
     members = list(graph.agents)
     mover = np.asarray(about[:, members].any(axis=1))
     mover[members] = True
@@ -153,17 +153,15 @@ def _among(graph: Graph, about: Flags) -> Flags:
 
 
 def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tuple[Node, Flags]]:
-    """Every node of team formulas judged at step 0, and where it is asked, each node before those below it.
+    """Yield every node of team formulas at step 0 with its relevant agents and steps, parents first.
 
     Args:
-        agents: how many the mission has.
+        agents: number of agents of the mission.
         last: the mission's last step; windows end there.
 
     Returns:
-        Pairs of a node and flags, (agents, steps + 1): whether its truth at the
-        agent and the step can decide one of the formulas. Windows are nested as
-        the formulas nest them. A spatial operator may look at every agent of
-        its graph.
+        Pairs of a node and flags, (agents, steps + 1), boolean: true if the node's truth at that agent
+        and step can decide a formula. A spatial operator may read every agent of its graph.
 
     Source:
         [clot] II-B, t ⊕ I in the recursive semantics.
@@ -176,10 +174,10 @@ def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tupl
 def relevance_below(
     begin: Mapping[Node, Flags], within: Mapping[Node, Flags] | None = None
 ) -> Iterator[tuple[Node, Flags]]:
-    """``relevance`` of formulas that are asked at these agents and steps, (agents, steps + 1).
+    """Extend ``relevance`` to formulas that are evaluated at these agents and steps, (agents, steps + 1), boolean.
 
     Args:
-        within: where each node counts at all; elsewhere it asks nothing. Everywhere if left out.
+        within: agents and steps at which each node counts; all if left out.
     """
     asked = dict(begin)
     nowhere = np.zeros_like(next(iter(begin.values()), np.zeros(0, dtype=np.bool_)))
@@ -194,7 +192,10 @@ def relevance_below(
 
 
 def _asked_there(ask: Ask, where: Flags) -> Flags:
-    """Where a node is asked by one that is asked at these agents and steps: (agents, steps + 1)."""
+    """Agents and steps at which a child is evaluated, given those of its parent.
+
+    Shape: (agents, steps + 1), boolean.
+    """
     there = where if ask.of_itself else np.zeros_like(where)
     if ask.agents:
         there = there.copy()
@@ -203,7 +204,7 @@ def _asked_there(ask: Ask, where: Flags) -> Flags:
 
 
 def _ahead(where: Flags, ask: Ask) -> Flags:
-    """The steps of the window ahead of these."""
+    """Steps of the window ahead of these: (agents, steps + 1), boolean."""
     steps = where.shape[1]
     high = steps - 1 if ask.high is None else ask.high
     before = np.zeros((len(where), steps + 1), dtype=np.int64)

@@ -1,11 +1,11 @@
-"""Choices that a plan makes once: the nodes of a formula that are asked at one step, or kept from an event on.
+"""Choices that a plan makes once: nodes that are evaluated at one step, or that hold from an event on.
 
 in   formulas about the team
-out  the nodes and agents that are asked so; formulas without some of their branches
+out  the nodes and agents of such choices; formulas without some of their branches
 
-Of what is to last for a window from the moment that is awaited (``eventually always[0, 2 s] (a or b)``), a plan may
-keep one branch throughout; that is a choice too. What is chosen afresh at every step of any other window, or for every
-neighbour, is left to the motion and is none.
+If a formula must hold over a window that starts at an awaited moment (``eventually always[0, 2 s] (a or b)``), a plan
+may keep one branch for the whole window; this is also a choice. A choice that is made at every step of another window,
+or for every neighbour, is left to the motion.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from missionc.ir.kernel.walk import awaited, children, rebuilt
 
 
 class ChoicePoint(NamedTuple):
-    """A node, and the agent that it is asked of.
+    """A choice: a node and the agent for which it is evaluated.
 
     Args:
-        low, high: the steps, counted from the event, over which it is to be kept; ``high`` None: to the last one.
-        event: whether it is asked from an event on, at a moment that the plan chooses.
+        low, high: the steps, counted from the event, over which the node must hold; ``high`` None: to the last step.
+        event: True if the node is evaluated from an event on, at a moment that the plan chooses.
     """
 
     node: Node
@@ -33,12 +33,12 @@ class ChoicePoint(NamedTuple):
 
     @property
     def once(self) -> bool:
-        """Whether it is asked at one step, and not kept over several."""
+        """True if the node is evaluated at one step only."""
         return self.low == self.high
 
 
 def made_once(formula: Node) -> Iterator[ChoicePoint]:
-    """What is asked once where a formula about the team is asked, each node before those below it."""
+    """Yield the choices of a formula about the team, each node before its children."""
     stack, seen = [ChoicePoint(formula, 0)], set[ChoicePoint]()
     while stack:
         asked = stack.pop()
@@ -50,7 +50,7 @@ def made_once(formula: Node) -> Iterator[ChoicePoint]:
 
 
 def branches(asked: ChoicePoint) -> tuple[ChoicePoint, ...]:
-    """The branches among which a plan chooses; none where there is nothing to choose."""
+    """Branches between which a plan chooses; empty if there is no choice."""
     match asked.node:
         case Any(parts) | AtLeast(_, parts) if len(parts) > _needed(asked.node):
             return tuple(asked._replace(node=part) for part in parts)
@@ -59,17 +59,23 @@ def branches(asked: ChoicePoint) -> tuple[ChoicePoint, ...]:
 
 
 def witnesses(asked: ChoicePoint) -> int:
-    """How many of its branches have to hold."""
+    """Number of branches that must hold."""
     return _needed(asked.node)
 
 
 def kept(asked: ChoicePoint) -> Node:
-    """What holds at the step of the event where the node holds over all of its window: a new node, but for one step."""
+    """Formula at the event's step that means the node holds over its whole window.
+
+    A new node if it has several steps.
+    """
     return asked.node if asked.low == asked.high == 0 else Always(asked.node, asked.low, asked.high)
 
 
 def without(formula: Node, removed: Mapping[ChoicePoint, frozenset[int]]) -> Node:
-    """The formula without some branches, by their numbers, of its choices; the same node where it has none of them."""
+    """The formula without some branches of its choices, by their numbers.
+
+    The same node if it has none of them.
+    """
     made: dict[ChoicePoint, Node] = {}
     stack = [ChoicePoint(formula, 0)]
     while stack:

@@ -1,4 +1,4 @@
-"""The conjuncts of kernel formulas: what all must hold, each of an agent or the team, throughout windows."""
+"""Conjuncts of kernel formulas: necessary parts, each about an agent or the team, over windows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.ir.kernel.walk import asks
 
 
 class Conjunct(NamedTuple):
-    """A formula that must hold of an agent, or of the team (None), throughout windows, the outermost first."""
+    """A formula that must hold for an agent, or for the team (None), over nested windows, the outermost first."""
 
     agent: int | None
     windows: tuple[Always, ...]
@@ -18,7 +18,7 @@ class Conjunct(NamedTuple):
 
     @property
     def steps(self) -> slice | None:
-        """The steps at which it must hold; None where windows are nested, which are more than one range."""
+        """The steps at which it must hold; None for nested windows, which are more than one range."""
         match self.windows:
             case ():
                 return slice(0, 1)
@@ -29,7 +29,7 @@ class Conjunct(NamedTuple):
 
 
 def conjuncts(formulas: Iterable[Node]) -> Iterator[Conjunct]:
-    """What all must hold so that these formulas do at step 0, in their order, each once."""
+    """Yield the conjuncts that these formulas need at step 0, in their order, each once."""
     work = [Conjunct(None, (), formula) for formula in formulas][::-1]
     seen: set[Conjunct] = set()
     while work:

@@ -1,11 +1,10 @@
-"""Evaluation of kernel formulas over a domain: a lattice of values, with what windows and links make of them.
+"""Evaluation of kernel formulas over a domain: a lattice of values with rules for windows and links.
 
 in   formulas, a Domain
 out  the value of each
 
-A domain knows what leaves are worth, and what each group of constructors makes of
-the values below. ``node.every`` tells the two of a group apart: the one asks for every
-step, neighbour or route, the other for some.
+A domain gives the values of leaves, and combines the values of children for each group of constructors. ``node.every``
+distinguishes the two constructors of a group: for every step, neighbour or route, or for some.
 """
 
 from __future__ import annotations
@@ -23,62 +22,62 @@ Value = TypeVar("Value")
 
 
 class Domain(ABC, Generic[Value]):
-    """The values that formulas may have; one of a formula says what it is worth to every agent at every step."""
+    """The values of formulas; one value covers every agent at every step."""
 
     @abstractmethod
     def atom(self, predicate: Predicate, holds: bool) -> Value:
-        """The predicate, or with False its negation."""
+        """Value of the predicate, or with False of its negation."""
 
     @abstractmethod
     def member(self, agents: frozenset[int], holds: bool) -> Value:
-        """To be one of these agents (mission indices), or with False none of them."""
+        """Value of membership in these agents (mission indices), or with False of non-membership."""
 
     @abstractmethod
     def path_length(self, node: k.PathLength, holds: bool) -> Value:
-        """The shortest way to an agent, within its bounds or with False outside them."""
+        """Value of the shortest path to an agent being within its bounds, or with False outside them."""
 
     @abstractmethod
     def meet(self, parts: Sequence[Value]) -> Value:
-        """All of the parts; the greatest value where there are none."""
+        """Value of all parts; the greatest value without parts."""
 
     @abstractmethod
     def join(self, parts: Sequence[Value]) -> Value:
-        """Some of the parts; the least value where there are none."""
+        """Value of some part; the least value without parts."""
 
     @abstractmethod
     def at_least(self, count: int, parts: Sequence[Value]) -> Value:
-        """So many of the parts or more."""
+        """Value of at least ``count`` of the parts."""
 
     @abstractmethod
     def window(self, node: k.WindowNode, body: Value) -> Value:
-        """Every, or some, step of a window."""
+        """Value of every, or some, step of a window."""
 
     @abstractmethod
     def until(self, node: k.UntilNode, hold: Value, end: Value) -> Value:
-        """``Until``, or where ``every`` its dual ``Release``."""
+        """Value of ``Until``, or if ``every`` of its dual ``Release``."""
 
     @abstractmethod
     def at(self, agent: int, body: Value) -> Value:
-        """The body at that agent."""
+        """Value of the body at that agent."""
 
     @abstractmethod
     def neighbour(self, node: k.NeighbourNode, body: Value) -> Value:
-        """Every, or some, agent linked to this one."""
+        """Value of the body at every, or some, linked agent."""
 
     @abstractmethod
     def reach(self, node: k.ReachNode, through: Value, end: Value) -> Value:
-        """Every, or some, route of so many links."""
+        """Value of every, or some, route with a bounded number of links."""
 
     @abstractmethod
     def route(self, node: k.RouteNode, through: Value, end: Value) -> Value:
-        """Every, or some, route of a length in metres."""
+        """Value of every, or some, route with a bounded length in metres."""
 
 
 def evaluate(roots: Iterable[k.Node], domain: Domain[Value]) -> dict[k.Node, Value]:
-    """The value of each of these formulas.
+    """Value of each of these formulas.
 
-    A node's value is forgotten once the last formula that needs it has its own, so that
-    many nodes need little memory. Ask for ``postorder(roots)`` to have all of them.
+    To save memory, a node's value is dropped after its last parent is evaluated. Pass ``postorder(roots)`` to get the
+    values of all nodes.
     """
     wanted = tuple(roots)
     order = postorder(wanted)
@@ -95,7 +94,7 @@ def evaluate(roots: Iterable[k.Node], domain: Domain[Value]) -> dict[k.Node, Val
 
 
 def value_of(node: k.Node, below: Sequence[Value], domain: Domain[Value]) -> Value:
-    """A formula's value from those of the formulas directly below it."""
+    """Value of a formula from those of its direct children."""
     match node:
         case k.LeafNode():
             return _leaf(node, True, domain)

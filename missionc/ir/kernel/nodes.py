@@ -1,14 +1,12 @@
-"""The kernel: a formula about one agent at one step, from a handful of constructors.
+"""The kernel: formulas about one agent at one step, from a small set of constructors.
 
-Nodes compare by identity, so a shared subformula is one object and every
-lowering memoises on it. A formula about the team is one whose truth does not
-depend on the agent it is asked of. ``span`` is the words the node came from;
-one that several formulas share has none, and goes by the words of what asks for it.
+Nodes compare by identity, so a shared subformula is one object and every lowering memoises on it. The truth of a
+formula about the team does not depend on the agent. ``span`` covers the source text of the node. A node that several
+formulas share has no span; its parent's span applies.
 
-The kernel is in negation normal form: ``Not`` stands on leaves alone (``Atom``, ``Is``, ``PathLength``), and
-every other constructor has its dual beside it. The two are of one kind and have its fields: where ``every``, the one
-that asks for each step, neighbour or route. One that came of negating what the author wrote is ``dual``: it
-says the opposite of its words.
+The kernel is in negation normal form: ``Not`` appears only on leaves (``Atom``, ``Is``, ``PathLength``), and every
+other constructor has a dual. Both have the same kind and fields; ``every`` marks the universal one. A node is ``dual``
+if it came from negating the author's formula and therefore means the opposite of its text.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from missionc.ir import Formula, Graph, Predicate
 
 
 class LeafNode:
-    """A constructor over no other node."""
+    """A constructor without child nodes."""
 
     __slots__ = ()
     every = False
@@ -31,7 +29,7 @@ class LeafNode:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Atom(LeafNode):
-    """The predicate holds here, now."""
+    """True if the predicate holds here, now."""
 
     predicate: Predicate
     span: Span | None = None
@@ -39,14 +37,14 @@ class Atom(LeafNode):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Is(LeafNode):
-    """This agent is one of these (mission indices)."""
+    """True if this agent is in the set (mission indices)."""
 
     agents: frozenset[int]
     span: Span | None = None
 
 
 class Not(Record, eq=False):
-    """The body, a leaf, fails. An operator may write it around any node: ``normal_form`` moves it down."""
+    """Negation of a leaf. Operators may write it around any node; ``normal_form`` moves it down."""
 
     every = False
     body: Node
@@ -54,7 +52,7 @@ class Not(Record, eq=False):
 
 
 class All(Record, eq=False):
-    """Every part; true where there are none."""
+    """Conjunction; true without parts."""
 
     every = True
     parts: tuple[Node, ...]
@@ -63,7 +61,7 @@ class All(Record, eq=False):
 
 
 class Any(Record, eq=False):
-    """Some part; false where there are none."""
+    """Disjunction; false without parts."""
 
     every = False
     parts: tuple[Node, ...]
@@ -72,7 +70,7 @@ class Any(Record, eq=False):
 
 
 class AtLeast(Record, eq=False):
-    """So many of the parts or more. Robustness: the ``count``-th largest."""
+    """At least ``count`` of the parts. Robustness: the ``count``-th largest."""
 
     every = False
     count: int
@@ -82,10 +80,9 @@ class AtLeast(Record, eq=False):
 
 
 class WindowNode(Record, eq=False):
-    """The body at steps from ``low`` to ``high`` ahead; ``high`` None is the mission's last step.
+    """The body at steps from ``low`` to ``high`` ahead; ``high`` None means the mission's last step.
 
-    A window that looks back has a ``low`` below 0 and a ``high`` of at most 0, and holds those of its steps that the
-    mission has: before step 0 there is none.
+    A window that looks back has a ``low`` below 0 and a ``high`` of at most 0. Steps before step 0 are left out.
     """
 
     every = False
@@ -97,22 +94,22 @@ class WindowNode(Record, eq=False):
 
 
 class Always(WindowNode):
-    """At every step of the window."""
+    """The body at every step of the window."""
 
     __slots__ = ()
     every = True
 
 
 class Eventually(WindowNode):
-    """At some step of the window."""
+    """The body at some step of the window."""
 
     __slots__ = ()
 
 
 class UntilNode(Record, eq=False):
-    """``end`` at steps from ``low`` to ``high`` ahead, ``hold`` at steps before them; ``high`` as of a window.
+    """``end`` at steps from ``low`` to ``high`` ahead, ``hold`` at steps before; ``high`` as for a window.
 
-    Where the window looks back, ``hold`` at steps after them: from now back to, not at, the one with ``end``.
+    If the window looks back, ``hold`` applies to the later steps: from now back to the step of ``end``, excluded.
     """
 
     every = False
@@ -125,20 +122,20 @@ class UntilNode(Record, eq=False):
 
 
 class Until(UntilNode):
-    """``end`` at some step of the window, ``hold`` at every step from now up to, not at, that one."""
+    """``end`` at some step of the window, and ``hold`` at every step from now until then, excluded."""
 
     __slots__ = ()
 
 
 class Release(UntilNode):
-    """The dual of ``Until``: at every step of the window ``end``, or ``hold`` at one before it."""
+    """Dual of ``Until``: at every step of the window ``end``, or ``hold`` at an earlier step."""
 
     __slots__ = ()
     every = True
 
 
 class NeighbourNode(Record, eq=False):
-    """The body now, at agents linked to this one."""
+    """The body now, at linked agents."""
 
     every = False
     graph: Graph
@@ -148,24 +145,23 @@ class NeighbourNode(Record, eq=False):
 
 
 class Neighbour(NeighbourNode):
-    """Now, at some agent linked to this one."""
+    """The body now, at some linked agent."""
 
     __slots__ = ()
 
 
 class EveryNeighbour(NeighbourNode):
-    """The dual of ``Neighbour``: now, at every agent linked to this one."""
+    """Dual of ``Neighbour``: the body now, at every linked agent."""
 
     __slots__ = ()
     every = True
 
 
 class ReachNode(Record, eq=False):
-    """Routes, now, of at most ``hops`` links (none at all included) over ``through`` agents to an ``end`` agent.
+    """Routes, now, of at most ``hops`` links (possibly none) over ``through`` agents to an ``end`` agent.
 
-    ``through`` holds at every agent of the route but the last. An agent outside
-    the graph has no links. Lower bounds are spelt out by the operators, in
-    ``Is`` and ``Neighbour``.
+    ``through`` holds at every agent of the route except the last. An agent outside the graph has no links. The
+    operators expand lower bounds to ``Is`` and ``Neighbour``.
     """
 
     every = False
@@ -179,20 +175,20 @@ class ReachNode(Record, eq=False):
 
 
 class Reach(ReachNode):
-    """Some such route is there."""
+    """Existence of such a route."""
 
     __slots__ = ()
 
 
 class EveryReach(ReachNode):
-    """The dual of ``Reach``: each such route has a ``through`` agent before its last, or ends at an ``end`` agent."""
+    """Dual of ``Reach``: each such route has a ``through`` agent before its last, or ends at an ``end`` agent."""
 
     __slots__ = ()
     every = True
 
 
 class RouteNode(Record, eq=False):
-    """Routes, as of a ``ReachNode``, without repeated agents and of a length within the bounds, in metres."""
+    """Routes like those of ``ReachNode``, without repeated agents and with a bounded length in metres."""
 
     every = False
     graph: Graph
@@ -205,13 +201,13 @@ class RouteNode(Record, eq=False):
 
 
 class Route(RouteNode):
-    """Some such route is there."""
+    """Existence of such a route."""
 
     __slots__ = ()
 
 
 class EveryRoute(RouteNode):
-    """The dual of ``Route``, as ``EveryReach`` is that of ``Reach``."""
+    """Dual of ``Route``, as ``EveryReach`` is the dual of ``Reach``."""
 
     __slots__ = ()
     every = True
@@ -219,7 +215,7 @@ class EveryRoute(RouteNode):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathLength(LeafNode):
-    """The shortest way from here to that agent, in metres along the links, is within the bounds."""
+    """Bound on the length of the shortest path from here to that agent, in metres along the links."""
 
     graph: Graph
     agent: int
@@ -229,7 +225,7 @@ class PathLength(LeafNode):
 
 
 class At(Record, eq=False):
-    """Now, at that agent."""
+    """The body now, at that agent."""
 
     every = False
     agent: int
@@ -248,12 +244,15 @@ LinkNode: TypeAlias = NeighbourNode | ReachNode | RouteNode | PathLength
 
 
 def says_opposite(node: Node) -> bool:
-    """Whether the node says the opposite of its words."""
+    """Return whether the node means the opposite of its source text."""
     return not isinstance(node, Not | LeafNode) and node.dual
 
 
 class Goal(Record, eq=False):
-    """A requirement or preference (``weight`` > 0) in kernel form; ``formula`` is about the team, at step 0."""
+    """A requirement or preference (``weight`` > 0) in kernel form.
+
+    ``formula`` is about the team, at step 0.
+    """
 
     name: str
     formula: Node
@@ -264,8 +263,8 @@ class Goal(Record, eq=False):
 class Kernel(Record, eq=False):
     """The mission's goals in kernel form: requirements in order of the text, then preferences.
 
-    ``meanings`` is what each formula as meant came to, for who speaks of the author's words; a kernel that was made
-    otherwise has none. ``opposites`` has, of those nodes, the ones whose negation a goal asks for, and that negation.
+    ``meanings`` maps each formula of the mission to its node, for messages; it is empty for kernels made in other ways.
+    ``opposites`` maps those of these nodes whose negation a goal requires to that negation.
     """
 
     requirements: tuple[Goal, ...]
@@ -284,7 +283,7 @@ class Kernel(Record, eq=False):
         return tuple(goal.formula for goal in self.goals)
 
     def with_formulas(self, new: Callable[[Node], Node]) -> Kernel:
-        """This kernel with another formula for each goal, and with the same meanings."""
+        """Replace the formula of each goal, with the same ``meanings``."""
         requirements, preferences = (
             tuple(replace(goal, formula=new(goal.formula)) for goal in goals)
             for goals in (self.requirements, self.preferences)

@@ -1,13 +1,13 @@
 """Negation normal form of kernel formulas, with ``Not`` on leaves alone, and folding of their constants.
 
-    in   formulas as the operators wrote them
+    in   formulas from the operators
     out  for each and a polarity, the formula, or its negation
 
-A formula that is used twice remains one node, one for each polarity in which it is used. A node without a negation
-below it remains the same node.
+A formula that is used twice remains one node for each polarity of its uses. A node without a negation below it remains
+the same node.
 
-Folding of true and false keeps truth and robustness at every step from which a formula does not look past the
-mission's last step.
+Folding of constants preserves truth and robustness at every step from which a formula does not look past the mission's
+last step.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ YES, NO = k.All(()), k.Any(())
 
 
 def truth(value: bool) -> k.Node:
-    """The constant formula of that truth, which is always the same object."""
+    """The constant formula of that truth; always the same object."""
     return YES if value else NO
 
 
@@ -40,10 +40,10 @@ def constant(node: k.Node) -> bool | None:
 
 
 def without_constants(kernel: k.Kernel, agents: int) -> k.Kernel:
-    """The kernel with constants folded: a goal is constant, or contains none except along routes and before windows.
+    """Fold constants in the kernel: a goal is constant, or has constants only along routes and before windows.
 
     Args:
-        agents: how many the mission has; ``Is`` of all of them is true, of none false.
+        agents: number of agents of the mission; ``Is`` of all of them is true, of none false.
 
     Returns:
         The same object if there is nothing to fold.
@@ -62,7 +62,7 @@ def without_constants(kernel: k.Kernel, agents: int) -> k.Kernel:
 
 
 def folded(node: k.Node, parts: tuple[k.Node, ...]) -> k.Node:
-    """The same constructor over other nodes, or what it comes to over constants; the same node over its own parts."""
+    """The constructor over other nodes, with constants folded; the same node over its own parts."""
     values = [constant(part) for part in parts]
     value = _value(node, values)
     if value is not None:
@@ -92,7 +92,7 @@ def at_least(count: int, parts: tuple[k.Node, ...], span: Span | None = None, du
 
 
 def _value(node: k.Node, values: list[bool | None]) -> bool | None:
-    """The truth of a node over parts of these truths; None if it depends on those that are open."""
+    """Truth of a node over parts with these truths; None if it depends on unknown parts."""
     match node:
         case k.All() | k.Any():
             return (not node.every) if (not node.every) in values else None if None in values else node.every
@@ -104,7 +104,7 @@ def _value(node: k.Node, values: list[bool | None]) -> bool | None:
         case k.Not():
             return None if values[0] is None else not values[0]
         case k.WindowNode():
-            # One that looks back may hold no step.
+            # A window that looks back may contain no step.
             return values[0] if node.low >= 0 or _holds_now(node) or values[0] is node.every else None
         case k.UntilNode():
             hold, end = values
@@ -123,21 +123,21 @@ def _value(node: k.Node, values: list[bool | None]) -> bool | None:
 
 
 def _holds_now(node: k.WindowNode | k.UntilNode) -> bool:
-    """Whether the window includes the step that it is asked at."""
+    """Return whether the window includes the current step."""
     return node.low <= 0 and (node.high is None or node.high >= 0)
 
 
 Forms: TypeAlias = dict[tuple[k.Node, bool], k.Node]
-"""By formula and polarity: with False, the negation."""
+"""Normal forms by formula and polarity; False means the negation."""
 
 KINDS = (k.WindowNode, k.UntilNode, k.NeighbourNode, k.ReachNode, k.RouteNode)
 PAIRS = ((k.All, k.Any), (k.AtLeast, k.AtLeast), (k.At, k.At), *(kind.__subclasses__() for kind in KINDS))
 DUALS: dict[type[k.Node], type[k.Node]] = {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
-"""The constructor that has the same fields and says the opposite of the opposites below it."""
+"""The dual of each constructor: the same fields, and the negation over negated children."""
 
 
 def negation_normal_form(formula: k.Node) -> k.Node:
-    """The formula with its negations moved down to the leaves."""
+    """Move the formula's negations down to the leaves."""
     return normal_forms((formula,))[formula, True]
 
 
@@ -147,7 +147,7 @@ def negated(formula: k.Node) -> k.Node:
 
 
 def normal_forms(formulas: Iterable[k.Node], denied: Iterable[k.Node] = ()) -> Forms:
-    """The normal forms of formulas, of the negations of those ``denied``, and of all that they are made of."""
+    """Normal forms of formulas, of the negations of ``denied``, and of all their subformulas."""
     asserted, opposed = tuple(formulas), tuple(denied)
     order = postorder((*asserted, *opposed))
     written = {node.body: node for node in order if isinstance(node, k.Not) and not children(node.body)}
@@ -189,7 +189,7 @@ def _form(node: k.Node, holds: bool, forms: Forms, written: dict[k.Node, k.Not])
 
 
 def dual(node: k.Node, parts: tuple[k.Node, ...]) -> k.Node:
-    """The node that fails where this one holds, over nodes that fail where those below it hold."""
+    """The dual node: it fails if this node holds, over children that fail if this node's children hold."""
     assert not isinstance(node, k.Not | k.LeafNode), "a leaf has no dual but its negation"
     same = {each.name: getattr(node, each.name) for each in fields(node)}
     opposite = rebuilt(DUALS[type(node)](**{**same, "dual": not node.dual}), parts)

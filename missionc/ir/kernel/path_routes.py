@@ -1,4 +1,4 @@
-"""The shortest way to an agent as routes: some route is short enough, and none is too short."""
+"""Shortest paths to an agent as routes: some route is short enough, and none is too short."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.ir.kernel.nodes import All, Any, EveryRoute, Is, Node, Not, Route
 
 
 def as_routes(graph: Graph, agent: int, low: float, high: float, holds: bool) -> Node:
-    """That the shortest way from here to an agent is within the bounds, in metres, or with False that it is not."""
+    """Formula that the shortest path to an agent is within the bounds, in metres, or outside them."""
     near = way_to(graph, agent, high, holds)
     if low <= 0:
         return near
@@ -18,6 +18,6 @@ def as_routes(graph: Graph, agent: int, low: float, high: float, holds: bool) ->
 
 
 def way_to(graph: Graph, agent: int, most: float, holds: bool) -> Node:
-    """A way of at most so many metres leads to the agent, or with False none does."""
+    """Formula that a path of at most ``most`` metres leads to the agent, or with False that none does."""
     there = Is(frozenset((agent,)))
     return Route(graph, All(()), there, 0.0, most) if holds else EveryRoute(graph, Any(()), Not(there), 0.0, most)

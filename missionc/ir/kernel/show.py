@@ -1,7 +1,6 @@
-"""Printer of the kernel: one node a line, as ``--emit kernel`` shows it.
+"""Printer of the kernel for ``--emit kernel``: one node a line.
 
-A node that is more than a leaf has a name, ``%1``, ``%2``, … in the order in
-which nodes need each other, so that what is shared is seen to be.
+Every node except leaves has a name, ``%1``, ``%2``, … in order of dependence, so that shared nodes are visible.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from missionc.ir.kernel.walk import children, postorder
 
 
 def show(kernel: k.Kernel, mission: Mission) -> str:
-    """Every node of the kernel, then its requirements and preferences."""
+    """Print every node of the kernel, then its requirements and preferences."""
     goals = kernel.goals
     words = KernelWords(mission)
     lines: list[str] = []
@@ -44,7 +43,7 @@ def _inline(node: k.Node) -> bool:
 
 
 class KernelWords:
-    """How a node is written, given how those below it are."""
+    """Text of a node from the texts of its children."""
 
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
@@ -98,7 +97,7 @@ class KernelWords:
 
 
 def asked(weight: float | None) -> str:
-    """A requirement, which has no weight, or a preference."""
+    """Text for a requirement (no weight) or a preference."""
     return "require" if weight is None else f"prefer[{number_text(weight)}]"
 
 

@@ -1,4 +1,4 @@
-"""Graph traversal of formulas: a shared node is met once."""
+"""Graph traversal of formulas that visits each shared node once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Value = TypeVar("Value")
 
 
 def children(node: k.Node) -> tuple[k.Node, ...]:
-    """The nodes directly below, in order."""
+    """Child nodes, in order."""
     match node:
         case k.LeafNode():
             return ()
@@ -29,7 +29,7 @@ def children(node: k.Node) -> tuple[k.Node, ...]:
 
 
 def rebuilt(node: k.Node, parts: tuple[k.Node, ...], graph: Graph | None = None) -> k.Node:
-    """The same constructor over other nodes; over another graph too, where it reads one and another is given."""
+    """The same constructor over other nodes, and over another graph if given and if it reads one."""
     match node:
         case k.LeafNode():
             return node
@@ -48,17 +48,17 @@ def rebuilt(node: k.Node, parts: tuple[k.Node, ...], graph: Graph | None = None)
 
 
 def same_objects(some: Sequence[object], others: Sequence[object]) -> bool:
-    """Whether two sequences hold the very same objects: what was rewritten is another one."""
+    """Return whether two sequences hold identical objects; a rewritten object differs."""
     return len(some) == len(others) and all(one is other for one, other in zip(some, others, strict=True))
 
 
 class Ask(Record):
-    """What a node asks of one below it: at which steps ahead, and of whom.
+    """Agents and steps at which a node evaluates a child.
 
     Args:
-        high: None is the mission's last step, or ``before_last`` the one before it.
-        of_itself: it asks the agent that it is asked of.
-        agents: it asks each of these too; ``linked``, where it is asked of one of them.
+        high: None means the mission's last step, or with ``before_last`` the step before it.
+        of_itself: the child is evaluated for the node's own agent.
+        agents: the child is also evaluated for these; with ``linked``, only if the node's agent is one of them.
     """
 
     node: k.Node
@@ -71,26 +71,26 @@ class Ask(Record):
 
     @property
     def steps(self) -> slice:
-        """The steps at which it asks, where it is asked at the mission's first."""
+        """Steps of the child if the node is evaluated at the first step."""
         if self.high is None:
             return slice(self.low, -1 if self.before_last else None)
         return slice(max(self.low, 0), max(self.high + 1, 0))
 
     def steps_from(self, step: int, last: int) -> range:
-        """Steps that it asks about if it is asked at ``step`` of a mission whose last step is ``last``.
+        """Steps of the child if the node is evaluated at ``step`` of a mission with last step ``last``.
 
-        No step before the first, and no step at all if a window runs past the last: from there nothing holds, neither a
-        formula nor its negation. No goal of a checked mission asks from such a step.
+        Steps before the first are left out. If a window runs past the last step, there are none: neither the formula
+        nor its negation holds then. No goal of a checked mission is evaluated at such a step.
         """
         high = last - self.before_last if self.high is None else step + self.high
         return range(max(step + self.low, 0), high + 1 if high <= last else 0)
 
 
 def asks(node: k.Node) -> tuple[Ask, ...]:
-    """What the node asks of those directly below it.
+    """Agents and steps at which the node evaluates each child.
 
     Source:
-        [strel] Definition 5, with ``until``'s left side asked one step less far.
+        [strel] Definition 5, except that the left side of ``until`` is evaluated one step less.
     """
     match node:
         case k.LeafNode():
@@ -109,7 +109,7 @@ def asks(node: k.Node) -> tuple[Ask, ...]:
         case k.NeighbourNode(graph, body):
             return (Ask(body, of_itself=False, agents=graph.agents, linked=True),)
         case k.ReachNode(graph, through, end) | k.RouteNode(graph, through, end):
-            # A route without links ends where it begins, also outside the graph.
+            # A route without links ends at its start, even outside the graph.
             passed = Ask(through, of_itself=False, agents=graph.agents, linked=True)
             return passed, Ask(end, agents=graph.agents, linked=True)
         case _:
@@ -117,20 +117,22 @@ def asks(node: k.Node) -> tuple[Ask, ...]:
 
 
 def window_of(node: k.Node) -> tuple[int, int | None] | None:
-    """The window, in steps ahead, of an operator of time; its end None is the mission's last step.
+    """Window of a temporal operator in steps ahead; end None means the mission's last step.
 
-    Below 0 they are steps back (``looks_back``).
+    Negative steps look back (``looks_back``).
     """
     return (node.low, node.high) if isinstance(node, k.WindowNode | k.UntilNode) else None
 
 
 def looks_back(node: k.Node) -> bool:
-    """Whether it is an operator of time whose window reaches back."""
+    """Return whether the node is a temporal operator whose window reaches back."""
     return isinstance(node, k.WindowNode | k.UntilNode) and node.low < 0
 
 
 def range_asked(node: k.Node, place: k.Node, low: int, high: int, last: int) -> tuple[int, int] | None:
-    """The first and the last step that one below is asked at; the node, from ``low`` to ``high``. None: at none.
+    """First and last step of evaluation of a child if the node is evaluated from ``low`` to ``high``.
+
+    None if never.
 
     Args:
         last: the mission's last step.
@@ -140,10 +142,10 @@ def range_asked(node: k.Node, place: k.Node, low: int, high: int, last: int) -> 
 
 
 def asked_between(roots: Iterable[k.Node], last: int, low: int = 0, high: int = 0) -> dict[k.Node, tuple[int, int]]:
-    """The first and the last step that nodes are asked at; formulas that are asked from ``low`` to ``high``.
+    """First and last step at which nodes are evaluated, if the roots are evaluated from ``low`` to ``high``.
 
-    A node that is asked before the first step alone is left out. A last step after the mission's means that a formula
-    looks too far ahead: what ``check`` refuses, and no rewriting of a kernel may bring about.
+    A node that is evaluated only before the first step is left out. A last step after the mission's means that a
+    formula looks too far ahead. ``check`` rejects this, and no rewriting of a kernel may cause it.
 
     Args:
         last: the mission's last step.
@@ -163,17 +165,17 @@ def asked_between(roots: Iterable[k.Node], last: int, low: int = 0, high: int = 
 
 
 def awaited(node: k.Node) -> Ask | None:
-    """What an operator of time asks for at some step of its window: of an ``until``, its end."""
+    """The awaited child of a temporal operator, for example the end of an ``until``."""
     return asks(node)[-1] if window_of(node) and not node.every else None
 
 
 def graph_of(node: k.Node) -> Graph | None:
-    """The graph whose links an operator of space reads."""
+    """The graph whose links a spatial operator reads."""
     return node.graph if isinstance(node, k.LinkNode) else None
 
 
 def route_bounds(node: k.Node) -> tuple[float, float] | None:
-    """The least and the most that a route may measure, in metres or hops as the operator of space counts them."""
+    """Least and greatest length of a route, in metres or hops, according to the operator."""
     match node:
         case k.RouteNode() | k.PathLength():
             return node.low, node.high
@@ -184,7 +186,7 @@ def route_bounds(node: k.Node) -> tuple[float, float] | None:
 
 
 def more_than(most: int, roots: Iterable[k.Node]) -> bool:
-    """Whether formulas have more than so many nodes, each counted once. The rest is not looked at."""
+    """Return whether formulas have more than ``most`` nodes, each counted once; stops early."""
     seen: set[k.Node] = set()
     waiting = [iter(roots)]
     while waiting and len(seen) <= most:
@@ -198,7 +200,7 @@ def more_than(most: int, roots: Iterable[k.Node]) -> bool:
 
 
 def postorder(roots: Iterable[k.Node], below: Callable[[k.Node], tuple[k.Node, ...]] = children) -> list[k.Node]:
-    """Every node of these formulas once, each after the nodes below it. No formula is too deep for it."""
+    """List every node of these formulas once, after its children, for formulas of any depth."""
     order: list[k.Node] = []
     seen: set[k.Node] = set()
     stack: list[tuple[k.Node, bool]] = [(root, False) for root in reversed(tuple(roots))]
@@ -218,7 +220,7 @@ def bottom_up(
     value_of: Callable[[k.Node, tuple[Value, ...]], Value],
     below: Callable[[k.Node], tuple[k.Node, ...]] = children,
 ) -> dict[k.Node, Value]:
-    """A value of every node of these formulas, computed from the values of the nodes directly below it."""
+    """Compute a value for every node of these formulas from the values of its children."""
     values: dict[k.Node, Value] = {}
     for node in postorder(roots, below):
         values[node] = value_of(node, tuple(values[child] for child in below(node)))
@@ -226,5 +228,5 @@ def bottom_up(
 
 
 def reads_headings(kernel: k.Kernel) -> bool:
-    """Whether a goal asks where agents face."""
+    """Return whether a goal reads headings."""
     return any(isinstance(node, k.Atom) and node.predicate.reads_heading for node in postorder(kernel.formulas))

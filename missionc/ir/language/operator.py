@@ -12,7 +12,7 @@ from missionc.ir.kernel.nodes import Node
 
 
 class Bounds(Enum):
-    """What stands in the square brackets after the operator; a period, before a colon."""
+    """Content of the square brackets after the operator; for a period, the part before the colon."""
 
     NONE = "no bounds"
     TIME = "a time window"
@@ -27,9 +27,9 @@ class Fixity(Enum):
 
 
 class Use(Record):
-    """One use of an operator: everything its meaning may depend on.
+    """One use of an operator, with all values that its meaning may depend on.
 
-    ``arguments`` are kernel nodes; ``comparison`` and ``number`` are ``count``'s.
+    ``arguments`` are kernel nodes; only ``count`` uses ``comparison`` and ``number``.
     """
 
     arguments: tuple[Node, ...]
@@ -38,7 +38,7 @@ class Use(Record):
     comparison: str = ""
     number: int = 0
     room: int = 1_000_000
-    """How many kernel nodes the use may cost."""
+    """Maximum number of kernel nodes for the use."""
 
     @property
     def window(self) -> Window:
@@ -47,7 +47,7 @@ class Use(Record):
 
     @property
     def back(self) -> tuple[int, int]:
-        """The window of an operator of the past as steps ahead: the one furthest back first, neither above 0."""
+        """Window of a past operator as steps ahead: the earliest first, neither above 0."""
         low, high = self.window.low, self.window.high
         assert high is not None
         return -high, -low
@@ -68,32 +68,33 @@ class Use(Record):
 
 
 class TooLarge(Record):
-    """The use would cost so many kernel nodes at least, more than its ``room``."""
+    """Result of a use that would need at least this many kernel nodes, more than its ``room``."""
 
     nodes: int
 
 
 def no_traps(use: Apply) -> tuple[str, ...]:
-    """No traps: the operator means the same everywhere."""
+    """No traps: the operator means the same in all tools."""
     return ()
 
 
 class Operator(Record):
-    """``expand`` gives the meaning in kernel form; ``letter`` is the logic's own spelling (``G``, ``->``), if any.
+    """Operator.
 
-    ``spatial`` operators look along a graph, so their operands are about one
-    agent and so is the whole; the others keep whom their operands are about.
+    ``expand`` gives its kernel form; ``letter`` is its symbol in logic (``G``, ``->``), if any.
 
-    ``says`` is the meaning in a few words. ``reads`` is a sentence with places to
-    fill: ``{body}``, or ``{left}`` and ``{right}``, or ``{parts}`` of a chain, are the
-    operands; ``{each}``, ``{some}``, ``{before}`` and ``{earlier}`` say the window, ``{period}`` and ``{start}`` how
-    long the stretches are and when the first begins;
-    ``{route}``, ``{far}``, ``{graph}``, ``{here}``, ``{perhaps}``, ``{included}`` and
-    ``{number}`` what a spatial operator looks at. Its operands are verbs: ``that
-    {right}``, or with a noun ``{left:agent on it}``, "every agent on it is …".
+    ``spatial`` operators follow a graph: their operands and the result are about one agent. Other operators keep the
+    subject of their operands.
 
-    ``traps`` are the conventions that a use hangs on and that other tools have
-    otherwise, by their names in ``explain.convention_examples``.
+    ``says`` is the meaning in a few words. ``reads`` is a sentence with placeholders: ``{body}``, or ``{left}`` and
+    ``{right}``, or ``{parts}`` of a chain, are the operands. ``{each}``, ``{some}``, ``{before}`` and ``{earlier}``
+    stand for the window. ``{period}`` and ``{start}`` stand for the length of the periods and the start of the first.
+    ``{route}``, ``{far}``, ``{graph}``, ``{here}``, ``{perhaps}``, ``{included}`` and ``{number}`` belong to spatial
+    operators. Their operands are verbs: ``that {right}``, or with a noun ``{left:agent on it}``, "every agent on it is
+    …".
+
+    ``traps`` lists conventions that affect a use and differ in other tools, by their names in
+    ``explain.convention_examples``.
     """
 
     name: str
@@ -108,7 +109,7 @@ class Operator(Record):
 
     @property
     def spatial(self) -> bool:
-        """Return whether it looks along a graph."""
+        """True if it looks along a graph."""
         return self.bounds is Bounds.LENGTH
 
     @property

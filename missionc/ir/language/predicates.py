@@ -1,6 +1,6 @@
 """The predicates of the language as data: names, subjects, parameters, wording and examples.
 
-What each measures, and how it is said, stands with its meaning in ``ir.predicates``.
+``ir.predicates`` defines their margins and wording.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from missionc.ir.predicates import Connected, Inside, Touches
 
 
 class Predicate(Record):
-    """``parameters`` are what it is asked with, in order; one that ends in ``?`` may be left out.
+    """Predicate as vocabulary. ``parameters`` are in order; a name that ends in ``?`` is optional.
 
-    ``about`` is EITHER where the parameters decide. ``says`` is its meaning in a few words. ``meant`` makes its meaning
-    of what the parameters name, one that is left out None; of ``called`` ones alone.
+    ``about`` is EITHER if the parameters decide the subject. ``says`` is its meaning in a few words. ``meant`` makes
+    the predicate from its arguments, None for an omitted one; only for ``called`` predicates.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Predicate(Record):
 
     @property
     def called(self) -> bool:
-        """Return whether it is written with its name and brackets; others have a form of their own (``example``)."""
+        """True if it is written with a name and brackets; others have their own syntax (``example``)."""
         return self.meant is not None
 
 
@@ -85,4 +85,4 @@ PREDICATES: tuple[Predicate, ...] = (
     ),
     HEADING,
 )
-"""All of them; one is added by its meaning in ``ir.predicates`` and a value here."""
+"""All predicates. To add one, define its meaning in ``ir.predicates`` and a value here."""

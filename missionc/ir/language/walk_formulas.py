@@ -1,4 +1,4 @@
-"""Graph traversal of formulas as meant, without recursion: shared, and as deep as chains of ``let``."""
+"""Graph traversal of resolved formulas without recursion: shared subformulas, and ``let`` chains of any depth."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ V = TypeVar("V")
 
 
 def once(function: Callable[[T], V]) -> Callable[[T], V]:
-    """Works out only once what follows from a formula, or a mission, alone; and forgets it together with that.
+    """Cache a function of one formula or mission; the entry is dropped together with its argument.
 
-    What follows must not hold on to what it follows from.
+    The result must not refer to the argument.
     """
     known: WeakKeyDictionary[T, V] = WeakKeyDictionary()
 
@@ -38,12 +38,12 @@ def once(function: Callable[[T], V]) -> Callable[[T], V]:
 
 
 def goals(mission: ir.Mission) -> tuple[ir.Requirement | ir.Preference, ...]:
-    """Everything the mission asks for: its requirements, then its preferences."""
+    """All goals of the mission: its requirements, then its preferences."""
     return (*mission.requirements, *mission.preferences)
 
 
 def operands(formula: ir.Formula) -> tuple[ir.Formula, ...]:
-    """The formulas directly below."""
+    """Direct subformulas."""
     match formula:
         case ir.Truth() | ir.Holds() | ir.Belongs():
             return ()
@@ -58,20 +58,23 @@ def operands(formula: ir.Formula) -> tuple[ir.Formula, ...]:
 
 
 def as_written(formula: ir.Formula) -> tuple[ir.Formula, ...]:
-    """The formulas directly below in the text: of a team without some, what is written once and said of each case."""
+    """Direct subformulas in the text.
+
+    For a team with lost agents, the body that is written once for all cases.
+    """
     return (formula.body,) if isinstance(formula, ir.Without) else operands(formula)
 
 
 @once
 def formulas(mission: ir.Mission) -> tuple[ir.Formula, ...]:
-    """All that the mission's goals are made of, bottom up."""
+    """All subformulas of the mission's goals, bottom up."""
     return tuple(formulas_bottom_up(goal.formula for goal in goals(mission)))
 
 
 def formulas_bottom_up(
     roots: Iterable[ir.Formula], below: Callable[[ir.Formula], tuple[ir.Formula, ...]] = operands
 ) -> list[ir.Formula]:
-    """Every formula below the roots and the roots themselves, once each, operands before the formulas that use them."""
+    """List every formula below the roots, and the roots, once each, operands first."""
     order: dict[ir.Formula, None] = {}
     stack = list(roots)[::-1]
     while stack:
@@ -85,7 +88,7 @@ def formulas_bottom_up(
 
 
 def bits_of(agents: tuple[int, ...]) -> int:
-    """A set of agents as the bits of a number."""
+    """Agent set as the bits of an integer."""
     if agents and agents == tuple(range(agents[0], agents[0] + len(agents))):
         return ((1 << len(agents)) - 1) << agents[0]
     bits = bytearray(max(agents, default=0) // 8 + 1)
@@ -95,9 +98,10 @@ def bits_of(agents: tuple[int, ...]) -> int:
 
 
 def asked_agents(mission: ir.Mission) -> Iterator[tuple[ir.Formula, tuple[int, ...]]]:
-    """Every formula of the mission's goals with the agents that it is asked of, as quantifiers and graphs say it.
+    """Yield every formula of the mission's goals with the agents that it is evaluated for.
 
-    One that is asked in several places comes with each of these sets of agents, once.
+    Quantifiers and graphs determine these agents. A formula used in several places appears once with each set of
+    agents.
     """
     seen: set[tuple[ir.Formula, tuple[int, ...]]] = set()
     waiting: list[tuple[ir.Formula, tuple[int, ...]]] = [(goal.formula, ()) for goal in goals(mission)]
@@ -121,10 +125,10 @@ def asked_agents(mission: ir.Mission) -> Iterator[tuple[ir.Formula, tuple[int, .
 
 @once
 def meaning(formula: ir.Apply) -> tuple[Node, tuple[Is, ...]]:
-    """What a temporal or Boolean operator says, in kernel form, over a placeholder for each of its operands.
+    """Kernel form of a temporal or Boolean operator, over a placeholder for each of its operands.
 
-    So a pass knows the kernel's few constructors and no operator by name. Not
-    for spatial operators: their kernel form may grow with the team.
+    A pass therefore knows the kernel's few constructors and no operator by name. Spatial operators are excluded: their
+    kernel form may grow with the team.
     """
     assert not formula.operator.spatial
     places = tuple(Is(frozenset()) for _ in formula.operands)
@@ -134,22 +138,25 @@ def meaning(formula: ir.Apply) -> tuple[Node, tuple[Is, ...]]:
 
 
 def reaches_back(formula: ir.Formula) -> TypeGuard[ir.Apply]:
-    """Whether a formula is an operator of the past."""
+    """Return whether a formula is a past operator."""
     return _in_time(formula) and looks_back(meaning(formula)[0])
 
 
 def asks_the_past(formula: ir.Formula) -> TypeGuard[ir.Apply]:
-    """Whether what an operator says is about earlier steps too, in some part of it."""
+    """Return whether the kernel form of an operator also reads earlier steps."""
     return _in_time(formula) and any(map(looks_back, postorder((meaning(formula)[0],))))
 
 
 def _in_time(formula: ir.Formula) -> TypeGuard[ir.Apply]:
-    """Whether it is an operator that may be about other steps: no spatial one, and no chain of and or or."""
+    """Return whether a formula may depend on other steps: not spatial, and not a chain of ``and`` or ``or``."""
     return isinstance(formula, ir.Apply) and not formula.operator.spatial and len(formula.operands) <= 2
 
 
 def operator_words(formula: ir.Apply) -> Span:
-    """The operator with its bounds, as written (``always[0, 16 s]``); without bounds, the whole formula."""
+    """Source text of the operator with its bounds (``always[0, 16 s]``).
+
+    Without bounds, of the whole formula.
+    """
     whole = formula.span
     if formula.bounds is None:
         return whole

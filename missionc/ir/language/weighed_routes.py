@@ -1,8 +1,8 @@
-"""Routes with a bounded weight of links, in kernel form: one link at a time, by the rest of the bound.
+"""Routes with a bounded weight of links in kernel form: one link at a time, with the rest of the bound.
 
-Every link weighs at least 1, so the bound runs out. States differ in the rest of the bound and, for agents, in the
-weights of their links, not in their names. With a lower bound, they also differ in the agents already passed. Helpers
-on route lengths serve all spatial operators.
+Every link weighs at least 1, so the recursion ends. Its states differ in the rest of the bound and in the weights of an
+agent's links, not in agent names. With a lower bound, they also differ in the agents already visited. The helpers on
+route lengths serve all spatial operators.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from missionc.ir.pair_ranges import heaviest, kinds_of_weight, weigh
 
 
 def nodes_at_most(length: Length, most: int) -> int:
-    """How many kernel nodes the routes that weigh up to ``most`` come to, about."""
+    """Estimated number of kernel nodes of the routes that weigh up to ``most``."""
     assert length.weight is not None
     alike = len(kinds_of_weight(length.graph, length.weight))
     return (most + 1) * (4 + alike * (3 + 2 * alike))
 
 
 def weight_within(length: Length, through: Node, end: Node, most: int) -> Node:
-    """A route over ``through`` agents to an ``end`` that weighs at most so much in all."""
+    """Formula of a route over ``through`` agents to an ``end`` agent with a total weight of at most ``most``."""
     graph, weight, span = length.graph, length.weight, length.span
     assert weight is not None
     ways = _ways(graph, weight)
@@ -43,10 +43,10 @@ def weight_within(length: Length, through: Node, end: Node, most: int) -> Node:
 
 
 def weight_at_least(length: Length, through: Node, end: Node, low: int, high: int) -> Node:
-    """Likewise a route that weighs at least ``low``, above 0, in all: it visits no agent twice.
+    """Formula of such a route with a total weight of at least ``low`` > 0, without repeated agents.
 
-    Up to where it weighs so much the agents left behind are told apart; the rest is over the others, and a walk
-    among them leaves out its loops and is a route.
+    Up to that weight, the formula distinguishes the visited agents. The rest runs over the other agents; removing the
+    loops of a walk among them gives a route.
     """
     graph, weight, span = length.graph, length.weight, length.span
     assert weight is not None
@@ -59,7 +59,7 @@ def weight_at_least(length: Length, through: Node, end: Node, low: int, high: in
 
     @cache
     def leaving(behind: frozenset[int], spent: int) -> Node:
-        """From an agent that is not among those behind."""
+        """Formula for an agent that is not among the visited ones."""
         return Any(tuple(from_(agent, behind, spent) for agent in graph.agents if agent not in behind), span)
 
     @cache
@@ -79,7 +79,7 @@ def weight_at_least(length: Length, through: Node, end: Node, low: int, high: in
 
 
 def _ways(graph: Graph, weight: Weight) -> tuple[tuple[tuple[int, ...], tuple[int, ...], int], ...]:
-    """From agents of a kind to those of another, and what their links weigh."""
+    """Groups of agents with the same weights, pairwise: sources, targets, weight of their links."""
     alike = kinds_of_weight(graph, weight)
     return tuple(
         (senders, receivers, weigh(weight, senders[0], receivers[-1]))
@@ -96,7 +96,7 @@ def _onward(
     rest: int,
     span: Span,
 ) -> Any:
-    """From whoever this is, a link that weighs no more than the rest, to where what is left of it is enough."""
+    """Formula of a link that weighs at most the rest, to an agent from which the remaining rest suffices."""
     starts: dict[tuple[int, ...], list[Node]] = {}
     for senders, receivers, each in ways:
         if each <= rest and rest - each in made:
@@ -112,19 +112,19 @@ def _onward(
 
 
 def most_hops(length: Length) -> int:
-    """Links of the longest route without repeated agents: one fewer than the graph's agents."""
+    """Number of links of the longest route without repeated agents: one fewer than the graph's agents."""
     return max(len(length.graph.agents) - 1, 0)
 
 
 def longest(length: Length) -> float:
-    """How long a route without repeated agents can be: in hops, or in what links weigh; in metres, without limit."""
+    """Greatest length of a route without repeated agents: in hops or weights; infinite in metres."""
     if measured_in_metres(length):
         return math.inf
     return most_hops(length) * (1 if length.weight is None else heaviest(length.weight))
 
 
 def whole_bounds(length: Length) -> tuple[int, int]:
-    """The bounds of a length that is not in metres as whole numbers, the upper one at most ``longest``."""
+    """Bounds of a length in hops or weights as integers, the upper one at most ``longest``."""
     return int(length.low), int(min(length.high, longest(length)))
 
 
@@ -133,14 +133,14 @@ def measured_in_metres(length: Length) -> bool:
 
 
 def up_to(length: Length, through: Node, end: Node, most: int, span: Span) -> Node:
-    """A route over ``through`` agents to an ``end`` of at most so many hops, or so much weight."""
+    """Formula of a route over ``through`` agents to an ``end`` agent of at most ``most`` hops or weight."""
     if length.weight is not None:
         return weight_within(length, through, end, most)
     return Reach(length.graph, through, end, min(most, most_hops(length)), span)
 
 
 def no_hops(use: Apply) -> bool:
-    """Whether the agent itself is within the bounds: a route of no links will do."""
+    """Return whether the agent itself is within the bounds, as a route without links."""
     return isinstance(use.bounds, Length) and use.bounds.low <= 0
 
 
@@ -149,7 +149,7 @@ def always_true(span: Span) -> Node:
 
 
 def distance_to(length: Length, agent: int, span: Span) -> Node:
-    """The shortest way from here to ``agent``, over any agents, is within the bounds."""
+    """Formula that the shortest path from here to ``agent``, over any agents, is within the bounds."""
     if measured_in_metres(length):
         return PathLength(length.graph, agent, length.low, length.high, span)
     low, high = whole_bounds(length)
@@ -158,7 +158,7 @@ def distance_to(length: Length, agent: int, span: Span) -> Node:
 
 
 def distance_from(length: Length, agent: int, span: Span) -> Node:
-    """``distance_to`` where a route to ``agent`` is known to be there, so that an open bound asks no more."""
+    """Like ``distance_to`` if a route to ``agent`` is known to exist, so that an infinite bound adds no condition."""
     if not measured_in_metres(length) and length.low > 0 and length.high >= longest(length):
         low = int(length.low)
         return Not(_within(length, agent, low - 1, span), span)

@@ -1,1 +1,1 @@
-"""Lowering: the choice of a backend, and the mission as meant expanded to kernel formulas."""
+"""Lowering: the choice of a backend, and the expansion of the mission to kernel formulas."""

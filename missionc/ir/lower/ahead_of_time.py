@@ -1,12 +1,12 @@
-"""Tightening of a mission by the delays that it tolerates, so that whoever is late still keeps what is asked.
+"""Tightening of a mission by its tolerated delays, so that a delayed agent still satisfies it.
 
     in   Mission, Kernel
-    out  a Kernel that is done earlier, a Mission with more room between agents and beside what moves or grows
+    out  a Kernel with earlier deadlines, a Mission with more clearance between agents and from changing obstacles
 
-A window that is asked at step 0 loses its end where something has to come within it, and begins earlier where something
-has to last throughout it; whoever has a region to finish in is there earlier. An agent whose motion alone such a
-formula is about keeps it with the delay too. One that is late is no further from where it would be than it goes in that
-time: bodies that are so much further apart keep their distances. What comes of it is judged by ``verify``.
+At step 0, an *eventually* window ends earlier and an *always* window begins earlier. An agent with a finish region
+arrives earlier. A formula about one agent's motion only then also holds with the delay. A delayed agent is off its plan
+by at most the distance that it travels in that time, so the separations grow by this distance. ``verify`` judges the
+result.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir.lower.tighten import moved
 
 
 def ahead_of_time(mission: Mission, kernel: k.Kernel) -> k.Kernel:
-    """The kernel with all that is asked of agents who may be late early by the longest delay that is tolerated."""
+    """Shift all goals of possibly delayed agents earlier by the longest tolerated delay."""
     delay = max((tolerance.steps for tolerance in mission.tolerances), default=0)
     late = {agent for tolerance in mission.tolerances for agent in tolerance.agents}
 
@@ -45,7 +45,9 @@ def ahead_of_time(mission: Mission, kernel: k.Kernel) -> k.Kernel:
 
 
 def with_room_for_delays(mission: Mission, share: float) -> Mission:
-    """The mission with bodies further apart, and from obstacles that change, by a share of what a delay takes."""
+    """The mission with larger separations, and larger clearances from changing obstacles, by a share of a delay's
+    travel.
+    """
     most = max(
         (
             mission.agents[agent].dynamics.top_speed * mission.step * tolerance.steps
@@ -61,7 +63,7 @@ def with_room_for_delays(mission: Mission, share: float) -> Mission:
 
 
 def _finishes(mission: Mission) -> list[k.Goal]:
-    """That those who may be late are in the regions they finish in so much earlier."""
+    """Goals that possibly delayed agents reach their finish regions earlier."""
     goals = []
     for tolerance in mission.tolerances:
         for agent in tolerance.agents:

@@ -1,6 +1,6 @@
-"""Expansion of requirements and preferences to kernel form: every operator rewrites itself.
+"""Expansion of requirements and preferences to kernel form by the operators' own rules.
 
-in   Mission, as meant
+in   Mission, as resolved
 out  Kernel; a formula that is used twice is one node there too
 says MC207
 """
@@ -26,7 +26,7 @@ from missionc.ir.pair_ranges import directed
 
 
 def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | None, list[Diagnostic]]:
-    """The kernel form of all goals; None, and what is in the way, where an operator would grow too large."""
+    """Kernel form of all goals; None and diagnostics if an operator would grow too large."""
     expansion = _Expansion((limits or Limits()).formula_nodes)
     for formula in formulas(mission):
         expansion.nodes[formula] = expansion.expanded(formula)
@@ -36,7 +36,7 @@ def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | 
 
 
 def _normal(mission: ir.Mission, written: dict[ir.Formula, Node]) -> Kernel:
-    """The kernel in negation normal form, of formulas as their operators wrote them."""
+    """Kernel in negation normal form from the operators' formulas."""
     forms = normal_forms(written.values())
     nodes = {formula: forms[node, True] for formula, node in written.items()}
     goals = [
@@ -54,7 +54,7 @@ def _normal(mission: ir.Mission, written: dict[ir.Formula, Node]) -> Kernel:
 
 
 class _Expansion:
-    """What has been expanded so far, by the identity of the formula."""
+    """Formulas expanded so far, by identity."""
 
     def __init__(self, room: int) -> None:
         self.room = room
@@ -63,7 +63,7 @@ class _Expansion:
         self.linked: dict[ir.Predicate, Node] = {}
 
     def expanded(self, formula: ir.Formula) -> Node:
-        """The kernel form of a formula whose operands have theirs."""
+        """Kernel form of a formula whose operands are already expanded."""
         span = formula.span
         match formula:
             case ir.Truth(value):
@@ -91,12 +91,12 @@ class _Expansion:
         if isinstance(node, TooLarge):
             self.findings.append(_too_large(formula, node.nodes, self.room))
             return Any((), formula.span)
-        # A negation of the whole is none of the author's: the words stay with what they say.
+        # The negation of the whole is not the author's: the span stays with the formula itself.
         own = isinstance(node, Not) and children(node.body) and node.body.span == formula.span
         return All((node,), formula.span) if own else node
 
     def connected(self, predicate: ir.Predicate, span: Span) -> Node:
-        """The same nodes wherever it is asked, below one that has the words."""
+        """The shared nodes of a connectivity predicate, below a node with the span."""
         return All(tuple(self.of_part(part, part.restricted) for part in predicate.parts), span)
 
     def of_part(self, part: ir.Predicate, graph: ir.Graph | None) -> Node:
@@ -108,7 +108,7 @@ class _Expansion:
 
 
 def _linked(graph: ir.Graph) -> Node:
-    """Every agent of the graph reaches the first; where links lead one way, the first reaches every one too."""
+    """Formula that every agent of the graph reaches the first; for directed links also the reverse."""
     first, *others = graph.agents
 
     def route(end: int) -> Node:
@@ -121,7 +121,7 @@ def _linked(graph: ir.Graph) -> Node:
 
 
 def _too_many_sums(use: Use) -> TooLarge | None:
-    """Whether sums of weights, told apart for each agent that a route may end at, are more than there is room for."""
+    """Result if the sums of weights, separate for each final agent of a route, exceed the ``room``."""
     if not isinstance(use.bounds, ir.Length) or use.bounds.weight is None:
         return None
     cost = len(use.graph.agents) * nodes_at_most(use.bounds, whole_bounds(use.bounds)[1])

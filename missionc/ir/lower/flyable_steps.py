@@ -1,13 +1,13 @@
-"""Flyable steps: how fast a plan of first order may be, and change from step to step, to be flown smoothly.
+"""Flyable steps: limits on speeds and speed changes of first-order plans, so that smooth flights can follow them.
 
     in   an agent's dynamics and vehicle, the duration of a step
-    out  limits on the velocities of steps, and on how they differ; None where nothing is to be kept
+    out  limits on the velocities of steps and on their changes; None without limits
 
-Such a plan changes its velocity at the steps at once; its flight passes the same places at the same times, and does it
-within them. Measured on straight flights that come to speed evenly and brake so, steps of 0.1 to 2 s: a change of
-velocity x from a step of duration d to the next is flown with an acceleration of up to ``BEND`` x / d where those
-before and after it are alike, and of twice that where it stands alone, as at both ends, which are at rest; and the
-flight is up to ``CRUISE`` times as fast as the plan, ``SETTING_OUT`` times where it sets out.
+Such a plan changes its velocity instantly at the steps; its flight passes the same places at the same times with smooth
+changes. The constants are measured on straight flights with even acceleration and braking, for steps of 0.1 to 2 s. A
+change of velocity x between steps of duration d is flown with an acceleration of up to ``BEND`` x / d if the adjacent
+changes are similar. The factor doubles for a single change, such as a start or stop at rest. The flight is up to
+``CRUISE`` times as fast as the plan, and ``SETTING_OUT`` times at the start.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from missionc.base.late_dataclass import Record
 from missionc.ir import Agent
 
 ROUNDING = 1e-9
-"""A way is not given a step more for this share of one."""
+"""Share of a step that does not require another step on a path."""
 
 BEND, CRUISE, SETTING_OUT = 1.7, 1.06, 1.6
 ALONE = 0.5
-"""The share of a change that may be a change alone, where an agent turns at once, sets out or halts."""
+"""Share of a limit for a single change: an agent turns, starts or stops at once."""
 JERKY = 1.7
-"""The jerk of a change of changes x in steps of duration d, over x / d^2."""
+"""Jerk of a change of changes x in steps of duration d, over x / d²."""
 
 
 BETWEEN_RESTS = 0.95
-"""The share of what may be done in the first step and the last on a straight way that others, with corners, adjoin."""
+"""Share of the limits in the first and last step of a straight path next to paths with corners."""
 
 
 class StepLimits(Record):
-    """What the velocities of steps keep to, m/s.
+    """Limits on the velocities of steps, m/s.
 
     Args:
-        speed: in a step.
-        rest: in the first step and the last, which begin and end at rest.
-        climb: up or down, in a step.
-        change: from a step to the next.
-        turn: by how much a change and the next differ.
+        speed: maximum in a step.
+        rest: maximum in the first and the last step, which begin or end at rest.
+        climb: maximum vertical speed in a step.
+        change: maximum change between two steps.
+        turn: maximum difference of consecutive changes.
     """
 
     speed: float
@@ -51,9 +51,9 @@ class StepLimits(Record):
 
 
 def step_limits(agent: Agent, step: float) -> StepLimits | None:
-    """The limits of an agent of first order in steps of so many seconds; None where its vehicle has none.
+    """Limits of a first-order agent in steps of ``step`` seconds; None if its vehicle has none.
 
-    Nor are there any of one that is planned faster than its vehicle: where no plan is slower, it is flown stretched.
+    Also None for an agent that is planned faster than its vehicle; such a plan is time-scaled.
     """
     vehicle = agent.vehicle
     if (
@@ -75,14 +75,16 @@ def step_limits(agent: Agent, step: float) -> StepLimits | None:
 def flown_way(
     length: float, limits: StepLimits, step: float, speed: float, fewest: int, most: int
 ) -> list[float] | None:
-    """How far along a straight way, metres, an agent is at each step, from 0 to ``length``; None in ``most`` steps.
+    """Distance along a straight path, metres, at each step, from 0 to ``length``.
 
-    It comes to speed and slows down evenly, so that it may have been at rest before, or stop, or turn at either end.
+    None if ``most`` steps do not suffice.
+
+    The agent accelerates and brakes evenly, so that it can rest or turn at both ends.
 
     Args:
         step: seconds.
-        speed: m/s, at most, besides the limits.
-        fewest: steps that it takes at least.
+        speed: m/s, maximum besides the limits.
+        fewest: minimum number of steps.
     """
     end, top = BETWEEN_RESTS * limits.rest, min(limits.speed, speed)
     if min(end, top) <= 0:

@@ -1,13 +1,13 @@
-"""Strengthening of requirements so that they hold between the steps too, of agents who go straight from state to state.
+"""Strengthening of requirements so that they also hold between steps, for agents that move straight between states.
 
 in   Mission, Kernel, the names of requirements
-out  a Kernel in which those ask for more: whatever has to last from one step to the next is so at both, of the same
-     agents, over the same links
+out  a Kernel with stronger requirements: a condition that must last between two steps holds at both, for the
+     same agents and links
 
-Two agents who are in a convex region at both ends of a step are in it in between, and two who are in range at both are
-so in between: whoever is chosen for a step, as one part of a disjunction or as the next on a route, is chosen for all
-of it. What lies around a region, or comes of several links at once, may still fail in between. So it is a plan of the
-strengthened requirement that is looked for, and what judges it is the verifier.
+Two agents that are in a convex region at both ends of a step are in it in between; likewise two agents in range. The
+same agent must therefore be chosen for the whole step, as one part of a disjunction or as the next on a route. The
+outside of a region, and conditions on several links, may still fail in between. The planner therefore searches with the
+strengthened requirement, and the verifier judges the plan.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ from missionc.ir.kernel.nodes import (
 from missionc.ir.kernel.walk import asked_between, bottom_up, children, postorder, rebuilt
 
 MOST_LINKS = 2000
-"""Links that a formula about routes names one by one: agents, times agents, times hops."""
+"""Maximum number of links that a formula about routes lists: agents times agents times hops."""
 
 
 def hold_throughout(mission: Mission, kernel: Kernel, names: Set[str]) -> Kernel:
-    """The kernel with the requirements of these names strengthened; the others are the same objects."""
+    """Strengthen the requirements of these names; the others are the same objects."""
     strengthening = _Strengthening(mission.steps)
     goals = tuple(
         replace(goal, formula=strengthening.at_a_step(goal.formula)) if goal.name in names else goal
@@ -51,7 +51,7 @@ def hold_throughout(mission: Mission, kernel: Kernel, names: Set[str]) -> Kernel
 
 
 class _Strengthening:
-    """Formulas that are asked at one step, and formulas that are asked from a step to the next: each is made once."""
+    """Strengthened formulas at one step, and from a step to the next; each is made once."""
 
     def __init__(self, last: int) -> None:
         self.last = last
@@ -59,7 +59,7 @@ class _Strengthening:
         self._links: dict[tuple[Graph, int], Node] = {}
 
     def at_a_step(self, root: Node) -> Node:
-        """The formula, asked at step 0."""
+        """The formula evaluated at step 0."""
         asked = asked_between((root,), self.last)
 
         def strengthened(node: Node, below: tuple[Node, ...]) -> Node:
@@ -69,7 +69,10 @@ class _Strengthening:
         return bottom_up((root,), strengthened)[root]
 
     def _at_a_step(self, node: Node, below: tuple[Node, ...], latest: int) -> Node:
-        """What has to last up to the end of a window lasts from the step before it; ``latest``: its last step."""
+        """Strengthened node at a step: a condition up to a window's end holds from the step before it.
+
+        ``latest``: last step.
+        """
         match node:
             case Always(body, low, high) | Release(_, body, low, high) if low >= 0:
                 end = self.last if high is None and not latest else high
@@ -88,9 +91,10 @@ class _Strengthening:
                 return node
 
     def _until(self, node: Until, end: Node, latest: int) -> Node:
-        """``hold`` lasts up to ``end``; from the step before the window's last on it may look past the mission's last.
+        """Strengthened ``until``: ``hold`` lasts up to ``end``.
 
-        Then it is not asked between these two steps, and has to hold at the first of them alone.
+        From the step before the window's last, ``hold`` may look past the mission's last step. It is then evaluated
+        only at the first of these two steps.
         """
         high = self.last - latest if node.high is None else node.high
         lasting = self.lasting(node.hold)
@@ -105,7 +109,7 @@ class _Strengthening:
         return Any((replace(node, hold=lasting, end=end, high=high - 1), at_last), node.span, node.dual)
 
     def lasting(self, root: Node) -> Node:
-        """The formula at every moment from the step it is asked at to the next."""
+        """The formula at all times from its step to the next."""
         for node in postorder((root,)):
             if node not in self._lasting:
                 below = tuple(self._lasting[child] for child in children(node))
@@ -142,7 +146,7 @@ class _Strengthening:
         return min(node.hops, len(node.graph.agents) - 1)
 
     def _beside(self, graph: Graph, body: Node) -> tuple[Node, ...]:
-        """For each agent of the graph, that it is linked from this step to the next and has what lasts of the body."""
+        """For each agent of the graph: linked from this step to the next, with the strengthened body."""
         return tuple(All((self._linked(graph, agent), At(agent, body))) for agent in graph.agents)
 
     def _linked(self, graph: Graph, agent: int) -> Node:

@@ -1,14 +1,12 @@
-"""Tightening of a mission by a margin, so that a flight that misses its plan a little still satisfies it.
+"""Tightening of a mission by a margin, so that a flight with a small tracking error still satisfies it.
 
 in   Mission, Kernel, a margin in metres
-out  a Mission and a Kernel that ask for more: what is true of a plan of theirs, by the margin, is true of the mission's
+out  a stricter Mission and Kernel: a plan that satisfies them satisfies the original by the margin
 
-Requirements are tightened by their sense: where a region has to be entered it
-is smaller, where it has to be kept out of it is larger; likewise the radius of
-a graph and the tolerance of a formation, which two agents may each miss. No
-region, radius or tolerance loses more than half of what it has. Vehicles want
-room beside that: between each other, to obstacles, and inside the world; and
-plans no faster than they can fly from rest to rest.
+Requirements are tightened by their sense: a region to enter shrinks, a region to avoid grows. The radius of a graph and
+the tolerance of a formation shrink by twice the margin, since both agents may be off. No region, radius or tolerance
+loses more than half of its size. In addition, vehicles need clearance from each other, from obstacles and from the
+world's bounds, and plans must be slow enough to fly from rest to rest.
 """
 
 from __future__ import annotations
@@ -28,27 +26,27 @@ from missionc.ir.lower.flyable_steps import CRUISE
 from missionc.ir.pair_ranges import with_ranges
 
 MITRE = 2.0
-"""How far, in margins, the corner of a polygon may move when it grows."""
+"""Limit on the movement of a polygon's corner when it grows, in margins."""
 
 PEAK, START = 1.5, 4.6
-"""Measured on straight starts from rest: of the plan's speed, and of its speed over a step's duration."""
+"""Measured on straight starts from rest: peak over planned speed, and acceleration over speed per step duration."""
 SHARES = (1.0, 0.5, 0.25)
-"""Shares of what agents may be off by at their top speeds: the largest that leaves room where they start and finish."""
+"""Shares of the agents' drift at top speed; the largest that leaves room at starts and finishes is used."""
 SURELY = 1e-5
-"""Metres beyond their spacing that they are there, so that no rounding of a backend brings them nearer."""
+"""Additional separation, metres, so that rounding in a backend brings no agents too near."""
 SPARE = 0.8
-"""The share of a vehicle's limits for plans that come to speed by themselves: rounded corners take the rest."""
+"""Share of a vehicle's limits for plans with gradual starts; rounded corners use the rest."""
 
 
 def tracking_margin(mission: ir.Mission) -> Metres:
-    """The largest tracking margin of the mission's vehicles: metres that a flight may be from its plan."""
+    """Largest tracking margin of the mission's vehicles: metres between a flight and its plan."""
     return Metres(max((agent.vehicle.tracking for agent in mission.agents), default=0.0))
 
 
 def with_vehicle_room(mission: ir.Mission) -> ir.Mission:
-    """The mission with the room its vehicles want: the same object where none wants any."""
+    """The mission with the clearance that its vehicles need; the same object if none is needed."""
     rooms = [mission.room(agent.index) for agent in mission.agents]
-    # Where vehicles differ, the widest room: a narrower one is judged on the flight.
+    # If vehicles differ, use the largest clearance; the flight check uses the exact one.
     low = tuple(min(axis) for axis in zip(*(room[0] for room in rooms), strict=True))
     high = tuple(max(axis) for axis in zip(*(room[1] for room in rooms), strict=True))
     wanted = replace(
@@ -62,8 +60,10 @@ def with_vehicle_room(mission: ir.Mission) -> ir.Mission:
 
 
 def _drift(mission: ir.Mission) -> tuple[Metres, ...]:
-    """What each agent is off by at its top speed, for it starts at another time than the others; less where they start
-    or finish too near for that, since who comes from rest is slow there. Empty where nobody is."""
+    """Drift of each agent at top speed, since agents start at slightly different times.
+
+    It is smaller if starts or finishes are too near, since agents are slow there. Empty without drift.
+    """
     drift = [
         agent.vehicle.start_skew * min(agent.vehicle.speed, PEAK * agent.dynamics.top_speed) for agent in mission.agents
     ]
@@ -77,7 +77,7 @@ def _drift(mission: ir.Mission) -> tuple[Metres, ...]:
 
 
 def _apart(mission: ir.Mission, ends: Iterable[tuple[ir.Agent, ir.InitialSet]]) -> bool:
-    """Whether agents at those of the starts, or finishes, that are points keep the mission's spacing."""
+    """Return whether those starts or finishes that are points satisfy the mission's spacing."""
     exact = [(agent.index, place.point) for agent, place in ends if place.point is not None]
     for (one, here), (other, there) in combinations(exact, 2):
         spacing = mission.spacing(one, other)
@@ -87,14 +87,14 @@ def _apart(mission: ir.Mission, ends: Iterable[tuple[ir.Agent, ir.InitialSet]]) 
 
 
 def with_flyable_speeds(mission: ir.Mission, share: float | None = None) -> ir.Mission:
-    """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
+    """The mission with speeds that its vehicles can fly smoothly; the same object if all are.
 
-    A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers
-    v d it gets up to ``PEAK`` v, at an acceleration of up to ``START`` v / d.
+    A first-order plan starts at full speed, but its flight starts at rest. In a step of duration d that covers v d, the
+    flight reaches up to ``PEAK`` v, with an acceleration of up to ``START`` v / d.
 
     Args:
-        share: of what a vehicle can fly once it is under way, for plans that set out gently (``world.flyable_steps``).
-            Absent, so slow that plans may be at full speed at once.
+        share: share of a vehicle's limits for plans with gradual starts (``world.flyable_steps``).
+            If absent, speeds are low enough for plans that start at full speed.
     """
     agents = tuple(
         replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step), share))
@@ -108,13 +108,13 @@ def _slower(dynamics: ir.Dynamics, vehicle: ir.Vehicle, step: float, share: floa
     if dynamics.has_momentum:
         part = SPARE if share is None else share
         return dynamics.at_most(part * vehicle.speed, part * vehicle.acceleration)
-    # One that cannot fly so slowly is planned as it is.
+    # An agent that cannot fly so slowly is planned without this limit.
     at_once = min(vehicle.speed / PEAK, vehicle.acceleration * step / START)
     return dynamics.at_most(at_once if share is None else share * vehicle.speed / CRUISE, math.inf)
 
 
 def tightened(mission: ir.Mission, kernel: Kernel, margin: Metres) -> tuple[ir.Mission, Kernel]:
-    """Requirements that hold by the margin where these hold; preferences stay what they are."""
+    """Tighten the requirements by the margin; preferences stay the same."""
     if margin <= 0:
         return mission, kernel
     tighter, wider = _Borders(-margin), _Borders(margin)
@@ -125,7 +125,7 @@ def tightened(mission: ir.Mission, kernel: Kernel, margin: Metres) -> tuple[ir.M
 
 
 def tightened_alone(kernel: Kernel, names: Set[str], margin: Metres) -> Kernel:
-    """The requirements of these names by the margin; the others are the same objects, and so is the world."""
+    """Tighten only the requirements of these names; the others and the world are the same objects."""
     if margin <= 0:
         return kernel
     some = [goal for goal in kernel.requirements if goal.name in names]
@@ -139,21 +139,21 @@ def _tightened(goals: Sequence[Goal], tighter: _Borders, wider: _Borders) -> tup
 
 
 def _more(node: Node, below: tuple[Node, ...], tighter: _Borders, wider: _Borders) -> Node:
-    """What asks for more, over nodes that do."""
+    """Stricter form of a node over stricter children."""
     match node:
         case Atom(predicate):
             return replace(node, predicate=predicate.moved(tighter))
         case Not(Atom(predicate) as leaf):
             return replace(node, body=replace(leaf, predicate=predicate.moved(wider)))
         case LeafNode():
-            return node  # a shortest way gets longer or shorter with the links: there is no side to be on
+            return node  # a shortest path may lengthen or shorten with the links, so neither direction is stricter
         case _:
             graph = graph_of(node)
             return rebuilt(node, below, graph and (wider if node.every else tighter).graph(graph))
 
 
 class _Borders:
-    """Borders of truth moved by so many ``metres``, those of the same thing once: below 0 less is true."""
+    """Boundaries of truth moved by ``metres``, once per object; negative is stricter."""
 
     def __init__(self, metres: float) -> None:
         self.metres = metres
@@ -167,9 +167,9 @@ class _Borders:
         return self._regions[region]
 
     def graph(self, graph: ir.Graph) -> ir.Graph:
-        """The graph with its range moved: of two agents both ends may be missed, of a beacon only one.
+        """The graph with its range moved: both agents of a pair may be off, but a beacon is fixed.
 
-        What stands in the way of a sight comes nearer, or is further away, by the margin.
+        Shapes that block a line of sight grow or shrink by the margin.
         """
         if graph not in self._graphs:
             misses = 2 if graph.by_distance else 1
@@ -187,14 +187,14 @@ class _Borders:
         return self._formations[formation]
 
     def _by(self, misses: int, length: float) -> Metres:
-        """A length moved, of a thing that so many may miss by the margin; by half of it at most."""
+        """A length moved by the margin for each of ``misses`` inexact ends; by at most half of it."""
         return Metres(length + math.copysign(min(misses * abs(self.metres), length / 2), self.metres))
 
 
 def moved(shape: ir.Shape, by: float) -> ir.Shape:
-    """The border moved outward: at least so far where ``by`` is positive, and inward at least so far where negative.
+    """Move the border of a shape outward by at least ``by`` if positive, inward by at least ``-by`` if negative.
 
-    A shape does not lose more than half of its least width: then it moves less.
+    The move is limited so that a shape loses at most half of its least width.
     """
     match shape:
         case ir.Union(left, right):
@@ -231,8 +231,8 @@ def _prism(band: ir.Prism | None, by: float) -> ir.Prism | None:
 
 
 def _outline(corners: tuple[tuple[float, float], ...], by: float) -> tuple[tuple[float, float], ...]:
-    """Its corners, if what is left is in one piece without holes; else those of a polygon that moves less."""
-    from shapely import Polygon as Outline  # for polygons alone
+    """Corners of the moved polygon if it stays in one piece without holes; else of a polygon moved less."""
+    from shapely import Polygon as Outline  # needed only for polygons
 
     for part in (by, by / 2, by / 4):
         found = Outline(corners).buffer(part, join_style="mitre", mitre_limit=MITRE)

@@ -1,13 +1,13 @@
-"""Unrolling of operators that look back: kernel formulas with the same meaning that look ahead alone.
+"""Unrolling of past operators: equivalent kernel formulas that only look ahead.
 
 in   Mission, Kernel
-out  a Kernel with the same truth and robustness at step 0 of every trace and without constants, or that it would be
-     too large
+out  a Kernel with the same truth and robustness at step 0 of every trace and without constants, or a report
+     that it would be too large
 
-A requirement is asked at step 0, so every formula below it is asked at known steps, and one that looks back
-looks at known steps too. What stands around an operator of the past is spelt out for each of those steps; what
-has none in it stays as it is, under a window that begins at its step. Planners are given formulas like
-that and know one direction of time; the monitor and the verifier judge what was written.
+A requirement is evaluated at step 0, so every formula below it is evaluated at known steps, including past operators.
+Formulas around a past operator are expanded for each of those steps. Formulas without past operators stay the same,
+under a window that begins at their step. Planners get such formulas and support one direction of time only; the monitor
+and the verifier judge the original.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ from missionc.ir.language.operator import TooLarge
 
 
 def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLarge:
-    """The kernel as planners get it: without operators of the past and, after that, without constants.
+    """Kernel for planners: without past operators and, after that, without constants.
 
-    A goal that is constant stays a goal of its name, ``All(())`` or ``Any(())``: a backend satisfies the first by any
-    plan, and finds none for the second. The same object if there is nothing to rewrite.
+    A constant goal keeps its name, with ``All(())`` or ``Any(())``: any plan satisfies the first, and none the second.
+    The result is the same object if nothing changes.
 
     Args:
-        room: how many nodes it may have.
+        room: maximum number of nodes.
     """
     order = postorder(kernel.formulas)
     past: set[Node] = set()
@@ -83,7 +83,7 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
 
 
 def _stretches(window: range) -> Iterator[range]:
-    """A window in stretches of 1, 2, 4, … steps that begin at a multiple of their length, as few as there are."""
+    """Split a window into the fewest ranges of 1, 2, 4, … steps that begin at multiples of their length."""
     first = window.start
     while first < window.stop:
         size = first & -first or 1 << window.stop.bit_length()
@@ -94,7 +94,7 @@ def _stretches(window: range) -> Iterator[range]:
 
 
 def _parts(node: Node, window: int) -> int:
-    """How many formulas a node comes to, at most, for each that it asks."""
+    """Maximum number of formulas of an expanded node for each of its children."""
     match node:
         case UntilNode():
             return 1 if looks_back(node) else window
@@ -107,7 +107,7 @@ def _parts(node: Node, window: int) -> int:
 
 
 class _Unrolling:
-    """Formulas at a step, as they are asked at step 0; ``past`` are those with an operator of the past in them."""
+    """Formulas at a step, evaluated at step 0; ``past`` are those that contain a past operator."""
 
     def __init__(self, past: set[Node], last: int) -> None:
         self.past, self.last = past, last
@@ -116,17 +116,17 @@ class _Unrolling:
         self.links: dict[tuple[Graph, int, bool], Node] = {}
 
     def window(self, node: WindowNode | UntilNode, step: int) -> range:
-        """The steps of a window that stands at a step."""
+        """Steps of the node's window at a step."""
         return asks(node)[-1].steps_from(step, self.last)
 
     def at(self, node: Node, step: int) -> Node:
-        """The formula at that step; of one with the past in it, it is known."""
+        """The formula at that step; a formula about the past is already expanded."""
         if node not in self.past and (node, step) not in self.known:
             self.known[node, step] = self.later(node, step)
         return self.known[node, step]
 
     def later(self, node: Node, step: int) -> Node:
-        """The same of a formula that looks ahead alone."""
+        """The same for a formula that only looks ahead."""
         if step == 0 or isinstance(node, Is) or constant(node) is not None:
             return node
         if isinstance(node, WindowNode):
@@ -140,7 +140,7 @@ class _Unrolling:
         return (All if every else Any)(tuple(self.at(node, step) for step in steps), node.span, says_opposite(node))
 
     def made(self, node: Node, step: int) -> Node:
-        """A formula with the past in it, of those below it."""
+        """A formula about the past, from its children."""
         match node:
             case All() | Any() | AtLeast() | At():
                 return rebuilt(node, tuple(self.at(child, step) for child in children(node)))
@@ -167,11 +167,11 @@ class _Unrolling:
                 assert_never(node)
 
     def may_begin_earlier(self, node: WindowNode, steps: range) -> bool:
-        """Whether windows that look back from these steps look ahead from earlier ones: none reaches before 0."""
+        """Return whether windows that look back from these steps can begin earlier: none reaches before step 0."""
         return looks_back(node) and node.body not in self.past and bool(steps) and steps[0] + node.low >= 0
 
     def pair(self, node: Node, parts: tuple[Node, ...], *, contrary: bool = False) -> Node:
-        """Some of the parts, or all of them where ``node`` asks for every one; ``contrary``, the other way round."""
+        """Disjunction of the parts, or conjunction if ``node`` is universal; ``contrary`` swaps them."""
         assert not isinstance(node, LeafNode | Not)
         return (All if node.every is not contrary else Any)(parts, node.span, node.dual)
 
@@ -186,7 +186,7 @@ class _Unrolling:
     def since(self, node: UntilNode, step: int) -> Node:
         """``end`` at some step of the window, with ``hold`` after it; or the dual.
 
-        The window falls into stretches that other steps look back at too, so that few formulas do for all of them.
+        The window is split into ranges that other steps share, so that few formulas are needed.
         """
         window = self.window(node, step)
         if not window:
@@ -199,12 +199,12 @@ class _Unrolling:
         return self.pair(node, (found, self.held(node, rest)), contrary=True) if rest else found
 
     def after(self, node: UntilNode, before: Node, stretch: range) -> Node:
-        """``end`` within a stretch of steps and ``hold`` after it, or what was so before and ``hold`` throughout."""
+        """``end`` within a range of steps and ``hold`` after it, or ``before`` and ``hold`` at all of them."""
         lasting = self.pair(node, (self.held(node, stretch), before), contrary=True)
         return self.pair(node, (self.within(node, stretch), lasting))
 
     def within(self, node: UntilNode, stretch: range) -> Node:
-        """``end`` at some step of a stretch and ``hold`` at those after it: of its halves, each known once."""
+        """``end`` at some step of a range and ``hold`` at later ones, from its two halves, each made once."""
         if len(stretch) == 1:
             return self.at(node.end, stretch[0])
         key = node, stretch
@@ -221,7 +221,7 @@ class _Unrolling:
         return self.stretches[key]
 
     def linked(self, node: NeighbourNode | ReachNode, agent: int, body: Node, step: int) -> Node:
-        """That agent is linked to this one at the step, and has what stands for the body then; or the dual."""
+        """That agent is linked to this one at the step and satisfies the body then; or the dual."""
         key = (node.graph, agent, node.every)
         if key not in self.links:
             it = Is(frozenset((agent,)))
@@ -229,7 +229,7 @@ class _Unrolling:
         return self.pair(node, (self.at(self.links[key], step), At(agent, body, node.span)), contrary=True)
 
     def reach(self, node: ReachNode, step: int) -> Node:
-        """Routes of no link, then of one more at a time."""
+        """Routes without a link, then with one more at a time."""
         end, through = self.at(node.end, step), self.at(node.through, step)
         found = end
         for _ in range(min(node.hops, len(node.graph.agents) - 1)):

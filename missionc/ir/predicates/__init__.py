@@ -1,7 +1,7 @@
-"""Predicates: atomic propositions about an agent, or about the team, at one step; each kind in a file of its own.
+"""Predicates: atomic propositions about an agent, or the team, at one step; each kind in its own file.
 
-A predicate is data with facts: whoever asks something of one asks it, and knows no kind
-(``facts``). What it measures, how fast, and how it is said it says over ``views``.
+A predicate is data with facts; callers use its facts and test for no kind (``facts``). It defines its measure, rate and
+wording over ``views``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Comparisons: inequalities, linear in the state of an agent and distances from it, or in those of named agents.
 
-The margin is the value divided by how fast it can change when the agent moves: the
-norm of the coordinates' weights, plus the size of each distance's weight. Where
-only speed is compared it is divided by the speed's weight and stays in m/s; likewise of a resource.
+The margin is the value divided by its greatest rate of change per metre of motion: the norm of the coordinates' weights
+plus the magnitudes of the distances' weights. A comparison of speed only is divided by the speed's weight and stays in
+m/s; likewise for a resource.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 @dataclass(frozen=True, slots=True)
 class Compare(PredicateFacts):
-    """``constant + sum(weight * feature) >= 0``, or ``> 0`` where ``strict``."""
+    """``constant + sum(weight * feature) >= 0``, or ``> 0`` if ``strict``."""
 
     terms: tuple[tuple[float, Feature], ...]
     constant: float
@@ -28,7 +28,7 @@ class Compare(PredicateFacts):
 
     @property
     def about_team(self) -> bool:
-        """Whether it reads the distances of named pairs alone."""
+        """True if it reads only distances of named pairs."""
         return bool(self.terms) and all(isinstance(feature, DistanceBetween) for _, feature in self.terms)
 
     @property
@@ -44,7 +44,7 @@ class Compare(PredicateFacts):
         return self.pairs + tuple((agent, each) for each in targets if isinstance(each, int) and each != agent)
 
     def asked_of(self, agent: int) -> Compare:
-        """It without the distances between an agent and itself, which are 0."""
+        """The comparison without distances between an agent and itself, which are 0."""
         terms = tuple(term for term in self.terms if not term[1].is_of_one(agent))
         return self if len(terms) == len(self.terms) else replace(self, terms=terms)
 
@@ -62,7 +62,7 @@ class Compare(PredicateFacts):
 
     @property
     def regions(self) -> tuple[Region, ...]:
-        """Those that it measures distances to, and that fill what it compares."""
+        """Regions whose distances it measures and that decide the comparison."""
         found: dict[Region, None] = {}
         for _, feature in self.terms:
             match feature:
@@ -87,7 +87,7 @@ class Compare(PredicateFacts):
         return any(weight and feature.reads_oneself(dimension) for weight, feature in self.terms)
 
     def scale(self, dimension: int) -> float:
-        """How much the value can change for each metre the agent moves (m/s, where only speed counts)."""
+        """Greatest change of the value for each metre of an agent's motion (m/s if only speed counts)."""
         distances: dict[Feature, float] = defaultdict(float)
         speed = 0.0
         for weight, feature in self.terms:
@@ -99,11 +99,13 @@ class Compare(PredicateFacts):
         return in_metres or abs(speed) or 1.0
 
     def margin(self, view: Measures) -> Array:
+        """Value over ``scale``: (...), metres, or m/s for speeds."""
         total = sum((weight * feature.measured(view) for weight, feature in self.terms), start=self.constant)
         value = total / self.scale(view.dimension)
         return value if self.terms else value + view.nothing()
 
     def rate(self, view: Changes) -> Array:
+        """Bound on the rate of change of the margin: (...), m/s."""
         direction = self._direction(view.dimension)
         rate = view.along(direction) if any(direction) else 0.0
         for weight, feature in self.terms:
@@ -112,7 +114,7 @@ class Compare(PredicateFacts):
         return rate / self.scale(view.dimension)
 
     def moved(self, borders: Borders) -> Compare:
-        """For every metre that agents are off, a distance between two of them changes by two."""
+        """For every metre of agents' error, a distance between two of them changes by two."""
         reach = sum(abs(weight) * _moves(feature) for weight, feature in self.terms)
         return Compare(self.terms, self.constant + borders.metres * reach, self.strict)
 
@@ -146,12 +148,12 @@ class Compare(PredicateFacts):
 
 
 def _moves(feature: Feature) -> float:
-    """By how much a feature may change where every agent may be a metre off."""
+    """Greatest change of a feature if every agent is off by a metre."""
     return 0.0 if feature.unit != "m" else 2.0 if feature.others else 1.0
 
 
 def _of_one(feature: Feature, bound: str, words: Phrases) -> tuple[str, str]:
-    """What a bound on one feature says, and its negation."""
+    """Wording of a bound on one feature, and of its negation."""
     match feature:
         case DistanceBetween(first, second):
             both = f"{words.agent(first)} and {words.agent(second)}"

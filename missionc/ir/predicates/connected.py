@@ -1,8 +1,9 @@
-"""Connectivity as a predicate: the graph, over some of its agents, is connected, and stays so without any few of them.
+"""Connectivity as a predicate: the graph over some agents is connected, also without any few of them.
 
 Source:
-    Diestel, "Graph Theory" (2017), 1.4: a graph is k-connected where it has more than k vertices, and no fewer than k
-    of them part it. What fewer than k - 1 part, some k - 1 part too: so these alone are tried.
+    Diestel, "Graph Theory" (2017), 1.4: a graph is k-connected if it has more than k vertices and no set of fewer than
+    k
+    separates it. If a smaller set separates it, so does some set of k - 1; only these are tested.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 @dataclass(frozen=True, slots=True)
 class Connected(PredicateFacts):
-    """Between any two of these agents there is a route over these agents, also without any ``order - 1`` of them.
+    """Routes exist between any two of these agents over these agents, also without any ``order - 1`` of them.
 
-    ``order`` is at least 1, and less than the number of agents where it is more.
+    ``order`` is at least 1; above 1 it is less than the number of agents.
     """
 
     graph: Graph
@@ -45,7 +46,7 @@ class Connected(PredicateFacts):
         return self.graph if self.agents == self.graph.agents else replace(self.graph, agents=self.agents)
 
     def among(self, agents: frozenset[int]) -> Connected | None:
-        """These connected among themselves, which does not follow from the whole: its routes may go over the others."""
+        """Connectivity among these agents only. The whole does not imply it, since routes may use the others."""
         members = tuple(agent for agent in self.agents if agent in agents)
         if members == self.agents:
             return self
@@ -59,11 +60,12 @@ class Connected(PredicateFacts):
         return tuple(Connected(self.graph, rest) for rest in rests)
 
     def margin(self, view: Measures) -> Array:
-        """The worst link of the best spanning tree, of whoever is left of the agents."""
+        """Worst link of the best spanning tree over the remaining agents: (...), metres."""
         worst = [-view.weakest_link(part.restricted) for part in self.parts]
         return -reduce(view.larger, worst)
 
     def rate(self, view: Changes) -> Array:
+        """Raise ``ValueError``: the kernel has routes instead, so no rate (...), m/s, exists."""
         raise ValueError("a kernel has routes in the place of `connected`")
 
     def moved(self, borders: Borders) -> Connected:

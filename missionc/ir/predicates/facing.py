@@ -1,7 +1,7 @@
-"""Headings as predicates: an agent faces within an angle of a direction, or of that in which a beacon is.
+"""Headings as predicates: an agent faces a direction, or a beacon, within an angle.
 
-Angles are differences round the circle, so that 350 deg is 20 deg from 10 deg. Of a direction the margin is the angle
-to spare; of a beacon it is how far the agent is from where it would face too far aside, which is in metres.
+Angles are differences on the circle, so that 350 deg is 20 deg from 10 deg. For a direction, the margin is an angle.
+For a beacon, it is the agent's distance from the nearest position with too large an angle, in metres.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 @dataclass(frozen=True, slots=True)
 class Facing(PredicateFacts):
-    """The heading differs by at most ``within``, rad, in (0, pi), from ``towards``: rad from the x axis to the left."""
+    """Heading within ``within``, rad, in (0, pi), of ``towards``: rad from the x axis to the left."""
 
     towards: float | Beacon
     within: float
 
     @property
     def reads_speed(self) -> bool:
-        """Who moves moves where it faces."""
+        """True: a moving agent faces along its velocity."""
         return True
 
     @property
@@ -33,14 +33,18 @@ class Facing(PredicateFacts):
         return "m" if isinstance(self.towards, Beacon) else "rad"
 
     def margin(self, view: Measures) -> Array:
+        """Margin of the heading: (...), rad for a direction, metres for a beacon."""
         return view.facing(self.towards, self.within)
 
     def rate(self, view: Changes) -> Array:
-        """Between two steps the heading is what it was at the first of them; where a beacon is changes with the way."""
+        """Bound on the rate of change: (...), m/s.
+
+        The heading is constant between steps; the bearing of a beacon changes.
+        """
         return view.motion() if isinstance(self.towards, Beacon) else 0.0 * view.motion()
 
     def moved(self, borders: Borders) -> Facing:
-        """No flight that misses its plan by some metres faces elsewhere for that."""
+        """The predicate itself: a position error does not change the heading."""
         return self
 
     def show(self, words: Words) -> str:

@@ -1,4 +1,4 @@
-"""Facts of predicates: what is asked of one whichever it is."""
+"""Facts of predicates, common to all kinds."""
 
 from __future__ import annotations
 
@@ -10,60 +10,60 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 
 class PredicateFacts:
-    """A proposition about an agent or the team at one step; a kind says otherwise where it differs from this."""
+    """Facts of a proposition about an agent or the team at one step; kinds override these defaults."""
 
     __slots__ = ()
 
     @property
     def region(self) -> Region | None:
-        """The region whose border is the border of its truth, moved by the agent's body or not at all."""
+        """Region whose border, possibly moved by the agent's body, is the boundary of truth."""
         return None
 
     @property
     def graph(self) -> Graph | None:
-        """The graph that it is about."""
+        """Graph of the predicate."""
         return None
 
     @property
     def restricted(self) -> Graph | None:
-        """That graph over the agents alone that are to be connected on it."""
+        """That graph restricted to the agents that must be connected."""
         return self.graph
 
     @property
     def formation(self) -> Formation | None:
-        """The formation that it is about."""
+        """Formation of the predicate."""
         return None
 
     @property
     def about_team(self) -> bool:
-        """Whether it has one truth at a step, whichever agent it is asked of."""
+        """True if its truth at a step is the same for every agent."""
         return False
 
     @property
     def others(self) -> frozenset[int]:
-        """The agents that it names: it reads where these are, whichever agent it is asked of."""
+        """Named agents, whose positions it reads for every evaluated agent."""
         return frozenset()
 
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
-        """The named agents whose places it compares with each other."""
+        """Pairs of named agents whose positions it compares."""
         return ()
 
     def pairs_of(self, agent: int) -> tuple[tuple[int, int], ...]:
-        """The agents whose places it compares with each other, asked of an agent."""
+        """Pairs of agents whose positions it compares if evaluated for ``agent``."""
         return self.pairs
 
     def asked_of(self, agent: int) -> Self:
-        """It without what an agent, of whom it is asked, is to itself."""
+        """The predicate without relations of ``agent`` to itself, if evaluated for it."""
         return self
 
     def among(self, agents: frozenset[int]) -> Self | None:
-        """What it asks of those it names, as far as they are among these; None where that is nothing."""
+        """The predicate restricted to those of its named agents in ``agents``; None if nothing remains."""
         return self if self.others <= agents else None
 
     @property
     def parts(self) -> tuple[Self, ...]:
-        """Predicates about fewer agents, of which it is the conjunction; itself where there are none."""
+        """Predicates about fewer agents whose conjunction it is; itself if it cannot be split."""
         return (self,)
 
     @property
@@ -76,17 +76,17 @@ class PredicateFacts:
 
     @property
     def is_of_speed(self) -> bool:
-        """Whether its margin is in m/s."""
+        """True if its margin is in m/s."""
         return False
 
     @property
     def reads_past(self) -> bool:
-        """Whether the steps before bear on it: no state of an agent decides it."""
+        """True if it depends on earlier steps, so that no state of an agent decides it."""
         return False
 
     @property
     def regions(self) -> tuple[Region, ...]:
-        """The regions that it is about."""
+        """Regions of the predicate."""
         return () if self.region is None else (self.region,)
 
     @property
@@ -96,37 +96,37 @@ class PredicateFacts:
 
     @property
     def open_border(self) -> bool:
-        """Whether it is false where its margin is exactly 0."""
+        """True if the predicate is false at margin exactly 0."""
         return False
 
     @property
     def is_exact(self) -> bool:
-        """Whether it wants agents at places that a roadmap, whose places are drawn at random, has only by chance."""
+        """True if it needs exact positions, which a roadmap with random nodes only has by chance."""
         return False
 
     def reads_oneself(self, dimension: int) -> bool:
-        """Whether the state of the agent that it is asked of bears on it."""
+        """Return whether it depends on the state of the evaluated agent."""
         return not self.about_team
 
     def margin(self, view: Measures) -> Array:
-        """The signed distance to the border of its truth, positive where true: (...), metres.
+        """Signed distance to the boundary of its truth, positive if true: (...), metres.
 
-        Where it ``is_of_speed``, m/s. At exactly 0 the sign says nothing.
+        In m/s if it ``is_of_speed``. At exactly 0 the sign is undecided.
         """
         raise NotImplementedError
 
     def rate(self, view: Changes) -> Array:
-        """A bound on how fast its margin changes: (...), metres per second."""
+        """Bound on the rate of change of its margin: (...), m/s."""
         raise NotImplementedError
 
     def moved(self, borders: Borders) -> Self:
-        """It with the border of its truth moved."""
+        """The predicate with the boundary of its truth moved."""
         raise NotImplementedError
 
     def show(self, words: Words) -> str:
-        """It as a formula."""
+        """Text as a formula."""
         raise NotImplementedError
 
     def phrases(self, words: Phrases) -> tuple[str, str]:
-        """What it says and what its negation says: verbs of an agent, or clauses where it is about the team."""
+        """Wording of it and of its negation: verbs of an agent, or clauses if it is about the team."""
         raise NotImplementedError

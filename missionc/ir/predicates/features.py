@@ -1,4 +1,4 @@
-"""Features of an agent's state and distances, which comparisons are linear in."""
+"""Features of an agent's state and distances, the terms of comparisons."""
 
 from __future__ import annotations
 
@@ -11,25 +11,28 @@ from missionc.ir.resources import Resource
 
 
 class FeatureFacts:
-    """What is asked of a feature; a kind says otherwise where it differs from this."""
+    """Facts of a feature; kinds override these defaults."""
 
     __slots__ = ()
 
     @property
     def others(self) -> tuple[int, ...]:
-        """The agents that it names."""
+        """Named agents."""
         return ()
 
     def reads_oneself(self, dimension: int) -> bool:
         return True
 
     def is_of_one(self, agent: int) -> bool:
-        """Whether it is the distance from an agent to itself, asked of that agent."""
+        """Return whether it is the distance from an agent to itself."""
         ends = {*self.others, agent} if self.reads_oneself(3) else {*self.others}
         return bool(self.others) and len(ends) == 1
 
     def direction(self, dimension: int) -> tuple[float, ...] | None:
-        """The vector whose inner product with one's position it is, but for a constant; None where it is none."""
+        """Vector whose inner product with the agent's position equals it up to a constant.
+
+        None if there is none.
+        """
         return None
 
     @property
@@ -38,15 +41,15 @@ class FeatureFacts:
 
     @property
     def reads_past(self) -> bool:
-        """Whether the steps before bear on it."""
+        """True if it depends on earlier steps."""
         return False
 
     def measured(self, view: Measures) -> Array:
-        """Its value: (...), in its unit."""
+        """Value: (...), in its unit (metres, m/s or the unit of a resource)."""
         raise NotImplementedError
 
     def rate(self, view: Changes) -> Array:
-        """A bound on how fast its value changes, where it has no direction: (...), per second."""
+        """Bound on the rate of change of its value if it has no direction: (...), per second."""
         return view.motion()
 
     def show(self, words: Words) -> str:
@@ -61,6 +64,7 @@ class Coordinate(FeatureFacts):
         return tuple(float(axis == self.axis) for axis in range(dimension))
 
     def measured(self, view: Measures) -> Array:
+        """Coordinate: (...), metres."""
         return view.coordinate(self.axis)
 
     def show(self, words: Words) -> str:
@@ -69,16 +73,18 @@ class Coordinate(FeatureFacts):
 
 @dataclass(frozen=True, slots=True)
 class Speed(FeatureFacts):
-    """The speed at a step: of the motion that starts there (of the last motion, at the last step)."""
+    """Speed at a step: of the motion that starts there (at the last step, of the last motion)."""
 
     @property
     def unit(self) -> str:
         return "m/s"
 
     def measured(self, view: Measures) -> Array:
+        """Speed: (...), m/s."""
         return view.speed()
 
     def rate(self, view: Changes) -> Array:
+        """Acceleration: (...), m/s²."""
         return view.acceleration()
 
     def show(self, words: Words) -> str:
@@ -87,7 +93,7 @@ class Speed(FeatureFacts):
 
 @dataclass(frozen=True, slots=True)
 class Altitude(FeatureFacts):
-    """The third coordinate in a volume; the team's ``altitude`` in a plane."""
+    """The third coordinate in a volume; the team's ``altitude`` in a plane mission."""
 
     def reads_oneself(self, dimension: int) -> bool:
         return dimension == 3
@@ -96,6 +102,7 @@ class Altitude(FeatureFacts):
         return (0.0, 0.0, 1.0)[:dimension]
 
     def measured(self, view: Measures) -> Array:
+        """Altitude: (...), metres."""
         return view.altitude()
 
     def show(self, words: Words) -> str:
@@ -104,7 +111,7 @@ class Altitude(FeatureFacts):
 
 @dataclass(frozen=True, slots=True)
 class DistanceTo(FeatureFacts):
-    """From the agent's centre to a region's border (negative inside), to a beacon, or to another agent's centre."""
+    """Distance from the agent's centre to a region's border (negative inside), a beacon, or another agent's centre."""
 
     target: Region | Beacon | int
 
@@ -113,11 +120,13 @@ class DistanceTo(FeatureFacts):
         return (self.target,) if isinstance(self.target, int) else ()
 
     def measured(self, view: Measures) -> Array:
+        """Distance: (...), metres."""
         if isinstance(self.target, Region):
             return view.outside(self.target)
         return view.to_beacon(self.target) if isinstance(self.target, Beacon) else view.apart(None, self.target)
 
     def rate(self, view: Changes) -> Array:
+        """Bound on its rate of change: (...), m/s."""
         return view.relative(None, self.target) if isinstance(self.target, int) else view.motion()
 
     def show(self, words: Words) -> str:
@@ -137,9 +146,11 @@ class DistanceBetween(FeatureFacts):
         return False
 
     def measured(self, view: Measures) -> Array:
+        """Distance: (...), metres."""
         return view.apart(self.first, self.second)
 
     def rate(self, view: Changes) -> Array:
+        """Bound on its rate of change: (...), m/s."""
         return view.relative(self.first, self.second)
 
     def show(self, words: Words) -> str:
@@ -148,7 +159,7 @@ class DistanceBetween(FeatureFacts):
 
 @dataclass(frozen=True, slots=True)
 class Level(FeatureFacts):
-    """What the agent has left of a resource."""
+    """Level of an agent's resource."""
 
     resource: Resource
 
@@ -161,9 +172,11 @@ class Level(FeatureFacts):
         return True
 
     def measured(self, view: Measures) -> Array:
+        """Level: (...), in the unit of the resource (a number)."""
         return view.level(self.resource)
 
     def rate(self, view: Changes) -> Array:
+        """Bound on its rate of change: (...), units per second (a number)."""
         return view.use(self.resource)
 
     def show(self, words: Words) -> str:

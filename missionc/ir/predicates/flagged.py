@@ -11,7 +11,10 @@ from missionc.ir.resources import Flag
 
 @dataclass(frozen=True, slots=True)
 class Flagged(PredicateFacts):
-    """The flag is set. Its margin is that of the formula which says so: of *or*, *and*, *not* over the steps so far."""
+    """True if the flag is set.
+
+    The margin is the robustness of the formula of *or*, *and*, *not* over the past steps.
+    """
 
     flag: Flag
 
@@ -25,10 +28,11 @@ class Flagged(PredicateFacts):
         return (self.flag.set_in,) if cleared is None else (self.flag.set_in, cleared)
 
     def margin(self, view: Measures) -> Array:
+        """Margin of the flag: (...), metres."""
         return view.flagged(self.flag)
 
     def rate(self, view: Changes) -> Array:
-        """Between two steps a flag is what it was at the first of them."""
+        """Zero rate: (...), m/s. Between steps, a flag keeps its value from the earlier one."""
         return 0.0 * view.motion()
 
     def moved(self, borders: Borders) -> Flagged:

@@ -1,4 +1,4 @@
-"""Formations as predicates: each edge's error is within the tolerance, or their sum where the tolerance is a total."""
+"""Formations as predicates: each edge's error, or for a total their sum, is within the tolerance."""
 
 from __future__ import annotations
 
@@ -48,11 +48,16 @@ class InFormation(PredicateFacts):
         return True
 
     def margin(self, view: Measures) -> Array:
-        """Source: [clot] III-C, F_form, with absolute errors."""
+        """Tolerance minus the largest error, or minus the sum of errors: (...), metres.
+
+        Source:
+            [clot] III-C, F_form, with absolute errors.
+        """
         errors = [view.formation_error(edge) for edge in self.formation.edges] or [view.nothing(of_team=True)]
         return self.formation.tolerance - reduce(operator.add if self.formation.total else view.larger, errors)
 
     def rate(self, view: Changes) -> Array:
+        """Bound on the rate of change of the margin: (...), m/s."""
         rates = [view.relative(*pair) for pair in self.pairs] or [0.0]
         return reduce(operator.add if self.formation.total else view.larger, rates)
 

@@ -1,4 +1,4 @@
-"""Predicates about an agent and a region: bounds on the signed distance from its centre, by its body or not."""
+"""Predicates about an agent and a region: bounds on the signed distance of its centre or body."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 
 class _Bound(PredicateFacts):
-    """The centre is inside by so many of its ``radii``."""
+    """Centre inside a region by ``radii`` times the body's radius."""
 
     __slots__ = ()
 
@@ -18,7 +18,11 @@ class _Bound(PredicateFacts):
         raise NotImplementedError
 
     def margin(self, view: Measures) -> Array:
-        """Source: [clot] III-C, first class of predicates, for one agent."""
+        """Depth of the agent's centre or body in the region: (...), metres.
+
+        Source:
+            [clot] III-C, first class of predicates, for one agent.
+        """
         assert self.region is not None
         depth = -view.outside(self.region)
         return depth - self.radii * view.radius() if self.radii else depth
@@ -29,7 +33,10 @@ class _Bound(PredicateFacts):
 
 @dataclass(frozen=True, slots=True)
 class Inside(_Bound):
-    """The agent's centre is in the region (``body`` False), or its whole body is; the border is inside."""
+    """The agent's centre (``body`` False) or its whole body is in the region.
+
+    The border belongs to the region.
+    """
 
     region: Region
     body: bool
@@ -53,7 +60,7 @@ class Inside(_Bound):
 
 @dataclass(frozen=True, slots=True)
 class Touches(_Bound):
-    """Some part of the agent's body is in the region; a body that meets the border touches it."""
+    """Some part of the agent's body is in the region; contact with the border counts."""
 
     region: Region
 

@@ -1,4 +1,4 @@
-"""Predicates of other packages about where an agent is: a base class with their words, a margin and its slope."""
+"""Predicates of extensions about an agent's position: a base class with wording, margin and slope."""
 
 from __future__ import annotations
 
@@ -11,47 +11,49 @@ from missionc.ir.predicates.facts import PredicateFacts
 from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phrases, Words
 
 UNITS = {Dimension.NUMBER: "", Dimension.LENGTH: " m", Dimension.TIME: " s", Dimension.SPEED: " m/s"}
-"""The unit after a number of each dimension."""
+"""Unit after a number of each dimension."""
 
 PARAMETERS = ("region", "beacon", *(each.value for each in UNITS), Dimension.ANGLE.value)
-"""The kinds of parameters."""
+"""Kinds of parameters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlacePredicate(PredicateFacts):
-    """A proposition about the place of one agent, written ``name(argument, …)``.
+    """Proposition about the position of one agent, written ``name(argument, …)``.
 
     A subclass is a frozen data class with one field for each of its ``parameters``, in their order: a ``Region``, a
-    ``Beacon``, or a number in SI units. An ``Unfit`` that its construction raises is a finding.
+    ``Beacon``, or a number in SI units. If its construction raises ``Unfit``, the compiler reports a finding.
 
     Args:
-        eased: metres by which the border of its truth is moved outward.
+        eased: outward move of the boundary of its truth, metres.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ()
-    """The kind of each argument, one of ``PARAMETERS``."""
+    """Kind of each argument, one of ``PARAMETERS``."""
     says: ClassVar[str]
-    """Its meaning, in a clause about an agent: ``the agent is …``."""
+    """Meaning, as a clause about an agent: ``the agent is …``."""
     example: ClassVar[str]
-    """The predicate as a mission writes it."""
+    """The predicate as in a mission."""
     slope: ClassVar[float] = 1.0
-    """The Lipschitz constant of ``value``: it changes by at most this for each metre that the agent moves."""
+    """Lipschitz constant of ``value``: its greatest change for each metre of the agent's motion."""
 
     eased: float = 0.0
 
     def value(self, xp: Any, place: Array) -> Array:
-        """The value at places, (..., dim) in metres -> (...): at least 0 where it is true.
+        """Value at positions, (..., dim), metres -> (...): at least 0 if the predicate is true.
 
         Args:
-            xp: the library of the array: numpy, torch, or one of plain numbers. Every one has ``abs``, ``maximum``,
+            xp: array library: numpy, torch, or one for plain numbers. Each has ``abs``, ``maximum``,
                 ``minimum``, ``sqrt``, ``where`` and ``clip``; ``place[..., 0]`` is the x coordinate.
         """
         raise NotImplementedError
 
     def margin(self, view: Measures) -> Array:
+        """Value over the slope plus ``eased``: (...), metres."""
         return view.of_place(lambda xp, place: self.value(xp, place) / self.slope) + self.eased
 
     def rate(self, view: Changes) -> Array:
+        """Bound on the rate of change of the margin: (...), m/s."""
         return view.motion()
 
     def moved(self, borders: Borders) -> Self:

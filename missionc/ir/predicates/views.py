@@ -1,7 +1,7 @@
-"""Views of the team: what a predicate measures of it, how fast that changes, how its parts move, and in which words.
+"""Views of the team for predicates: measures, their rates, moved boundaries, and wording.
 
-A predicate says each of its meanings once, over one of these. Who sees the team in
-a way of their own, as a trace or in plain numbers, gives a view of a few lines.
+A predicate defines each meaning once, over one of these views. A module with its own representation of the team, such
+as a trace or plain numbers, provides a short view.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ Array: TypeAlias = Any
 
 
 class Measures(Protocol):
-    """Measures of the team at some moments, metres; oneself is the agent that a predicate is asked of.
+    """Measures of the team at some times, metres, for an evaluated agent.
 
-    Each is an array, (...), that broadcasts to one number for each agent that is asked and each moment.
+    Each is an array, (...), that broadcasts to one number for each evaluated agent and time.
     """
 
     @property
@@ -33,66 +33,69 @@ class Measures(Protocol):
     def altitude(self) -> Array: ...
 
     def speed(self) -> Array:
-        """One's own speed, m/s."""
+        """Speed of the evaluated agent: (...), m/s."""
 
     def outside(self, region: Region) -> Array:
-        """The signed distance of one's centre to the region's border, negative inside."""
+        """Signed distance of the agent's centre to the region's border, negative inside: (...), metres."""
 
     def to_beacon(self, beacon: Beacon) -> Array: ...
 
     def of_place(self, value: Callable[[Any, Array], Array]) -> Array:
-        """A function of the library and of one's place, (..., dim), which changes by at most 1 for each metre."""
+        """Function of the library and the agent's position, (..., dim), that changes by at most 1 per metre.
+
+        Shape: (...), metres.
+        """
 
     def apart(self, first: int | None, second: int) -> Array:
-        """The distance of two agents' centres; None is oneself."""
+        """Distance of two agents' centres; None means the evaluated agent: (...), metres."""
 
     def formation_error(self, edge: FormationEdge) -> Array:
-        """How far the ends of an edge are from the distance or offset they keep, at least 0."""
+        """Error of a formation edge's distance or offset, at least 0: (...), metres."""
 
     def weakest_link(self, graph: Graph) -> Array:
-        """The margin of the worst link of the best spanning tree."""
+        """Margin of the worst link of the best spanning tree: (...), metres."""
 
     def level(self, resource: Resource) -> Array:
-        """What one has left of a resource."""
+        """Level of a resource of the agent: (...), a number."""
 
     def flagged(self, flag: Flag) -> Array:
-        """The margin of the flag's being set."""
+        """Margin of the flag being set: (...), metres."""
 
     def facing(self, towards: float | Beacon, within: float) -> Array:
-        """How much is to spare of one's heading within an angle of a direction, rad, or of where a beacon is."""
+        """Margin of the heading: (...), rad within an angle of a direction, or metres for a beacon."""
 
     def nothing(self, *, of_team: bool = False) -> Array:
-        """Zeros: one for each agent that is asked and each moment, or for each moment."""
+        """Zeros (...), dimensionless: one per evaluated agent and time, or with ``of_team`` per time."""
 
     def larger(self, one: Array, other: Array) -> Array: ...
 
 
 class Changes(Protocol):
-    """Bounds on how fast measures change, metres per second; each broadcasts to one for each agent that is asked."""
+    """Bounds on the rates of measures, m/s; each broadcasts to one per evaluated agent."""
 
     @property
     def dimension(self) -> int: ...
 
     def motion(self) -> Array:
-        """One's own speed."""
+        """Speed of the evaluated agent: (...), m/s."""
 
     def relative(self, first: int | None, second: int) -> Array:
-        """The speed of two agents against each other; None is oneself."""
+        """Relative speed of two agents; None means the evaluated agent: (...), m/s."""
 
     def acceleration(self) -> Array:
-        """One's own, m/s²."""
+        """Acceleration of the evaluated agent: (...), m/s²."""
 
     def use(self, resource: Resource) -> Array:
-        """How fast one uses up or fills a resource."""
+        """Rate of change of a resource: (...), a number per second."""
 
     def along(self, direction: tuple[float, ...]) -> Array:
-        """How fast the inner product of one's position with a vector changes."""
+        """Rate of change of the position's inner product with a vector: (...), m/s."""
 
     def larger(self, one: Array, other: Array) -> Array: ...
 
 
 class Borders(Protocol):
-    """Things of the mission whose borders are moved, and the metres by which a comparison's side is."""
+    """Moved boundaries of the mission's objects, and the margin in metres for a comparison."""
 
     def region(self, region: Region) -> Region: ...
 
@@ -105,24 +108,24 @@ class Borders(Protocol):
 
 
 class Words(Protocol):
-    """A printer's way to write what a formula is made of."""
+    """Printer for the parts of a formula."""
 
     def agent(self, index: int) -> str: ...
 
     def graph(self, graph: Graph, agents: tuple[int, ...]) -> str:
-        """The graph, and over which of its agents where those are not all."""
+        """Text of the graph, with its agents if they are a subset."""
 
     def angle(self, value: float) -> str:
-        """An angle, rad, in degrees and with their unit."""
+        """Text of an angle, rad, in degrees with the unit."""
 
     def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
         """``constant + sum(weight * word) >= 0``."""
 
 
 class Phrases(Words, Protocol):
-    """A way to write what a sentence is made of."""
+    """Printer for the parts of a sentence."""
 
     def agents(self, agents: tuple[int, ...]) -> str:
-        """A set by its name, or one by one."""
+        """Name of an agent set, or a list of its agents."""
 
     def number(self, value: float) -> str: ...

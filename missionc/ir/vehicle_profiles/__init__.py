@@ -1,8 +1,7 @@
-"""Vehicle profiles that come with the compiler: one TOML file each, in this folder.
+"""Vehicle profiles of the compiler: one TOML file each, in this folder.
 
-A file holds figures of ``ir.FIGURES`` by their names, each as a text with its
-unit, ``speed = "1 m/s"``, a band as ``"0.3..2 m"``. ``like = "NAME"`` takes the
-rest from another profile; what no file says is as in ``plain``.
+A file holds figures of ``ir.FIGURES`` by name, each as a text with its unit, ``speed = "1 m/s"``, a band as ``"0.3..2
+m"``. ``like = "NAME"`` takes the rest from another profile; figures in no file have the values of ``plain``.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ def profiles() -> dict[str, Vehicle]:
     """Every profile by its name: ``plain``, then the files in the order of their names.
 
     Raises:
-        ValueError: a file that does not say what a profile says.
+        ValueError: a file is not a valid profile.
     """
     folder = Path(__file__).parent
     written = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.toml"))}
@@ -35,10 +34,12 @@ def profiles() -> dict[str, Vehicle]:
 
 
 def read_profile(name: str, figures: dict[str, object], known: dict[str, Vehicle]) -> Vehicle:
-    """The profile that a file holds; ``known`` are those that it may be like, which are themselves like none.
+    """Read a profile from its figures.
+
+    ``known`` are the profiles for ``like``, which use no ``like`` themselves.
 
     Raises:
-        ValueError: a figure that is not known, without its unit or out of range.
+        ValueError: a figure is unknown, has no unit or is out of range.
     """
     like = figures.get("like", PLAIN.name)
     if like not in known:
@@ -79,7 +80,7 @@ def _dimension(unit: str | None) -> Dimension | None:
 
 
 def example(figure: Figure) -> str:
-    """How such a figure is written."""
+    """Example of the figure as text."""
     unit = next((f" {unit}" for unit, known in UNITS.items() if known == (figure.dimension, 1.0)), "")
     low = "0" if figure.around else "1"
     return (f"{low}..2" if figure.relation == ".." else "1") + unit

@@ -1,6 +1,6 @@
-"""``alternatives.json``: the plans of a folder that differ, ranked, and what is different in each.
+"""``alternatives.json``: the different plans in a folder, ranked, with their differences.
 
-in   the signature, the trace and the certificate of each, the best first
+in   the signature, the trace and the certificate of each plan, the best first
 out  rows of a table; the document's text
 """
 
@@ -20,10 +20,10 @@ from missionc.verification.monitoring.signature import Signature, differences
 SCHEMA = "missionc.alternatives/1"
 
 DIGITS = 9
-"""Decimals of figures: what is read back from a plan differs by less."""
+"""Decimals of numbers: values read back from a plan differ by less."""
 
 ROOM = frozenset(("requirement", "separation", "obstacle"))
-"""Kinds of checks of a plan at its steps, whose margins in metres are room that it might have had more of."""
+"""Kinds of checks of a plan at its steps whose margins in metres are clearances."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,14 +31,14 @@ class AlternativeRow:
     """One plan of the table.
 
     Args:
-        rank: 1 is the best by the mission's objective, or the shortest where it has none.
-        folder: where its files are in the output folder; empty of the best one.
-        differs: what is different from the best one, in words.
-        length: metres that all agents travel together.
-        duration: seconds after which nobody moves any more.
-        energy: the square of all accelerations, summed over time, m²/s³.
-        margin: the least of its requirements', separations' and clearances' margins at the steps, metres; infinite
-            where there are none.
+        rank: rank by the mission's objective, or by length without one; 1 is the best.
+        folder: its subfolder in the output folder; empty for the best plan.
+        differs: differences from the best plan, in words.
+        length: total length of all paths, metres.
+        duration: seconds until all agents stay.
+        energy: sum of squared accelerations over time, m²/s³.
+        margin: smallest margin of requirements, separations and clearances at the steps, metres; infinite if there are
+            none.
     """
 
     rank: int
@@ -50,7 +50,7 @@ class AlternativeRow:
     margin: float
 
     def as_record(self) -> dict[str, object]:
-        """For JSON: nothing in place of the folder of the best, and of a margin of nothing."""
+        """JSON form: null for the folder of the best plan, and for an infinite margin."""
         return {
             "rank": self.rank,
             "folder": self.folder or None,
@@ -63,14 +63,14 @@ class AlternativeRow:
 
 
 def folder_of(rank: int) -> str:
-    """Where the files of a plan lie in the output folder; empty of the best one."""
+    """Subfolder of a plan in the output folder; empty for the best one."""
     return f"{ALTERNATIVES_FOLDER}/{rank}" if rank > 1 else ""
 
 
 def rows(
     signatures: Sequence[Signature], traces: Sequence[Trace], certificates: Sequence[Certificate]
 ) -> list[AlternativeRow]:
-    """The table, the best first; what is different is so from that one."""
+    """Rows of the table, the best plan first; differences are relative to it."""
     return [
         AlternativeRow(
             rank,
@@ -86,16 +86,16 @@ def rows(
 
 
 def least_margin(certificate: Certificate) -> float:
-    """The least margin of a plan at its steps, metres; infinite where nothing has one."""
+    """Smallest margin of a plan at its steps, metres; infinite if there are none."""
     return min((each.margin for each in certificate.checks if each.name in ROOM and each.unit == "m"), default=math.inf)
 
 
 def alternatives_json(mission: Mission, table: Sequence[AlternativeRow]) -> str:
-    """The text of ``alternatives.json``."""
+    """Text of ``alternatives.json``."""
     head = {"schema": SCHEMA, "mission": mission.name, "ranked_by": ranked_by(mission)}
     return document(head, listed("plans", (compact(row.as_record()) for row in table)))
 
 
 def ranked_by(mission: Mission) -> str:
-    """What the best plan has least of."""
+    """Quantity that the best plan minimizes."""
     return {"duration": "duration", "energy": "energy"}.get(mission.objective.value, "length")

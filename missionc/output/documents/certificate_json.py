@@ -1,4 +1,4 @@
-"""The certificate as JSON: every verified check, on which motion, with its margin."""
+"""The certificate as JSON: every verified check with its motion and margin."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.verification.proof.proof_boxes import Boxes
 
 
 def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
-    """The text of ``certificate.json``; ``plan_sha256`` says of which ``plan.json`` it speaks."""
+    """Text of ``certificate.json``; ``plan_sha256`` is the hash of its ``plan.json``."""
     head = {
         "schema": SCHEMA,
         "mission": certificate.mission,
@@ -61,6 +61,6 @@ def _plain(key: str, value: object) -> object:
             return None
         if key == "at":
             return round(value, 6)
-        # A proved bound stays one: it is rounded towards failing.
+        # A proved bound stays a bound: it is rounded towards failing.
         return math.floor(value * 1e12) / 1e12 if key == "margin" and abs(value) < 1e3 else float(value)
     return list(value) if isinstance(value, tuple) else value

@@ -1,4 +1,4 @@
-"""A near miss as JSON, ``missionc.near_miss/2``: a trace that breaks a requirement, to be judged and not flown."""
+"""A near miss as JSON, ``missionc.near_miss/2``: a trace that breaks a requirement, for analysis and not for flight."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from missionc.output.json_layout import compact, document, listed, record
 
 
 def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str, scope: Scope | None) -> str:
-    """The text of ``near_miss.json``, one line for each list of positions.
+    """Text of ``near_miss.json``, one line for each list of positions.
 
     Args:
-        planned_for: the change of the mission with which the motion is a plan; empty where none is known.
-        scope: what is proven to hold no plan; None where nothing is.
+        planned_for: change of the mission for which the motion is a plan; empty if unknown.
+        scope: scope that is proven to contain no plan, or None.
     """
     position = attempt.trace.position
     head = {

@@ -14,7 +14,7 @@ from missionc.output.json_layout import compact, document, listed, record
 
 
 def plan_json(mission: Mission, plan: Plan) -> str:
-    """The text of ``plan.json``, one line for each list of states."""
+    """Text of ``plan.json``, one line for each list of states."""
     trace = plan.trace
     states = trace.position.shape[1]
     kept = _kept(mission, trace)
@@ -56,7 +56,7 @@ def plan_json(mission: Mission, plan: Plan) -> str:
 
 
 def _kept(mission: Mission, trace: Trace) -> list[dict[str, dict[str, list[float] | list[bool]]]]:
-    """What each agent has left of its resources, and whether its flags are set, at each step."""
+    """Level of each resource and state of each flag, by agent and step."""
     kept: list[dict[str, dict[str, list[float] | list[bool]]]] = [{} for _ in mission.agents]
     for resource in mission.resources:
         left = levels(resource, trace)
@@ -70,7 +70,10 @@ def _kept(mission: Mission, trace: Trace) -> list[dict[str, dict[str, list[float
 
 
 def _edges(graph: Graph, trace: Trace) -> list[list[list[int]]]:
-    """The graph's links at each step, as pairs of mission indices in order; from and to, where they lead one way."""
+    """Links of the graph at each step, as ordered pairs of mission indices.
+
+    (from, to) if they are directed.
+    """
     members = np.array(graph.agents, dtype=np.int64)
     one_way = directed(graph)
     edges: list[list[list[int]]] = []

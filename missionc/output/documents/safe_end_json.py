@@ -1,4 +1,4 @@
-"""Safe ends as JSON: at each moment a polynomial of every agent that brings it to rest, and the turns of landing."""
+"""Safe ends as JSON: at each moment polynomials that bring every agent to rest, and the order of landing."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from missionc.verification.flight.verify_whole_flight import Stop
 
 SCHEMA = "missionc.safe_end/1"
 MOST_MOMENTS = 1000
-"""That a file may have."""
+"""Maximum number of moments in a file."""
 
 
 def safe_end_json(mission: Mission, stops: Sequence[Stop]) -> str:
-    """The text of ``safe_end.json``; nine digits tell every float32 number from every other."""
+    """Text of ``safe_end.json``; nine digits distinguish all float32 numbers."""
     names = [agent.name for agent in mission.agents]
     rows = []
     for stop in stops:
@@ -40,7 +40,7 @@ def safe_end_json(mission: Mission, stops: Sequence[Stop]) -> str:
 
 
 def safe_end_noted(certificate: Certificate) -> list[str]:
-    """Whether the flight can be ended at every moment, for its user."""
+    """Note for the user on whether the flight can be ended at every moment."""
     figures = {figure.name: figure.value for figure in certificate.figures}
     wait, without = figures.get(WAIT), figures.get(WITHOUT)
     if wait is None or without is None:
@@ -51,13 +51,13 @@ def safe_end_noted(certificate: Certificate) -> list[str]:
 
 
 def _numbers(own: Pieces) -> list[float]:
-    """Eight ascending powers each of x, y, z and yaw."""
+    """Eight ascending coefficients each of x, y, z and yaw."""
     numbers: list[float] = own.coefficients[0].reshape(-1).tolist()
     return numbers
 
 
 def read_safe_end(text: str, mission: Mission) -> tuple[Stop, ...] | str:
-    """The stops that a text holds, as the firmware would hold their numbers; or what is wrong with it."""
+    """Parse the stops in a text, with numbers as in the firmware; returns the error as text otherwise."""
     try:
         value = parse_record(text, SCHEMA)
     except NotJsonError as error:
@@ -106,7 +106,7 @@ def _pieces(numbers: list[float], seconds: float) -> Pieces:
 
 
 def _turns(land: object, names: list[str]) -> tuple[tuple[int, ...], ...] | None:
-    """The turns by indices; None where one is empty, or somebody lands twice or is nobody."""
+    """Landing turns by agent index; None if one is empty, or if an agent is repeated or unknown."""
     if not isinstance(land, list) or not all(isinstance(turn, list) and turn for turn in land):
         return None
     known = {name: index for index, name in enumerate(names)}

@@ -1,4 +1,4 @@
-"""The simulation as JSON, ``simulation.json``: its conditions, its results, and the flown path of the first flight."""
+"""The simulation as JSON, ``simulation.json``: its conditions, its results, and the path of the first flight."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from missionc.output.folder.file_names import SIMULATION_SCHEMA
 from missionc.output.json_layout import document, record
 
 EACH = 4
-"""Every fourth of the samples is kept."""
+"""Stride of the samples that are kept."""
 DIGITS = 4
-"""After the point: tenths of millimetres."""
+"""Decimals: tenths of millimetres."""
 
 
 def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Trials) -> dict[str, object]:
-    """What flights were flown, and what they came to.
+    """Conditions and results of flights.
 
     Args:
-        planned: the requirements as the plan keeps them.
+        planned: verdicts of the plan on the requirements.
     """
     first = trials.flights[0]
     return {
@@ -53,7 +53,7 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
 
 
 def _kept(trials: Trials) -> dict[str, object]:
-    """Flights that are as required; no bounds of their true share if all flights are the same."""
+    """Numbers of flights that satisfy everything; without confidence bounds if all flights are equal."""
     found = _fraction(trials.kept)
     return found if trials.trial.disturbance.random else {**found, "least": None, "low": None, "high": None}
 
@@ -63,7 +63,7 @@ def _fraction(each: Fraction) -> dict[str, object]:
 
 
 def simulation_json(mission: Mission, entries: Mapping[str, object], flown: Flown) -> bytes:
-    """The same bytes for the same flight.
+    """Bytes of the document, equal for equal flights.
 
     Args:
         entries: a ``simulation_record``.

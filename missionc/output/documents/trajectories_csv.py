@@ -1,6 +1,8 @@
-"""The trajectory table, CSV: every agent's state at every step, SI units; a plane mission flies at its altitude.
+"""The trajectory table, CSV: state of every agent at every step, SI units.
 
-Resources and flags have a column each, which is empty for agents that do not have them.
+A plane mission is at its altitude.
+
+Each resource and flag has a column, which is empty for agents without it.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ COLUMNS = "agent,t,x,y,z,vx,vy,vz,yaw"
 
 
 def trajectories(mission: Mission, trace: Trace) -> str:
-    """The text of ``trajectories.csv``: one row for each agent and step."""
+    """Text of ``trajectories.csv``: one row for each agent and step."""
     more = [(each.name, each.agents, levels(each, trace).tolist()) for each in mission.resources]
     more += [(each.name, each.agents, flag_truths(each, trace).astype(int).tolist()) for each in mission.flags]
     lines = [",".join([COLUMNS, *(cell(name) for name, _, _ in more)])]
@@ -34,5 +36,5 @@ def trajectories(mission: Mission, trace: Trace) -> str:
 
 
 def cell(name: str) -> str:
-    """A name as a cell of the table, in quotes where it has a comma: ``"rack[3, 7]"``."""
+    """Name as a cell of the table, in quotes if it contains a comma: ``"rack[3, 7]"``."""
     return f'"{name}"' if "," in name else name

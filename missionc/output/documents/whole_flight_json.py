@@ -1,4 +1,4 @@
-"""The whole flight as JSON: its phases on the mission's clock, and where everybody stands, hovers, starts and ends."""
+"""The whole flight as JSON: its phases on the mission's clock, and where agents stand, hover, start and end."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SCHEMA = "missionc.whole_flight/1"
 
 
 def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) -> str:
-    """The text of ``whole_flight.json``; the files and ways were verified."""
+    """Text of ``whole_flight.json``; the files and transfers were verified."""
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
     wanted = ways_of(mission, flown)
@@ -44,7 +44,7 @@ def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) ->
 
 
 def ways_in(mission: Mission, files: Mapping[str, bytes]) -> Ways:
-    """The ways that a folder's files hold; one that is there in part has empty texts for the rest."""
+    """Transfers in the files of a folder; an incomplete one has empty texts for the missing files."""
     names, found = file_names(mission.agents), {}
     for stage in Stage if is_whole(mission) else ():
         own = {agent.name: files.get(way_file(stage.value, names[agent.name])) for agent in mission.agents}
@@ -54,7 +54,7 @@ def ways_in(mission: Mission, files: Mapping[str, bytes]) -> Ways:
 
 
 def phases_on_the_clock(mission: Mission, files: Mapping[str, str], ways: Ways) -> list[tuple[str, float, float]]:
-    """Each phase, and from when to when it lasts: seconds since the mission began, negative before."""
+    """Phases, each with its start and end in seconds since the mission began, negative before."""
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
     lengths = {stage: _seconds(files_of) for stage, files_of in ways.items()}

@@ -1,10 +1,10 @@
-"""Export for cflib, without ROS: trajectories in a Crazyflie's memory, raw or compressed, and a script that flies them.
+"""Export for cflib, without ROS: trajectories in a Crazyflie's memory, raw or compressed, and a flight script.
 
-Trajectories are raw if they fit. Otherwise they are compressed and verified again in that form, and written only if
-no agent comes closer to anything than the mission allows.
+Trajectories are raw if they fit. Otherwise they are compressed and verified again in that form, and written only if no
+agent comes closer to anything than the mission allows.
 
-The compressed format has whole millimetres and milliseconds, rounded here and never truncated. It has a start point
-(x, y, z in mm, yaw in 0.1°), then the pieces: two bits for each axis' degree, milliseconds, and the Bernstein control
+The compressed format has whole millimetres and milliseconds, rounded here and never truncated. It has a start point (x,
+y, z in mm, yaw in 0.1°), then the pieces: two bits for each axis' degree, milliseconds, and the Bernstein control
 points but the first, which is the last one of the piece before. An axis is constant or of degree seven: with fewer
 control points the flight would lose its smoothness.
 
@@ -39,20 +39,20 @@ from missionc.verification.certificate import TUBE
 CONSTANT, SEVENTH = 0, 3
 """Types of an axis; 1 and 2, linear and cubic, are not used."""
 FARTHEST, LONGEST = 32767, 65535
-"""Millimetres from the origin, and milliseconds of a piece."""
+"""Maximum distance from the origin in mm, and maximum duration of a piece in ms."""
 PADDING = 1e-9
-"""Metres: more than float64 loses in a bound."""
+"""Margin in metres for the rounding of float64 in a bound."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compressed:
-    """One vehicle's trajectory.
+    """Trajectory of one vehicle.
 
     Args:
-        blob: as it lies in memory.
-        points: (pieces, 3, 8), metres: the control points that are in it.
+        blob: bytes in memory.
+        points: (pieces, 3, 8), control points in it, metres.
         duration: (pieces,), seconds.
-        deviation: metres, proved: at no time is it further from the raw polynomials.
+        deviation: proved maximum distance from the raw polynomials, metres.
     """
 
     blob: bytes
@@ -62,7 +62,7 @@ class Compressed:
 
 
 def compress(own: Pieces) -> Compressed | str:
-    """The compressed form of raw pieces, or why there is none."""
+    """Compress raw pieces, or return the reason why it is impossible."""
     if own.coefficients[:, 3].any():
         return "its yaw changes, and firmware before 2026.08 decodes compressed yaw incorrectly"
     raw = control_points(own.coefficients[:, :3], own.duration)
@@ -86,14 +86,14 @@ def compress(own: Pieces) -> Compressed | str:
 
 
 def as_polynomials(packed: Compressed) -> Pieces:
-    """What the firmware makes of it, to float32."""
+    """Polynomials as the firmware decodes them, in float32."""
     coefficients = np.zeros((packed.duration.size, 4, 8))
     coefficients[:, :3] = from_control_points(packed.points, packed.duration).astype(np.float32)
     return Pieces(packed.duration.astype(np.float32).astype(np.float64), coefficients)
 
 
 def _blob(grid: Indices, lasting: Indices) -> bytes:
-    """(pieces, 3, 8) millimetres and (pieces,) milliseconds as bytes; a piece without duration ends them."""
+    """Encode (pieces, 3, 8) mm and (pieces,) ms as bytes; a piece without duration ends them."""
     parts = [struct.pack("<hhhh", *grid[0, :, 0].tolist(), 0)]
     for piece, duration in zip(grid.tolist(), lasting.tolist(), strict=True):
         types, elements = 0, list[int]()
@@ -109,12 +109,15 @@ def _blob(grid: Indices, lasting: Indices) -> bytes:
 NAME = "cflib"
 
 KINDS = ("raw", "compressed")
-"""In the order of the firmware's numbers."""
+"""Kinds in the order of the firmware's numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Packed:
-    """Every vehicle's bytes, one kind for all; ``within``: millimetres, of its raw polynomials at any time."""
+    """Bytes of every vehicle, one kind for all.
+
+    ``within`` is the maximum distance from its raw polynomials, mm.
+    """
 
     blobs: tuple[bytes, ...]
     kind: str
@@ -123,7 +126,7 @@ class _Packed:
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
-    """The folder: refused if no form fits a Crazyflie's memory, or the vehicles could not rise at once."""
+    """Write the folder; an error if no form fits a Crazyflie's memory, or if vehicles cannot take off at once."""
     grounded = cannot_rise_or_land(NAME, flight)
     if grounded is not None:
         return grounded
@@ -169,7 +172,10 @@ def _packed(flight: Flight) -> _Packed | Diagnostic:
 
 
 def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | Diagnostic:
-    """What rounding costs: refused where a body comes too close to another, to an obstacle or to the world's border."""
+    """Notes on the rounding error.
+
+    An error if a body comes too close to another, an obstacle or the world's border.
+    """
     exact = flight.judged({each.agent.name: each.pieces for each in flight.parts})
     rounded = flight.judged(
         {each.agent.name: as_polynomials(packed) for each, packed in zip(flight.parts, compressed, strict=True)}
@@ -200,7 +206,7 @@ def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | D
 
 
 def _millimetres(metres: float) -> str:
-    """Rounded up to a hundredth: a bound stays one."""
+    """Millimetres rounded up to a hundredth, so that a bound stays a bound."""
     return f"{-(-metres * 1e5 // 1) / 100:.2f}"
 
 

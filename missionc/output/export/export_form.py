@@ -1,4 +1,4 @@
-"""An export format as data: a value that names itself and writes files."""
+"""An export format as data: a value with a name that writes files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.output.export.verified_flight import Flight
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """Files by their name relative to the export's own folder, and what their user should know."""
+    """Files by name relative to the export's own folder, and notes for the user."""
 
     files: Mapping[str, bytes]
     notes: tuple[str, ...] = ()
@@ -27,13 +27,13 @@ Write: TypeAlias = Callable[[Flight], Exported | Diagnostic]
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One form of export.
+    """Export format.
 
     Args:
-        name: on the command line, and of the folder.
-        says: what it is, in one line.
-        write: the same bytes each time.
-        needs: a package of the extra ``export``; empty where none is needed.
+        name: name on the command line, and of the folder.
+        says: description in one line.
+        write: function that writes the same bytes each time.
+        needs: package of the extra ``export``, or empty.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Format:
     needs: str = ""
 
     def missing(self) -> Diagnostic | None:
-        """What to say where a package that it needs is not there."""
+        """Finding about a missing package that the format needs."""
         if not self.needs or find_spec(self.needs):
             return None
         return Diagnostic(
@@ -53,7 +53,7 @@ class Format:
         )
 
     def export(self, flight: Flight) -> Exported | Diagnostic:
-        """The files, or why there are none."""
+        """Files of the export, or the reason why there are none."""
         made = self.missing() or self.write(flight)
         if isinstance(made, Diagnostic):
             return made
@@ -71,5 +71,5 @@ def _is_file(name: object, content: object) -> bool:
 
 
 def refused(name: str, why: str, *notes: str, help: str) -> Diagnostic:
-    """This form cannot hold this flight."""
+    """Finding for a flight that the format cannot represent."""
     return Diagnostic(NOT_EXPORTED, f"the flight cannot be exported as `{name}`: {why}", None, notes=notes, help=help)

@@ -1,7 +1,7 @@
-"""Template rendering for exports: names from missions are put into a text only as literals of its language.
+"""Template rendering for exports: names from missions enter a text only as literals of its language.
 
-The environment is a sandbox, and its ``finalize`` takes nothing that did not
-pass a filter of quoting: a template that forgets one does not render.
+The environment is a sandbox, and its ``finalize`` rejects values that did not pass a quoting filter: a template without
+one does not render.
 """
 
 from __future__ import annotations
@@ -17,19 +17,22 @@ FOLDER = "templates"
 
 
 class Quoted(str):
-    """Text that is safe where it is to stand."""
+    """Text that is safe in its place."""
 
     __slots__ = ()
 
 
 def python(value: object) -> Quoted:
-    """A Python literal in ASCII: of a string, a number, or a tuple of them."""
+    """Python literal in ASCII of a string, a number, or a tuple of them."""
     assert _plain(value), value
     return Quoted(ascii(value))
 
 
 def yaml(value: object) -> Quoted:
-    """A YAML scalar or flow sequence in ASCII. PyYAML takes ``1e-05`` for a word, so floats have their point."""
+    """YAML scalar or flow sequence in ASCII.
+
+    PyYAML reads ``1e-05`` as a word, so floats have a decimal point.
+    """
     match value:
         case str():
             return Quoted('"' + "".join(map(_escaped, value)) + '"')
@@ -47,13 +50,13 @@ def yaml(value: object) -> Quoted:
 
 
 def code(value: object) -> Quoted:
-    """A word or number in Markdown's back ticks, whatever it holds."""
+    """Word or number in Markdown's back ticks, with any content."""
     text = "".join(letter if letter.isprintable() and letter != "`" else "?" for letter in str(value))
     return Quoted(f"`{text}`")
 
 
 def render(template: str, /, **given: object) -> bytes:
-    """Text of a template of this package, which may include others, in UTF-8."""
+    """Render a template in this package, which may include others, as UTF-8."""
     return _environment().get_template(template).render(given).encode()
 
 
@@ -66,7 +69,7 @@ def _environment() -> SandboxedEnvironment:
     from jinja2 import FunctionLoader, StrictUndefined
     from jinja2.sandbox import SandboxedEnvironment
 
-    # These are no HTML: every language has its own filter, and `finalize` asks for one.
+    # These are not HTML: every language has its own filter, and `finalize` requires one.
     environment = SandboxedEnvironment(
         loader=FunctionLoader(_source),
         autoescape=False,

@@ -12,11 +12,11 @@ from missionc.verification.flight.verify_whole_flight import LANDED, landing_sec
 from missionc.verification.flight.way_missions import is_whole
 
 NEAR = 0.1
-"""Largest distance, in metres, from below its first point at which a vehicle takes off."""
+"""Maximum horizontal distance from its first point at which a vehicle takes off, metres."""
 CLOCK_ERROR, UPTIME = 2.0**-10, 2**14
-"""Seconds by which a firmware's clock, seconds since it was switched on in float32, is wrong up to so many of them.
+"""Error of the firmware's float32 clock in seconds, up to an uptime in seconds.
 
-The time now and that of the start are each rounded to a multiple of 2^-10 s below 2^14 s.
+The current time and the start time are each rounded to a multiple of 2^-10 s below 2^14 s.
 
 Source:
     crazyflie-firmware, crtp_commander_high_level.c (``usecTimestamp() / 1e6``, a ``float``) and planner.c
@@ -25,7 +25,7 @@ Source:
 
 
 def for_templates(flight: Flight) -> dict[str, object]:
-    """Values of the flight, by the names that the templates have for them."""
+    """Values of the flight, by their names in the templates."""
     return asdict(phases(flight)) | {
         "mission": flight.mission.name,
         "robots": [
@@ -55,11 +55,11 @@ def for_templates(flight: Flight) -> dict[str, object]:
 
 
 def _seconds_to_land(flight: Flight) -> float:
-    """Duration of a landing from anywhere in the flight, so that no vehicle sinks faster than its profile allows."""
+    """Duration of a landing from any height in the flight within the maximum sink speed, seconds."""
     return max(landing_seconds(each.agent, height) for each, height in zip(flight.parts, peaks(flight), strict=True))
 
 
 def _near(flight: Flight) -> float:
-    """Largest distance of a vehicle from below its first point, metres: proved columns allow its tracking error."""
+    """Maximum distance of a vehicle from below its first point, metres: proved columns allow its tracking error."""
     missed = [each.agent.vehicle.tracking for each in flight.parts if each.agent.vehicle.tracking > 0]
     return min([NEAR, *missed]) if is_whole(flight.mission) else NEAR

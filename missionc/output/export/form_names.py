@@ -1,6 +1,6 @@
-"""The registry of export formats: those built in, each a module beside this one, and those of extensions.
+"""Registry of export formats: built-in ones, each a module next to this one, and those of extensions.
 
-Whoever asks which there are, as completion and help do, loads none of those built in.
+Listing the names, as completion and help do, loads no built-in format.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from missionc.output.export.export_form import Format
 
 NAMES = ("crazyswarm2", "cflib", "skybrush", "mcap", "ros2", "px4")
-"""The built-in formats, each a module with a ``FORMAT`` of its name."""
+"""Built-in formats, each a module with a ``FORMAT`` of its name."""
 
 
 def _format(name: str, value: object) -> Format:
@@ -27,4 +27,4 @@ def _format(name: str, value: object) -> Format:
 FORMATS: Registry[Format] = Registry(
     Kind.EXPORT, {name: f"missionc.output.export.{name}:FORMAT" for name in NAMES}, _format
 )
-"""Every form by its name."""
+"""All formats by name."""

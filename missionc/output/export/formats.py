@@ -1,10 +1,10 @@
-"""The table of export formats for verified flights.
+"""Table of export formats for verified flights.
 
 in   Flight
-out  Exported: files by name; or why this form cannot hold the flight
+out  Exported: files by name; or why the format cannot represent the flight
 says MC404 MC712
 
-A form is data: its name, a sentence, and a function; ``form_names`` says which there are.
+A format is data: a name, a sentence, and a function; ``form_names`` lists all of them.
 """
 
 from __future__ import annotations

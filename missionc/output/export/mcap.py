@@ -1,4 +1,4 @@
-"""Export to MCAP, for Foxglove and other readers: each vehicle's poses, as JSON messages of Foxglove's schemas.
+"""Export to MCAP, for Foxglove and other readers: poses of each vehicle, as JSON messages of Foxglove's schemas.
 
 Source:
     Foxglove, message schemas PoseInFrame and PosesInFrame; the MCAP specification.
@@ -18,7 +18,7 @@ from missionc.output.export.verified_flight import Flight
 NAME = "mcap"
 FRAME = "world"
 LIBRARY = "missionc"
-"""Not the version of what writes it, which would be in the bytes."""
+"""Library name without the version of the writer, which would change the bytes."""
 
 
 def _object(**properties: object) -> dict[str, object]:
@@ -36,7 +36,7 @@ MANY = _object(timestamp=TIME, frame_id={"type": "string"}, poses={"type": "arra
 
 
 def write(flight: Flight) -> Exported:
-    """``flight.mcap``: ``/NAME/pose`` over time, and ``/NAME/path`` at the beginning."""
+    """Write ``flight.mcap``: ``/NAME/pose`` over time, and ``/NAME/path`` at the beginning."""
     from mcap.writer import CompressionType, Writer
 
     samples = sampled(flight)

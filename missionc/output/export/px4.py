@@ -1,7 +1,6 @@
-"""Export for PX4 by way of MAVSDK drone shows: a CSV table for each vehicle, in north, east and down.
+"""Export for PX4 with MAVSDK drone shows: a CSV table for each vehicle, in north, east and down.
 
-The mission's x is north, its y is west: as drone shows have it. Yaw is in
-degrees clockwise from north.
+The mission's x is north and its y is west, as in drone shows. Yaw is in degrees clockwise from north.
 
 Source:
     alireza787b/mavsdk_drone_show, "Control Modes and Coordinate Systems".
@@ -19,13 +18,13 @@ from missionc.output.export.verified_flight import Flight
 NAME = "px4"
 COLUMNS = "idx,t,px,py,pz,vx,vy,vz,ax,ay,az,yaw,mode,ledr,ledg,ledb"
 MANEUVERING = 70
-"""The mode of every row: flying the trajectory. Climbing to its start and landing are the player's."""
+"""Mode of every row: following the trajectory. Takeoff and landing are done by the player."""
 WHITE = (255, 255, 255)
 TO_NED = np.array([1.0, -1.0, -1.0])
 
 
 def write(flight: Flight) -> Exported:
-    """``Drone 1.csv`` and so on, as the player looks for them, and a readme that says whose they are."""
+    """Write ``Drone 1.csv`` and so on, as the player expects, and a readme with the vehicle of each."""
     samples = sampled(flight)
     files = {}
     names = [f"Drone {index + 1}.csv" for index in range(len(flight.parts))]

@@ -1,4 +1,4 @@
-"""Export for ROS 2: one ``trajectory_msgs/MultiDOFJointTrajectory`` in YAML, with everybody's states.
+"""Export for ROS 2: one ``trajectory_msgs/MultiDOFJointTrajectory`` in YAML with the states of all agents.
 
 Source:
     ros2/common_interfaces, trajectory_msgs/msg/MultiDOFJointTrajectory.msg.
@@ -20,7 +20,7 @@ STILL = "{x: 0.0, y: 0.0, z: 0.0}"
 
 
 def write(flight: Flight) -> Exported:
-    """``trajectory.yaml``, the fields in the order of the message."""
+    """Write ``trajectory.yaml``, with the fields in the order of the message."""
     samples = sampled(flight)
     lines = [
         f"header: {{stamp: {{sec: 0, nanosec: 0}}, frame_id: {yaml(FRAME)}}}",

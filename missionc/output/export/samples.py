@@ -1,4 +1,4 @@
-"""Samples of a flight at regular times, for exports that know no polynomials."""
+"""Samples of a flight at regular times, for exports without polynomials."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from missionc.output.export.verified_flight import Flight
 from missionc.verification.certificate import CLOCK
 
 RATE = 20
-"""Samples in a second."""
+"""Samples per second."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """Every agent's state at some times.
+    """State of every agent at some times.
 
     Args:
-        times: (samples,), seconds, the beginning and the end of the flight among them.
+        times: (samples,), seconds, including the beginning and the end of the flight.
         position, velocity, acceleration: (agents, samples, 3), metres, m/s, m/s².
         yaw, yaw_rate: (agents, samples), rad, rad/s.
     """
@@ -34,7 +34,7 @@ class Samples:
 
 
 def sampled(flight: Flight) -> Samples:
-    """``RATE`` times a second, and at the end; a sample that the end is no further from than clocks are is left out."""
+    """Samples at ``RATE`` per second and at the end; one too close to the end for clocks is omitted."""
     nearly = flight.duration - CLOCK * max(1.0, flight.duration)
     inner = np.arange(math.ceil(nearly * RATE)) / RATE
     times = np.append(inner, flight.duration)
@@ -51,10 +51,10 @@ def sampled(flight: Flight) -> Samples:
 
 
 def fixed(number: float) -> str:
-    """With nine decimals; adding zero after rounding turns -0 into 0."""
+    """Text with nine decimals; adding zero after rounding turns -0 into 0."""
     return f"{round(number, 9) + 0.0:.9f}"
 
 
 def clock(seconds: float) -> tuple[int, int]:
-    """Seconds and nanoseconds."""
+    """Seconds and nanoseconds of a time."""
     return divmod(round(seconds * 1e9), 1_000_000_000)

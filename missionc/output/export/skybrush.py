@@ -1,11 +1,11 @@
-"""Export for Skybrush: a ``.skyc`` show that its viewer opens, with every flight as cubic Bézier curves.
+"""Export for Skybrush: a ``.skyc`` show for its viewer, with every flight as cubic Bézier curves.
 
-It holds the whole flight from the floor to the floor, with yaw and a light for each drone. Axes are the mission's: x
+It contains the whole flight from takeoff to landing, with yaw and a light for each drone. Axes are the mission's: x
 north, y west, z up. Yaw is in degrees clockwise, and linear between its setpoints.
 
 Cubics approximate the curves of degree seven within a millimetre. Each has the position and the velocity of the curve
-at both of its ends, which lie at whole milliseconds. The difference is piecewise polynomial, and no larger than its
-Bernstein control points: that is the bound.
+at its ends, which are at whole milliseconds. The difference is piecewise polynomial and bounded by its Bernstein
+control points.
 
 Source:
     skybrush-io: packages/show-format/src (``trajectory.ts``, ``yaw-control.ts``, ``lights.ts``), the documentation of
@@ -44,21 +44,21 @@ from missionc.output.export.verified_flight import Flight, Part
 from missionc.verification.plan.clearances import relative_margins
 
 CLOSE = 1e-3
-"""Metres: a cubic that may stray further is halved."""
+"""Maximum error of a cubic in metres; a worse one is halved."""
 GRAIN = 1e-6
-"""Metres: to which coordinates are written."""
+"""Resolution of written coordinates, metres."""
 PADDING = 1e-9
-"""Metres: more than float64 loses in a bound."""
+"""Margin in metres for the rounding of float64 in a bound."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cubics:
-    """One agent's flight.
+    """Flight of one agent.
 
     Args:
         clock: (cubics + 1,), whole milliseconds.
-        points: (cubics, 3, 4), metres: Bézier control points, in whole ``GRAIN``.
-        deviation: metres, proved: at no time is it further from the curve.
+        points: (cubics, 3, 4), Bézier control points, metres, multiples of ``GRAIN``.
+        deviation: proved maximum distance from the curve, metres.
     """
 
     clock: Indices
@@ -67,13 +67,16 @@ class Cubics:
 
     @property
     def curves(self) -> Curves:
-        """The cubics as polynomials, (1, cubics, 3, 4)."""
+        """Cubics as polynomials, (1, cubics, 3, 4)."""
         times = self.clock / 1000
         return Curves(times, from_control_points(self.points, np.diff(times))[None])
 
 
 def cubics(curve: Curves) -> Cubics:
-    """The cubics of one agent's curve, (1, pieces, 3, 8), that ends at rest; one within ``CLOSE`` is not halved."""
+    """Cubics of one agent's curve, (1, pieces, 3, 8), that ends at rest.
+
+    Cubics within ``CLOSE`` are not halved.
+    """
     curve = _held(curve)
     clock = np.unique(np.rint(curve.times * 1000).astype(np.int64))
     clock[-1] = round(curve.times[-1] * 1000)
@@ -87,7 +90,7 @@ def cubics(curve: Curves) -> Cubics:
 
 
 def _held(curve: Curves) -> Curves:
-    """The curve, and where it ended up to the next whole millisecond."""
+    """Curve extended at its end point to the next whole millisecond."""
     end = math.ceil(curve.times[-1] * 1000 - 1e-3) / 1000
     if end <= curve.times[-1]:
         return curve
@@ -97,7 +100,7 @@ def _held(curve: Curves) -> Curves:
 
 
 def _through(curve: Curves, times: Array) -> Array:
-    """(cubics, 3, 4): control points of the cubics between these times."""
+    """Control points of the cubics between these times, (cubics, 3, 4), metres."""
     place, velocity = curve.at(times)[0], curve.derivative().at(times)[0]
     third = np.diff(times)[:, None] / 3
     points = np.stack(
@@ -107,7 +110,7 @@ def _through(curve: Curves, times: Array) -> Array:
 
 
 def _apart(curve: Curves, times: Array, points: Array) -> Array:
-    """(cubics,), metres: how far each cubic is from the curve at most."""
+    """Maximum distance of each cubic from the curve, (cubics,), metres."""
     own = Curves(times, from_control_points(points, np.diff(times))[None])
     # On one grid of times: the joints of both.
     fine, course = refined(curve, times), refined(own, curve.times)
@@ -127,17 +130,17 @@ def _apart(curve: Curves, times: Array, points: Array) -> Array:
 
 NAME = "skybrush"
 SET_COLOUR, END, FRAMES = 4, 0, 50
-"""Two commands of a light's program, and how many of its units of time are in a second."""
+"""Two commands of a light program, and the number of its time units per second."""
 STRAIGHT = 0.05
-"""Degrees: a setpoint of yaw that is nearer than this to the line through its neighbours is left out."""
+"""Tolerance in degrees: a yaw setpoint closer to the line through its neighbours is omitted."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The one date of every entry: zip files have to have one."""
+"""Fixed date of every entry, since zip files need one."""
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
-    """``show.skyc``, and how far its curves are from the verified ones: never more than ``CLOSE``.
+    """Write ``show.skyc``, and the error of its curves, which is never above ``CLOSE``.
 
-    Refused if the vehicles cannot rise and land at once.
+    An error if the vehicles cannot take off and land at once.
     """
     if flight.in_flight:
         return refused(
@@ -189,7 +192,10 @@ def _drone(each: Part, whole: Pieces, own: Cubics) -> dict[str, object]:
 
 
 def _yaw(whole: Pieces) -> list[list[float]]:
-    """Seconds and degrees clockwise, ``RATE`` in a second where the nose turns; what lies straight is left out."""
+    """Yaw setpoints: seconds and degrees clockwise, ``RATE`` per second during turns.
+
+    Collinear ones are omitted.
+    """
     turn = curves_of([whole], slice(3, 4))
     last = float(turn.times[-1])
     times = np.append(np.arange(math.ceil(last * RATE - 1e-3)) / RATE, last)
@@ -207,7 +213,7 @@ def _yaw(whole: Pieces) -> list[list[float]]:
 
 
 def _light(index: int, seconds: float) -> str:
-    """A program in Base64: the agent's colour, as it is on dark paper, for the whole flight."""
+    """Light program in Base64: the agent's colour on a dark background, for the whole flight."""
     colours = DARK["agents"]
     colour = bytes.fromhex(colours[index % len(colours)].removeprefix("#"))
     lasting, duration = math.ceil(seconds * FRAMES), bytearray()
@@ -219,7 +225,7 @@ def _light(index: int, seconds: float) -> str:
 
 
 def _validation(flight: Flight, kept: float, splines: list[Cubics]) -> dict[str, float]:
-    """Limits that this show keeps, so that the viewer marks only violations.
+    """Limits that this show satisfies, so that the viewer marks only violations.
 
     Height and speeds are the largest of its cubics. The distance is the smallest required one, or the ``kept`` one,
     metres, if vehicles come closer, as on the floor.
@@ -236,12 +242,15 @@ def _validation(flight: Flight, kept: float, splines: list[Cubics]) -> dict[str,
 
 
 def _raised(value: float) -> float:
-    """Rounded up to whole centimetres, at least one."""
+    """Value rounded up to whole centimetres, at least one."""
     return max(1, math.ceil(value * 100 - 1e-9)) / 100
 
 
 def _nearest(curves: Curves) -> float:
-    """Distance in metres that every two vehicles keep, at most a thousandth of it too small; infinite for one."""
+    """Lower bound on the distance between any two vehicles, within 0.1 %, metres.
+
+    Infinite for one vehicle.
+    """
     first, second = np.triu_indices(len(curves.coefficients), 1)
     least = math.inf
     for piece in range(curves.durations.size):
@@ -252,14 +261,14 @@ def _nearest(curves: Curves) -> float:
 
 
 def _zipped(files: dict[str, bytes]) -> bytes:
-    """The same bytes each time: one date, one order, one system."""
+    """Zip archive with reproducible bytes: fixed date, order and system."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
         for name, content in files.items():
             entry = zipfile.ZipInfo(name, EPOCH)
             entry.create_system = 3
             entry.external_attr = 0o644 << 16
-            # Stored: what deflate makes of it would depend on the zlib that is there.
+            # Stored without compression: the result of deflate depends on the installed zlib.
             archive.writestr(entry, content, zipfile.ZIP_STORED)
     return buffer.getvalue()
 

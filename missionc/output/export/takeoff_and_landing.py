@@ -1,7 +1,7 @@
 """Take-off and landing, outside the polynomials: vehicles rise to their first points and sink from their last.
 
-Each goes straight up and down in a column of its own, clear of everything that stands, as fast as its profile allows,
-and is on the floor again before its battery is empty. If that is impossible, a form that flies so is refused.
+Each moves straight up and down in a column of its own, clear of obstacles, as fast as its profile allows, and lands
+before its battery is empty. If that is impossible, a format that does so reports an error.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from missionc.verification.flight.verify_whole_flight import LANDED, REST_TO_RES
 from missionc.verification.flight.way_missions import is_whole
 
 GROUND = FLOOR
-"""Metres: where the vehicles stand before they take off."""
+"""Height of the vehicles before takeoff, metres."""
 PARTS = 32
-"""Parts of each piece whose hulls bound a height or a speed, to about a thousandth."""
+"""Number of parts of each piece whose hulls bound a height or a speed, to about 0.1 %."""
 
 
 def phases(flight: Flight, bottom: float = LANDED) -> Phases:
-    """Duration of each phase of a flight, so that no vehicle rises or sinks faster than its profile allows.
+    """Duration of each phase of a flight, so that no vehicle exceeds the vertical speeds of its profile.
 
     Args:
-        bottom: metres, the height to which vehicles sink: scripts stop motors above the floor.
+        bottom: height to which vehicles sink, metres: scripts stop motors above the floor.
     """
     agents = [each.agent for each in flight.parts]
     up, down = (
@@ -42,12 +42,15 @@ def phases(flight: Flight, bottom: float = LANDED) -> Phases:
 
 
 def peaks(flight: Flight) -> list[float]:
-    """Greatest height of each vehicle on its trajectory, metres, at most some millimetres too much."""
+    """Maximum height of each vehicle on its trajectory, metres, at most some millimetres too large."""
     return [float(points[:, 2].max()) for points in hulls(flight.curves, PARTS)]
 
 
 def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
-    """Indices of agents that rise together, turn by turn; they land in reverse. All at once unless above pads."""
+    """Indices of the agents that take off together, turn by turn; landing is in reverse.
+
+    One turn unless above pads.
+    """
     everyone = tuple(each.agent.index for each in flight.parts)
     if not is_whole(flight.mission):
         return (everyone,)
@@ -56,10 +59,9 @@ def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
 
 
 def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
-    """The whole flight of each vehicle as polynomials in doubles, the floor at both ends.
+    """Whole flight of each vehicle as polynomials in doubles, with the floor at both ends.
 
-    They rise, hover, fly, hover and sink, without the way to the first points that scripts fly: here vehicles rise to
-    them.
+    Vehicles rise, hover, fly, hover and sink. Unlike in scripts, they rise directly to their first points.
     """
     lasting, turns = phases(flight, GROUND), turns_of(flight)
     joined = []
@@ -83,7 +85,9 @@ def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
 
 
 def _upright(part: Part, at: int, low: float, high: float, seconds: float) -> Array:
-    """(4, 8): from one height to another above an end of the flight, 0 or -1, as its nose points there."""
+    """Coefficients (4, 8) of a vertical motion between two heights (m) above the start (0) or end (-1)
+    of the flight.
+    """
     piece = part.pieces.coefficients[at]
     there = piece[:, 0] if at == 0 else values(piece, part.pieces.duration[at])
     own = np.zeros((4, len(REST_TO_REST)))
@@ -94,30 +98,30 @@ def _upright(part: Part, at: int, low: float, high: float, seconds: float) -> Ar
 
 
 def cannot_rise_or_land(name: str, flight: Flight, bottom: float = LANDED) -> Diagnostic | None:
-    """Reason why the form of this name cannot fly from the floor to the floor; None if it can.
+    """Reason why this format cannot fly from the floor to the floor, or None if it can.
 
     Args:
-        bottom: as of ``phases``.
+        bottom: as in ``phases``.
     """
     whole = phases(flight, bottom).whole
     return _shared_column(name, flight) or _blocked_column(name, flight) or _too_long(name, flight, whole)
 
 
 def _columns(flight: Flight, part: Part) -> list[tuple[str, tuple[float, float, float], bool]]:
-    """Columns in which a vehicle rises, unless in the air, and sinks: verb, point in the air, whether at the end."""
+    """Columns in which a vehicle rises (unless in the air) and sinks: verb, point in the air, whether at the end."""
     land = ("land", part.last, True)
     return [land] if flight.in_flight else [("take off", part.first, False), land]
 
 
 def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
-    """Two vehicles that would take off, or land, through each other."""
+    """Finding for two vehicles that would take off or land through each other."""
     if len(turns_of(flight)) > 1:
         return None
     for first, second in combinations(flight.parts, 2):
         need = flight.mission.spacing(first.agent.index, second.agent.index).sideways
         for (verb, one, _), (_, other, _) in zip(_columns(flight, first), _columns(flight, second), strict=True):
             apart = math.dist(one[:2], other[:2])
-            # A flight need not end nearer than this to where the plan ends.
+            # A flight may end this far from the end of the plan.
             if apart < need - WAYPOINT:
                 return refused(
                     name,
@@ -129,7 +133,10 @@ def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
 
 
 def _blocked_column(name: str, flight: Flight) -> Diagnostic | None:
-    """A vehicle that would rise or sink through an obstacle, as it stands then; in a plane obstacles have no height."""
+    """Finding for a vehicle that would rise or sink through an obstacle.
+
+    In a plane, obstacles have no height.
+    """
     mission = flight.mission
     if mission.dimension < 3:
         return None
@@ -139,7 +146,7 @@ def _blocked_column(name: str, flight: Flight) -> Diagnostic | None:
             for obstacle in mission.obstacles:
                 time = flight.duration - flight.before if at_end else 0.0
                 clear = column_clearance(obstacle, point, time, time)
-                # A flight need not begin or end nearer than this to where the plan does.
+                # A flight may begin or end this far from the plan.
                 if clear < need - WAYPOINT:
                     return _blocked(name, verb, part, obstacle, clear, need)
     return None

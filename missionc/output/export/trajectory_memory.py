@@ -12,6 +12,6 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 
 def raw(own: Pieces) -> bytes:
-    """33 little-endian float32 for each piece: eight coefficients of x, y, z and yaw each, and the duration."""
+    """Encode each piece as 33 little-endian float32: eight coefficients of x, y, z and yaw each, and the duration."""
     rows = np.concatenate([own.coefficients.reshape(-1, 32), own.duration[:, None]], axis=1)
     return rows.astype("<f4").tobytes()

@@ -1,4 +1,4 @@
-"""A verified flight as a value, ready to be written in other formats."""
+"""A verified flight as a value, for export to other formats."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from missionc.verification.verify_plan import verify_polynomials
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """One agent's part of a flight.
+    """Part of one agent in a flight.
 
     Args:
-        file: its file's name, without a suffix.
-        robot: a name that ROS 2 takes: ASCII letters, digits and ``_``; no two alike.
+        file: name of its file, without a suffix.
+        robot: unique name for ROS 2: ASCII letters, digits and ``_``.
         text: its polynomials as they were verified, byte for byte.
-        pieces: what the text holds.
+        pieces: contents of the text.
     """
 
     agent: Agent
@@ -38,31 +38,31 @@ class Part:
 
     @property
     def first(self) -> tuple[float, float, float]:
-        """Metres: where the polynomials begin."""
+        """First point of the polynomials, metres."""
         x, y, z = self.pieces.coefficients[0, :3, 0].tolist()
         return (x, y, z)
 
     @property
     def last(self) -> tuple[float, float, float]:
-        """Metres: where they end."""
+        """Last point of the polynomials, metres."""
         x, y, z = values(self.pieces.coefficients[-1, :3], self.pieces.duration[-1]).tolist()
         return (x, y, z)
 
     @property
     def yaw(self) -> float:
-        """Radians, at the beginning."""
+        """Yaw at the beginning, rad."""
         return float(self.pieces.coefficients[0, 3, 0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flight:
-    """Every agent's polynomials, in mission order, on one grid of times.
+    """Polynomials of every agent, in mission order, on one grid of times.
 
     Args:
-        before: seconds of it before the mission begins; 0 where that is all of it.
-        ways: those that are in it, before the mission and after it.
-        texts: the polynomials of the mission alone, by the agent's name.
-        in_flight: whether all are in the air when it begins.
+        before: seconds before the mission begins; 0 if there are none.
+        ways: transfers in it, before and after the mission.
+        texts: polynomials of the mission alone, by the agent's name.
+        in_flight: True if all agents are in the air when it begins.
     """
 
     mission: Mission
@@ -76,7 +76,7 @@ class Flight:
 
     @property
     def times(self) -> Array:
-        """(pieces + 1,), seconds: the joints."""
+        """Times of the joints, (pieces + 1,), seconds."""
         return self.parts[0].pieces.times
 
     @property
@@ -85,16 +85,16 @@ class Flight:
 
     @property
     def curves(self) -> Curves:
-        """Where everybody is: x, y and z, of plane missions too."""
+        """Positions of all agents: x, y and z, in plane missions too."""
         return curves_of([each.pieces for each in self.parts], slice(0, 3))
 
     @property
     def yaws(self) -> Curves:
-        """Likewise, the one coordinate yaw, radians."""
+        """Yaw of all agents, rad, as curves with one coordinate."""
         return curves_of([each.pieces for each in self.parts], slice(3, 4))
 
     def judged(self, pieces: Mapping[str, Pieces]) -> Certificate:
-        """What is verified of other polynomials with as many pieces, by the agent's name, in the place of these."""
+        """Verify other polynomials with the same number of pieces, by the agent's name, instead of these."""
         sections: dict[Stage | None, dict[str, str]] = {}
         for each in self.parts:
             begin = 0
@@ -112,7 +112,7 @@ class Flight:
 
 
 def _sizes(flight: Flight, name: str) -> list[tuple[Stage | None, int]]:
-    """How many pieces of an agent belong to the way out, to the mission (None) and to the way home."""
+    """Number of pieces of an agent in the outbound transfer, the mission (None) and the return transfer."""
     stages: list[tuple[Stage | None, str]] = []
     for stage in (Stage.OUT, None, Stage.HOME):
         texts = flight.texts if stage is None else flight.ways.get(stage)
@@ -130,14 +130,14 @@ def flight(
     ways: Ways | None = None,
     in_flight: bool = False,
 ) -> Flight:
-    """The flight of verified polynomials, with the ways before and after the mission.
+    """Build the flight of verified polynomials, with the transfers before and after the mission.
 
     Args:
-        texts: each agent's file, by the agent's name.
-        in_flight: whether it begins in the air, where something was flown before it.
+        texts: file of each agent, by the agent's name.
+        in_flight: True if it begins in the air, after an earlier flight.
 
     Raises:
-        ValueError: a text does not hold polynomials.
+        ValueError: a text does not contain polynomials.
     """
     ways = ways or {}
     files, robots = file_names(mission.agents), robot_names(mission)
@@ -165,14 +165,14 @@ def _read(agent: Agent, text: str) -> Pieces:
 
 
 def robot_names(mission: Mission) -> dict[str, str]:
-    """What each agent is called in ROS 2, by the agent's name."""
+    """Name of each agent in ROS 2, by the agent's name."""
     files = file_names(mission.agents)
     robots = _robots([files[agent.name] for agent in mission.agents])
     return {agent.name: robot for agent, robot in zip(mission.agents, robots, strict=True)}
 
 
 def _robots(files: list[str]) -> list[str]:
-    """ROS 2 names, as near to the files' names as can be."""
+    """ROS 2 names, as similar to the files' names as possible."""
     names: list[str] = []
     for index, file in enumerate(files):
         name = re.sub(r"\W", "_", file, flags=re.ASCII)

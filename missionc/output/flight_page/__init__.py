@@ -1,1 +1,1 @@
-"""The page of a flight that goes on: what it knows, and its text; the map and the lanes are the report's."""
+"""The page of a flight in progress: its data and text; the map and the lanes are those of the report."""

@@ -1,7 +1,7 @@
 """The record of a live flight for its page, with links and formations, and the page itself as HTML.
 
-    in   events of a session of online monitoring, one after the other; the plan that is followed
-    out  the changes since some event, for a page that knows the flight up to it: a dict that JSON can hold
+    in   events of a session of online monitoring, one after the other; the current plan
+    out  the changes since an event, for a page that has the flight up to it: a dict that JSON can hold
 
 Its memory does not grow with the length of the flight. Communication links and formations are given at each column,
 with those that are broken or at risk now. The page has the map, the lanes and the style of the report.
@@ -40,28 +40,28 @@ from missionc.verification.monitoring.live.samples import StepState
 from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 
 MOST_MEMBERS = 200
-"""Agents of a graph whose links are drawn: those of more are a tangle, and take their time."""
+"""Maximum number of agents in a graph whose links are drawn."""
 
 EVERY = 0.1
-"""Seconds of the mission after which links are looked for again."""
+"""Interval of link updates, in seconds of the mission."""
 
 INSTANT = 1e-9
-"""Seconds: moments that differ by less are the same."""
+"""Tolerance in seconds for equal moments."""
 
 KEPT, AT_RISK, BROKEN = range(3)
-"""How an edge of a formation stands."""
+"""States of an edge of a formation."""
 
 NOWHERE = 1e6
-"""Metres: an agent in doubt by so much is nowhere, and has no link."""
+"""Position uncertainty in metres from which an agent counts as lost and has no link."""
 
 
 def drawn_graphs(mission: Mission) -> tuple[Graph, ...]:
-    """The graphs whose links are drawn."""
+    """Graphs whose links are drawn."""
     return tuple(graph for graph in mission.graphs if 1 < len(graph.agents) <= MOST_MEMBERS)
 
 
 def couplings_data(mission: Mission) -> dict[str, Any]:
-    """What the page is told of them once: names, which way links lead, edges by the agents' numbers."""
+    """Static data for the page: names, directions of links, edges by the agents' numbers."""
     return {
         "graphs": [{"name": graph.name, "directed": directed(graph)} for graph in drawn_graphs(mission)],
         "formations": [
@@ -73,17 +73,17 @@ def couplings_data(mission: Mission) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Links:
-    """By graph, which of its pairs are linked at a step: (pairs,)."""
+    """Linked pairs of each graph at a step: (pairs,), boolean."""
 
     step: int
     links: Mapping[str, Flags]
 
 
 class CouplingsRecord:
-    """The links that began and ended at each column, and the formations' margins there.
+    """Links that begin and end at each column, and margins of formations there.
 
     Args:
-        columns: how many there will be.
+        columns: number of columns.
     """
 
     def __init__(self, mission: Mission, columns: int) -> None:
@@ -95,13 +95,13 @@ class CouplingsRecord:
         self.set_world(mission)
 
     def set_world(self, mission: Mission) -> None:
-        """The same graphs and formations, perhaps with other ranges; of one that is new nothing is known before."""
+        """Set the mission: same graphs and formations, possibly with other ranges; new ones have no past."""
         self.mission = mission
         for each in mission.formations:
             self._margins.setdefault(each.name, np.full((len(each.edges), self._columns), -np.inf))
 
     def take(self, state: StepState, column: int | None) -> None:
-        """The team at a step, and which column that is, if any; steps come in their order."""
+        """Record the team at a step, and the column of it, if any; steps come in order."""
         known, seconds = _known(state), float(self.mission.step)
         if self.last.step < 0 or (state.step - self.last.step) * seconds > EVERY - INSTANT:
             found = {graph.name: _linked(graph, state.position, known) for graph in drawn_graphs(self.mission)}
@@ -121,7 +121,7 @@ class CouplingsRecord:
             self._margins[formation.name][:, column] = _edges(formation, state.position, known)
 
     def since(self, first: int, last: int) -> dict[str, Any]:
-        """What a page does not know yet that knows the columns before the first one; nothing of it is written again."""
+        """Data for a page that has the columns before ``first``; the result does not change later."""
         changes = {
             graph.name: list(enumerate(self._changes.get(graph.name, [])[first:last], first))
             for graph in drawn_graphs(self.mission)
@@ -131,7 +131,7 @@ class CouplingsRecord:
 
 
 def packed(fresh: dict[str, Any]) -> dict[str, Any]:
-    """``CouplingsRecord.since`` as a page reads it: changes are rows of column, two agents, and whether linked."""
+    """Pack ``CouplingsRecord.since`` for a page: changes are rows of column, two agents, and whether linked."""
     return {
         "changes": {name: pack(_rows(changes)) for name, changes in fresh["changes"].items()},
         "margins": {name: pack(thousandths(margins)) for name, margins in fresh["margins"].items()},
@@ -144,13 +144,15 @@ def _rows(changes: list[tuple[int, NDArray[np.int64]]]) -> NDArray[np.int64]:
 
 
 def couplings_now(mission: Mission, state: StepState, plan: Trace | None, last: Links) -> dict[str, Any]:
-    """By graph the links that there are, are at risk or broken, as pairs of agents; how the edges of formations stand.
+    """Current, endangered and broken links of each graph, as pairs of agents.
 
-    At risk is what is there and will not be a step from now if everybody goes on like this, or what nobody can be sure
-    of, as somebody was not seen. Broken is a link that the plan has now, and the team has not.
+    The result also has the state of formation edges.
+
+    A link is at risk if it will break within one step at current velocities, or if it is uncertain because an agent was
+    not observed. A link is broken if the plan has it now, and the team does not.
 
     Args:
-        last: the links as they were found last.
+        last: the links of the last call.
     """
     known = _known(state)
     ahead = state.position + state.velocity * float(mission.step)
@@ -174,12 +176,12 @@ def couplings_now(mission: Mission, state: StepState, plan: Trace | None, last: 
 
 
 def _known(state: StepState) -> Flags:
-    """(agents,): who is somewhere."""
+    """Agents with a known position, (agents,), boolean."""
     return np.asarray((state.doubt < NOWHERE) & np.isfinite(state.position).all(axis=1))
 
 
 def _pairs(graph: Graph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The agents of each pair that may be linked, from the first to the second; once where links lead both ways."""
+    """Agents of each pair that may be linked, from and to, (pairs,) each; once if links are undirected."""
     members = np.array(graph.agents, dtype=np.int64)
     first, second = np.triu_indices(len(members), 1)
     if directed(graph):
@@ -188,7 +190,10 @@ def _pairs(graph: Graph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _linked(graph: Graph, position: Array, known: Flags) -> Flags:
-    """(pairs,): which of them are linked, of those who are somewhere; position: (agents, dim), metres."""
+    """Linked pairs among the agents with a known position, (pairs,), boolean.
+
+    Position: (agents, dim), metres.
+    """
     first, second = _pairs(graph)
     near = known[first] & known[second]
     near[near] = are_linked(graph, first[near], second[near], position[first[near]], position[second[near]])
@@ -196,7 +201,7 @@ def _linked(graph: Graph, position: Array, known: Flags) -> Flags:
 
 
 def _edges(formation: Formation, position: Array, known: Flags) -> Array:
-    """(edges,), metres; of an agent that is nowhere nothing holds."""
+    """Margins of the edges, (edges,), metres; unsatisfied for agents without a known position."""
     margins = [
         float(formation_margin(formation, edge, position[edge.first], position[edge.second]))
         if known[edge.first] and known[edge.second]
@@ -218,20 +223,20 @@ POLICY = (
     "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""What a browser may do with the page: run the one script, and ask its own server."""
+"""Content security policy of the page: run its own script, and connect to its own server."""
 
 ASSETS = Path(__file__).resolve().parent / "assets"
 OF_ONE_PLAN = frozenset(
     {"svg_canvas.js", "charts.js", "words.js", "margins.js", "plans.js", "suggestions.js", "export.js", "main.js"}
 )
-"""Scripts of the report that are about a plan, and of no use to a flight that goes on."""
+"""Scripts of the report about a single plan, which a flight in progress does not use."""
 OF_REPORT = tuple(name for name in SCRIPTS if name not in OF_ONE_PLAN)
 OWN = ("flight_model.js", "flight_lanes.js", "flight_status.js", "flight_main.js")
-"""In the order in which they are put together, after those of the report."""
+"""Scripts in order, after those of the report."""
 
 
 def flight_html() -> tuple[bytes, str]:
-    """The page, whatever the mission, and the policy that it is to be sent with."""
+    """The page, independent of the mission, and its content security policy."""
     script = "\n".join([scripts(OF_REPORT), *map(_own, OWN)])
     parts = {"STYLE": asset("style.css") + _own("flight.css"), "SCRIPT": script}
     pieces = _own("flight.html").split("%%")
@@ -245,7 +250,7 @@ def _own(name: str) -> str:
 
 
 MOST_COLUMNS = 2000
-"""Moments of the past that are kept: where a mission has more steps, every second one, or third, and so on."""
+"""Maximum number of past moments that are kept; for missions with more steps, every second one, or third, and so on."""
 
 MOST_NEWS = 200
 
@@ -256,7 +261,7 @@ Tone = Literal["plain", "good", "risk", "bad"]
 
 @dataclass(frozen=True, slots=True)
 class News:
-    """Something to be told once; ``t`` in seconds of the mission, and None where it has no time."""
+    """Message that is shown once; ``t`` in seconds of the mission, or None without a time."""
 
     number: int
     t: float | None
@@ -266,7 +271,7 @@ class News:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """How much a page knows already: columns, news, and which world and plan."""
+    """State of a page: its columns, news, world and plan."""
 
     columns: int = 0
     news: int = 0
@@ -275,10 +280,10 @@ class Seen:
 
 
 class FlightRecord:
-    """What is known of a flight by now.
+    """Current data of a flight.
 
-    A column is a moment of the past: of every ``stride`` steps one. Who reads and who writes in different threads has
-    to keep them apart; ``since`` copies what it hands out.
+    A column is a moment of the past: one for every ``stride`` steps. Callers must synchronize threads that read and
+    write; ``since`` returns copies.
     """
 
     def __init__(self, mission: Mission, kernel: Kernel) -> None:
@@ -302,19 +307,19 @@ class FlightRecord:
     # ------------------------------------------------------------------ writing
 
     def set_world(self, mission: Mission, kernel: Kernel) -> None:
-        """The world as it is now: the same agents, steps and goals, perhaps other regions and obstacles."""
+        """Set the current world: same agents, steps and goals, possibly other regions and obstacles."""
         self.mission, self.kernel = mission, kernel
         self._couplings.set_world(mission)
         self._world = _world(mission, kernel, self.stride, self.columns)
         self._known = replace(self._known, world=self._known.world + 1, plan=self._known.plan + 1)
 
     def set_plan(self, trace: Trace | None) -> None:
-        """The plan that is followed from now on: drawn as paths."""
+        """Set the current plan, which is drawn as paths."""
         self._plan = trace
         self._known = replace(self._known, plan=self._known.plan + 1)
 
     def take(self, event: session.Event) -> None:
-        """What a session says."""
+        """Record an event of a session."""
         seconds = float(self.mission.step)
         match event:
             case session.Judged():
@@ -345,16 +350,16 @@ class FlightRecord:
                 self.tell(f"unusable line {line}: {reason}", "plain")
 
     def tell(self, says: str, tone: Tone = "plain", t: float | None = None) -> None:
-        """Something else that is worth a line among the news."""
+        """Add another message to the news."""
         self._known = replace(self._known, news=self._known.news + 1)
         self._news.append(News(self._known.news, t, tone, says))
 
     def hear(self, newest: float) -> None:
-        """A sample has come; ``newest`` is the latest time of any, seconds of the mission."""
+        """Record that a sample has arrived; ``newest`` is the latest time of any, seconds of the mission."""
         self._heard, self._heard_at = (newest if math.isfinite(newest) else self._heard), time.monotonic()
 
     def end(self, says: str) -> None:
-        """Nothing more will come; ``says`` why, in words."""
+        """End the flight; ``says`` is the reason in words."""
         self._ended = says
 
     def _judged(self, judged: session.Judged) -> None:
@@ -380,9 +385,9 @@ class FlightRecord:
     # ------------------------------------------------------------------ reading
 
     def since(self, seen: Seen | None) -> tuple[Seen, Callable[[], dict[str, Any]]]:
-        """What a page that has ``seen`` so much does not know, and how much it knows then.
+        """Changes for a page in the state ``seen``, and its new state.
 
-        What makes the dict out of it may be called later, and elsewhere: it shares nothing with what is written here.
+        The returned function builds the dict later, in any thread: it shares no data with this object.
         """
         known, seen = self._known, seen or Seen()
         fresh = slice(seen.columns, known.columns)
@@ -424,11 +429,11 @@ class FlightRecord:
 
 
 _FAR = 1e6
-"""Metres: an agent in doubt by so much is nowhere."""
+"""Position uncertainty in metres from which an agent counts as lost."""
 
 
 def _world(mission: Mission, kernel: Kernel, stride: int, columns: int) -> dict[str, Any]:
-    """The world as a map has it, with columns in the place of steps, and the goals."""
+    """World for the map, with columns instead of steps, and the goals."""
     words = {goal.name: " ".join(goal.formula.span.text.split()) for goal in goals(mission)}
     told = [
         {
@@ -477,7 +482,7 @@ def _now(judged: session.Judged, since: list[float], seconds: float) -> dict[str
 
 
 def _change(standing: Standing, unit: str, seconds: float) -> tuple[str, Tone]:
-    """A verdict that changed, as a sentence."""
+    """Sentence about a changed verdict."""
     match standing.verdict:
         case LiveVerdict.VIOLATED:
             most = f", robustness at most {decimals(standing.most)} {unit}".rstrip()
@@ -495,7 +500,7 @@ def _thousandths(values: NDArray[np.float32]) -> NDArray[np.int64]:
 
 
 def _number(value: float) -> float | None:
-    """JSON knows no infinity."""
+    """Number for JSON, which has no infinity."""
     return value if math.isfinite(value) else None
 
 

@@ -1,1 +1,1 @@
-"""Atomic writing of files and folders: staged beside what they replace, whole or not at all, only over what is ours."""
+"""Atomic writing of files and folders: staged next to their target, all or nothing, and only over our own files."""

@@ -9,33 +9,34 @@ from pathlib import PurePath
 from missionc.ir import Agent
 
 MISSION = "mission"
-"""Where the mission's own files lie, so that the folder can be judged from what is in it."""
+"""Folder of the mission's own files, so that the folder can be verified from its contents."""
 SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/4"
-"""Where ``simulate`` leaves what it flew, and what that says it is."""
+"""File of ``simulate`` with its flights, and its schema."""
 SIMULATIONS_BEFORE = ("missionc.simulation/1", "missionc.simulation/2", "missionc.simulation/3")
-"""What files of older versions say they are: they do not tell what their flights were flown through."""
+"""Schemas of older versions, which do not record the disturbances of their flights."""
 WHOLE_FLIGHT = "whole_flight.json"
-"""The phases of a flight from the floor to the floor."""
+"""File with the phases of a flight from takeoff to landing."""
 SAFE_END = "safe_end.json"
-"""How everybody comes to rest, and down, from many moments of a flight."""
+"""File with the safe ends from many moments of a flight."""
 REPORT = "report.html"
-"""The page that is drawn of a folder."""
+"""Report of a folder."""
 MANIFEST, MANIFEST_SCHEMA = "manifest.json", "missionc.manifest/1"
-"""The file that lists all others of a folder, and what that says it is."""
+"""File that lists all others in a folder, and its schema."""
 ALTERNATIVES, ALTERNATIVES_FOLDER = "alternatives.json", "alternatives"
-"""The table of several plans in one folder, and where all but the best lie, each in a folder of its rank."""
+"""Table of several plans in one folder, and the folder of all except the best, each in a subfolder named by rank."""
 MOST_ALTERNATIVES = 20
-"""Plans that one folder may hold."""
+"""Maximum number of plans in one folder."""
 PAST = "past.json"
-"""What was flown before the plan of the folder begins."""
+"""File with the flight before the plan of the folder begins."""
 PLAN, NEAR_MISS, PROOF, EXPORT = "plan", "near_miss", "proof", "export"
-"""What a folder may hold, as its manifest says; one that does not say so holds a plan."""
+"""Kinds of contents of a folder, as in its manifest; the default is a plan."""
 
 
 def input_name(source: str, folder: PurePath) -> str:
-    """A mission's file relative to the mission's folder; its own name where it lies elsewhere.
+    """Mission's file relative to the mission's folder, or its own name if it is elsewhere.
 
-    The name need be no text, and may hold a backslash; both are replaced, since names have to be read everywhere.
+    The name may contain a backslash or bytes that are not text; both are replaced, so that names are readable
+    everywhere.
     """
     path = PurePath(source)
     name = (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
@@ -43,28 +44,28 @@ def input_name(source: str, folder: PurePath) -> str:
 
 
 def polynomials_file(file: str) -> str:
-    """Where an agent's polynomials lie, by the name that ``file_names`` gives it."""
+    """File of an agent's polynomials, by its name from ``file_names``."""
     return f"crazyflie/{file}.csv"
 
 
 def way_file(stage: str, file: str) -> str:
-    """Likewise the polynomials of a way, `out` or `home`."""
+    """File of the polynomials of a transfer, `out` or `home`."""
     return f"crazyflie/{stage}/{file}.csv"
 
 
 def stop_file(file: str) -> str:
-    """Where the polynomials lie that an agent flies until its plan begins, by the name that ``file_names`` gives it."""
+    """File of the polynomials that an agent flies until its plan begins, by its name from ``file_names``."""
     return f"stop/{file}.csv"
 
 
 def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:
-    """``drone[0]`` gives ``drone0`` and ``t[3][7]`` gives ``t3_7``.
+    """File name of each agent: ``drone[0]`` gives ``drone0`` and ``t[3][7]`` gives ``t3_7``.
 
-    Names that only differ in case, or not at all, get the agent's number too.
+    Equal names, or names that only differ in case, get the agent's number as well.
     """
     plain = {agent.name: _plain(agent.name) for agent in agents}
     uses = Counter(name.casefold() for name in plain.values())
-    # No identifier holds a hyphen, so that what is built here meets no other name.
+    # No identifier contains a hyphen, so these names are unique.
     return {
         name: f"{file}-{agent.index}" if uses[file.casefold()] > 1 else file
         for agent in agents
@@ -73,12 +74,12 @@ def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:
 
 
 def flights_in(agents: tuple[Agent, ...], files: Mapping[str, bytes]) -> dict[str, str]:
-    """The text of each agent's polynomials, by the agent's name; empty where the file is missing."""
+    """Text of each agent's polynomials, by the agent's name; empty if the file is missing."""
     return _texts_in(agents, files, polynomials_file)
 
 
 def stops_in(agents: tuple[Agent, ...], files: Mapping[str, bytes]) -> dict[str, str]:
-    """Likewise of what each agent flies until its plan begins."""
+    """Text of each agent's polynomials until its plan begins, by the agent's name."""
     return _texts_in(agents, files, stop_file)
 
 
@@ -89,7 +90,7 @@ def _texts_in(agents: tuple[Agent, ...], files: Mapping[str, bytes], place: Call
 
 
 def _plain(name: str) -> str:
-    """Indices without brackets, `_` between two of them, `m` for the sign of one below 0."""
+    """Name with indices without brackets, `_` between two of them, and `m` for a minus sign."""
     for sign, instead in (("][", "_"), (", ", "_"), ("[", ""), ("]", ""), ("-", "m")):
         name = name.replace(sign, instead)
     return name

@@ -1,6 +1,6 @@
 """The manifest: inputs, outputs and versions of a compilation, so that the same bytes can be produced again.
 
-Every folder that is written has one: by it ``ownership`` tells what is the compiler's.
+Every written folder has one, from which ``ownership`` detects the compiler's files.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from missionc.output.json_layout import compact, record
 from missionc.version import __version__
 
 PACKAGES = ("numpy", "scipy", "shapely", "piqp", "z3-solver", "python-sat", "torch", "jinja2", "mcap")
-"""Those whose version may change a plan, or what is made of it."""
+"""Packages whose version may change a plan or its files."""
 
 Option = str | int | float | bool
 
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Where a plan came from.
+    """Origin of a plan.
 
     Args:
         inputs: the mission's files, the mission first: names relative to its folder, and contents.
-        options: choices that change the plan, by their name on the command line.
-        cut_short: what ended the search before it was done, in two words; empty where nothing did.
-        stretch: how many times as long as the plan's the mission is.
-        data: the names of those inputs that are no missions.
-        past: the text of what was flown before the plan begins; empty where nothing was.
+        options: options that change the plan, by their name on the command line.
+        cut_short: what ended the search early, in two words; empty if nothing did.
+        stretch: factor of the mission's duration.
+        data: names of the inputs that are not missions.
+        past: text of the flight before the plan begins; empty if there was none.
     """
 
     inputs: tuple[tuple[str, bytes], ...]
@@ -44,7 +44,7 @@ class Provenance:
 
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:
-    """The text of ``manifest.json``; ``files`` are all others of the folder."""
+    """Text of ``manifest.json``; ``files`` are all others in the folder."""
     head = {
         "schema": MANIFEST_SCHEMA,
         "mission": plan.mission,
@@ -57,12 +57,12 @@ def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> 
 
 
 def without_plan(mission: str, holds: str, files: Mapping[str, bytes], provenance: Provenance | None = None) -> str:
-    """The text of the ``manifest.json`` of a folder that holds no plan.
+    """Text of the ``manifest.json`` of a folder without a plan.
 
     Args:
-        holds: what it holds instead, as ``file_names`` calls it.
-        files: all others of the folder.
-        provenance: of what can be judged once more from the folder alone.
+        holds: contents of the folder, as named in ``file_names``.
+        files: all other files of the folder.
+        provenance: origin, if the contents can be verified from the folder alone.
     """
     head: dict[str, object] = {"schema": MANIFEST_SCHEMA, "mission": mission, "holds": holds}
     if provenance is None:
@@ -72,7 +72,7 @@ def without_plan(mission: str, holds: str, files: Mapping[str, bytes], provenanc
 
 
 def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:
-    """A manifest with files that were written since; everything else in it stays as it was."""
+    """Manifest with files that were written later; everything else in it stays unchanged."""
     listed = before.get("files")
     known = dict(listed) if isinstance(listed, dict) else {}
     known.update((name, sha256(content)) for name, content in files.items())
@@ -99,7 +99,7 @@ def sha256(content: bytes) -> str:
 
 
 def versions() -> dict[str, str]:
-    """The version of this package, and of those installed that may change a plan."""
+    """Versions of this package and of the installed packages that may change a plan."""
     installed = {"missionc": __version__}
     for package in PACKAGES:
         try:

@@ -1,7 +1,7 @@
-"""Overlap of output paths: with what a command reads, with each other, with the folder that it runs in.
+"""Overlap of output paths with inputs, with each other, and with the working directory.
 
-in   the outputs by their flags, the paths that are read
-out  the refusal of the first that would, if any
+in   the outputs by their flags, the input paths
+out  a finding for the first overlap, if any
 
     says MC701 MC702
 """
@@ -19,7 +19,7 @@ from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 
 @dataclass(frozen=True, slots=True)
 class WrittenPath:
-    """A file that is to be written, or a folder that is to be written as a whole; ``flag`` names another."""
+    """File that will be written, or folder that will be written as a whole; ``flag`` names another."""
 
     flag: str
     path: Path
@@ -27,11 +27,10 @@ class WrittenPath:
 
 
 def overlapping(outputs: Sequence[WrittenPath], inputs: Iterable[Path]) -> Diagnostic | None:
-    """What forbids the first of these outputs; absent where they can be written side by side.
+    """Finding for the first output that overlaps with something, if any.
 
-    A folder that is written as a whole may not hold what is read, nor another
-    output, nor the folder in which the command runs; no output may be what is
-    read, or lie in a folder that is read.
+    A folder that is written as a whole must not contain an input, another output or the working directory; no output
+    may be an input or be in an input folder.
     """
     inputs = tuple(inputs)
     for number, output in enumerate(outputs):
@@ -46,7 +45,10 @@ def overlapping(outputs: Sequence[WrittenPath], inputs: Iterable[Path]) -> Diagn
 
 
 def within(path: Path, folder: Path) -> bool:
-    """Whether a path leads into a folder, or to it, by whatever names and links; neither has to be there."""
+    """Return whether a path leads into a folder or to it, through any names and links.
+
+    Neither needs to exist.
+    """
     inner, outer = os.path.realpath(path), os.path.realpath(folder)
     if inner == outer or inner.startswith(os.path.join(outer, "")):
         return True
@@ -83,7 +85,7 @@ def _of_outputs(output: WrittenPath, others: Iterable[WrittenPath]) -> Diagnosti
 
 
 def _same(one: Path, other: Path) -> bool:
-    """Whether two paths lead to one file; one below another file, which can be none, is not the same."""
+    """Return whether two paths lead to one file; a path below another file is never the same."""
     return within(one, other) and within(other, one)
 
 

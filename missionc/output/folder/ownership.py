@@ -1,13 +1,13 @@
-"""Ownership of a folder by the compiler, and refusals to replace a place or to write to it.
+"""Ownership of a folder by the compiler, and errors for places that must not be replaced or written.
 
     in   a folder's path
-    out  Ours: its content and files; or Foreign: what in it is not the compiler's, in words
+    out  Ours: its content and files; or Foreign: text on the contents that are not the compiler's
     says MC701 MC702
 
 A folder is the compiler's if its manifest declares it and lists every file in it by its SHA-256. A file that is not
-listed, one whose content is not the listed one, a link, a special file, and an empty folder that no listed file lies
-in are not the compiler's. A folder that holds one of them is not either. A listed file may be missing. The manifest
-is the one file that it cannot list.
+listed, one whose content is not the listed one, a link, a special file, and an empty folder that no listed file lies in
+are not the compiler's. A folder that contains one of them is not either. A listed file may be missing. The manifest is
+the one file that it cannot list.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, PLAN
 from missionc.output.folder.walk_folder import entries, is_normal, printable
 
 MOST_NAMED = 5
-"""Things in a folder that a message names."""
+"""Maximum number of foreign items in a folder that a message lists."""
 LONGEST = 160
-"""Characters of a path that a message shows."""
+"""Maximum number of characters of a path in a message."""
 ANOTHER_FOLDER, ANOTHER_FILE = "another folder with `-o`", "another file"
 
 
 def exists(
     target: Path, what: str, strange: Sequence[str] = (), notes: Sequence[str] = (), instead: str = ANOTHER_FOLDER
 ) -> Diagnostic:
-    """A place that is not replaced, whatever is asked for.
+    """Finding for a place that is never replaced.
 
     Args:
-        what: the rest of the sentence, after "exists".
-        strange: what in it the compiler did not write, in words, the first of them to be named.
+        what: rest of the sentence after "exists".
+        strange: foreign contents in words; the message lists the first ones.
     """
     more = len(strange) - MOST_NAMED
     named = [*strange[:MOST_NAMED], *([f"and {more} more"] if more > 0 else [])]
@@ -61,7 +61,7 @@ def cannot_write(target: Path, why: str, instead: str = ANOTHER_FOLDER) -> Diagn
 
 
 def reason(error: OSError | ValueError) -> str:
-    """The words for what the system says, or for a name that it cannot hold at all."""
+    """Text of a system error, or about a name that the system cannot represent."""
     if isinstance(error, FileNotFoundError) and nowhere():
         return "the working directory no longer exists"
     if isinstance(error, OSError):
@@ -70,22 +70,22 @@ def reason(error: OSError | ValueError) -> str:
 
 
 def shown(name: str | os.PathLike[str]) -> str:
-    """A path as messages show it: as text, and cut in the middle where it is long."""
+    """Path for messages: as text, shortened in the middle if it is long."""
     text = printable(os.fspath(name))
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}…{text[-LONGEST // 2 :]}"
 
 
 MOST_LOOKED_AT = 1_000_000
-"""Things in a folder that are looked at; no folder of ours holds as many."""
+"""Maximum number of items in a folder that are checked; our folders have fewer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ours:
-    """A folder in which everything is the compiler's.
+    """Folder whose contents are all the compiler's.
 
     Args:
-        files: the SHA-256 of each listed file, by its name relative to the folder.
-        holds: a plan, a near miss, a proof or an export; empty of an empty folder.
+        files: SHA-256 of each listed file, by its name relative to the folder.
+        holds: a plan, a near miss, a proof or an export; empty for an empty folder.
         manifest: the manifest's bytes.
     """
 
@@ -96,14 +96,17 @@ class Ours:
 
 @dataclass(frozen=True, slots=True)
 class Foreign:
-    """A folder that is not the compiler's, or not only: ``why`` ends a sentence, ``strange`` are things in it."""
+    """Folder with foreign contents: ``why`` ends a sentence, ``strange`` lists the contents."""
 
     why: str
     strange: tuple[str, ...] = ()
 
 
 def ownership(folder: Path) -> Ours | Foreign:
-    """Whose a folder is, of what lies in it now. A symbolic link to a folder is nobody's."""
+    """Determine the ownership of a folder from its current contents.
+
+    A symbolic link to a folder is foreign.
+    """
     try:
         return _judged(folder)
     except OSError as error:
@@ -111,9 +114,9 @@ def ownership(folder: Path) -> Ours | Foreign:
 
 
 def remove(folder: Path, ours: Ours) -> bool:
-    """Remove a folder, file by file: only what is still what ``ours`` lists; whether nothing else was there.
+    """Remove the files of a folder that still match ``ours``; returns whether nothing else was there.
 
-    What somebody puts into it meanwhile stays, with the folders that it lies in.
+    Files added in the meantime stay, with their folders.
     """
     try:
         for name, status in list(entries(folder)):
@@ -130,14 +133,14 @@ def remove(folder: Path, ours: Ours) -> bool:
 
 
 def remove_folders(folder: Path, files: Iterable[str]) -> None:
-    """Remove the folders that these files of a folder lay in, where they are empty."""
+    """Remove the folders that contained these files, if they are empty."""
     for name in sorted(_parents(files), key=lambda name: -name.count("/")):
         with suppress(OSError):
             (folder / name).rmdir()
 
 
 def listed_files(manifest: bytes) -> Ours | None:
-    """The folder as its manifest has it; None where that is not one of the compiler's."""
+    """Folder as listed in its manifest; None if it is not a manifest of the compiler."""
     try:
         says = parse_record(manifest, MANIFEST_SCHEMA)
     except NotJsonError:
@@ -169,7 +172,7 @@ def _judged(folder: Path) -> Ours | Foreign:
 
 
 def _strange(folder: Path, name: str, status: os.stat_result, ours: Ours) -> str:
-    """Why something in a folder is not the compiler's; empty where it is."""
+    """Reason why an item in a folder is not the compiler's; empty if it is."""
     if stat.S_ISDIR(status.st_mode):
         return "" if any(file.startswith(f"{name}/") for file in ours.files) else "an empty folder"
     if not stat.S_ISREG(status.st_mode):
@@ -192,7 +195,7 @@ def _kind(status: os.stat_result) -> str:
 
 
 def sha256_of(path: Path) -> str:
-    """The SHA-256 of a regular file as it is now; empty where something else stands there by now."""
+    """SHA-256 of a regular file; empty if it is no longer one."""
     handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
     with open(handle, "rb") as file:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -201,7 +204,7 @@ def sha256_of(path: Path) -> str:
 
 
 def _parents(files: Iterable[str]) -> set[str]:
-    """The folders that files lie in, of those below their own folder."""
+    """Folders of the files that are in subfolders."""
     return {str(parent) for name in files if is_normal(name) for parent in PurePosixPath(name).parents} - {"."}
 
 

@@ -1,19 +1,15 @@
-"""Staging folders: locked, beside the target, for the new content and for what it replaces.
+"""Staging folders: locked, next to the target, for new content and the content that it replaces.
 
-in   the path of a file or folder that is about to be written
-out  Staging: where to put the new one, and where the old one
+in   the path of the file or folder to write
+out  Staging: places for the new and the old one
 
-A staging folder is called ``.missionc-`` and 16 hexadecimal digits, is its
-owner's alone, and holds ``staging.json``, which says that it is one, of which
-digits and for which target, and is locked as long as its process lives. What a
-process that was killed leaves is swept by the next one that writes beside it:
-only a folder with such a file, whole and unlocked, is touched, and one in which
-there is nothing, or nothing but such a file without a word in it. The target's
-old folder returns to its place, or is removed as ``ownership.remove`` removes;
-of the new one go the files that its manifest lists, whatever they hold, since
-the process may have died in the middle of one. Anything else stays. Whoever
-changes a listed file in the ``new`` of a staging folder whose process has died
-loses that change.
+A staging folder is called ``.missionc-`` and 16 hexadecimal digits, is accessible to its owner only, and contains
+``staging.json``, which identifies it with its digits and target, and is locked while its process lives. The next
+process that writes in the same place cleans up after a killed one: it touches only folders with such a file, complete
+and unlocked, and folders that are empty or contain only an empty such file. The target's old folder returns to its
+place, or is removed as ``ownership.remove`` removes; of the new one go the files that its manifest lists, whatever they
+hold, since the process may have died in the middle of one. Anything else stays. Changes to a listed file in the ``new``
+of a dead process's staging folder are lost.
 """
 
 from __future__ import annotations
@@ -39,36 +35,36 @@ NAME = re.compile(r"\.missionc-([0-9a-f]{16})")
 MARKER, SCHEMA = "staging.json", "missionc.staging/1"
 LONGEST_MARKER = 1 << 14
 ATTEMPTS = 5
-"""To make a staging folder that somebody sweeps before it is one."""
+"""Maximum number of attempts to make a staging folder, which another process may clean up too early."""
 LONGEST_NAME = 255
-"""Bytes of a name that the common file systems allow."""
+"""Maximum length of a name in common file systems, bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Staging:
-    """A staging folder at ``path``, for what will stand at ``target``."""
+    """Staging folder at ``path`` for the content of ``target``."""
 
     path: Path
     target: Path
 
     @property
     def new(self) -> Path:
-        """Where the file or folder to be is put together."""
+        """Path at which the new file or folder is assembled."""
         return self.path / "new"
 
     @property
     def old(self) -> Path:
-        """Where the folder that it replaces is put aside."""
+        """Path of the replaced folder."""
         return self.path / "old"
 
     def put_back(self) -> Path:
-        """The old folder in its place again, or beside it where that is taken: where it is now."""
+        """Move the old folder back, or next to its place if that is occupied; returns its path."""
         place = self.target if not os.path.lexists(self.target) else numbered(self.target, "kept")
         self.old.rename(place)
         return place
 
     def clear(self, names: Iterable[str]) -> None:
-        """Remove the new file, or these files of the new folder, and then the staging folder where it is empty."""
+        """Remove the new file, or these files of the new folder, and then the staging folder if it is empty."""
         with suppress(OSError):
             if self.new.is_dir():
                 _scrap(self.new, names)
@@ -82,14 +78,14 @@ class Staging:
 
 @contextmanager
 def staging(target: Path, names: Iterable[str] = ()) -> Iterator[Staging]:
-    """A staging folder; afterwards what is left in it of these files is removed.
+    """Create a staging folder for a context; afterwards these files are removed from it.
 
     Args:
-        target: absolute, with no link above it.
-        names: of all files of the new folder, if it is one.
+        target: absolute path without links above it.
+        names: names of all files of the new folder, if it is one.
 
     Raises:
-        OSError: there can be none beside the target.
+        OSError: the folder cannot be created next to the target.
     """
     token = secrets.token_hex(8)
     staged = Staging(target.parent / f".missionc-{token}", target)
@@ -101,7 +97,7 @@ def staging(target: Path, names: Iterable[str] = ()) -> Iterator[Staging]:
             staged.clear(names)
             os.close(handle)
     except BaseException:
-        # A signal may have come while all was put back or cleared away; none comes twice.
+        # A signal may have arrived during cleanup; none arrives twice.
         if os.path.lexists(staged.old) and not os.path.lexists(target):
             staged.put_back()
         staged.clear(names)
@@ -111,9 +107,9 @@ def staging(target: Path, names: Iterable[str] = ()) -> Iterator[Staging]:
 
 
 def _begun(staged: Staging, token: str) -> int:
-    """Make the staging folder with its marker, locked and whole: the marker's handle.
+    """Create the staging folder with its marker, locked and complete; returns the marker's handle.
 
-    Whoever sweeps takes one that is not begun yet for one that was left; then it is made again.
+    Another process may clean up an unfinished one; then it is created again.
     """
     for attempt in range(ATTEMPTS):
         staged.path.mkdir(mode=0o700)
@@ -123,7 +119,7 @@ def _begun(staged: Staging, token: str) -> int:
             if attempt == ATTEMPTS - 1:
                 raise
             continue
-        # Where nothing can be locked, nothing is swept either.
+        # Without locks, nothing is cleaned up either.
         with suppress(OSError):
             fcntl.flock(handle, fcntl.LOCK_EX)
         os.write(handle, json.dumps({"schema": SCHEMA, "token": token, "target": staged.target.name}).encode())
@@ -135,7 +131,10 @@ def _begun(staged: Staging, token: str) -> int:
 
 @contextmanager
 def alone(parent: Path) -> Iterator[None]:
-    """Wait until no other process of the compiler judges or renames folders here; go on if nothing can be locked."""
+    """Wait until no other compiler process checks or renames folders here.
+
+    Without locks, continue at once.
+    """
     handle = None
     with suppress(OSError):
         handle = os.open(parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
@@ -148,7 +147,7 @@ def alone(parent: Path) -> Iterator[None]:
 
 
 def sweep(parent: Path) -> None:
-    """Tidy up in a folder after processes that died while they wrote there."""
+    """Clean up in a folder after processes that died while they wrote there."""
     with suppress(OSError):
         for name in sorted(os.listdir(parent)):
             if NAME.fullmatch(name):
@@ -157,7 +156,7 @@ def sweep(parent: Path) -> None:
 
 
 def numbered(target: Path, what: str) -> Path:
-    """A new name beside a file or folder, which says what it is to that; cut where it would be too long."""
+    """New name next to a file or folder, with its purpose; shortened if it would be too long."""
     ending = f".{what}-{secrets.token_hex(4)}"
     return target.with_name(os.fsdecode(os.fsencode(target.name)[: LONGEST_NAME - len(ending)]) + ending)
 
@@ -166,7 +165,7 @@ def _recover(path: Path) -> None:
     if not stat.S_ISDIR(os.lstat(path).st_mode):
         return
     with suppress(OSError):
-        path.rmdir()  # its process died before there was a marker in it, or after
+        path.rmdir()  # its process died before the marker was in it, or after
     handle = os.open(path / MARKER, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -191,7 +190,7 @@ def _recover(path: Path) -> None:
 
 
 def _target(marker: bytes, path: Path) -> Path | None:
-    """The place that a staging folder is for; None where its marker is not that of this folder, or not whole."""
+    """Target of a staging folder; None if its marker is incomplete or belongs to another folder."""
     try:
         says = parse_record(marker)
         name = str(says["target"])
@@ -202,7 +201,7 @@ def _target(marker: bytes, path: Path) -> Path | None:
 
 
 def _scrap(folder: Path, names: Iterable[str]) -> None:
-    """Remove these files of a folder, its manifest, and the folders that are empty then."""
+    """Remove these files of a folder, its manifest, and the folders that become empty."""
     names = {*names, MANIFEST}
     for name, status in list(entries(folder)):
         if name in names and not stat.S_ISDIR(status.st_mode):

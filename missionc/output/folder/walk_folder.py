@@ -1,10 +1,10 @@
 """Folder traversal and reading of files without following a symbolic link.
 
     in   a folder's path, a name in it
-    out  the status of everything in it by its relative name; the bytes of one file
+    out  the status of all contents by relative name; the bytes of one file
     says MC002 MC004 MC708
 
-The folder itself may be named through a link; whatever lies in it may not be one.
+The folder itself may be reached through a link, but its contents must not be links.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.frontend.syntax.read_file import bytes_of, cannot_read
 
 MOST_ENTRIES = 100_000
-"""Files and folders that are looked at; a folder with more was not written by the compiler."""
+"""Maximum number of files and folders that are checked; the compiler never writes more."""
 
 
 def contents(folder: Path) -> dict[str, os.stat_result]:
-    """Everything in a folder that is no plain directory, and directories that hold nothing, by relative POSIX names.
+    """All contents of a folder except plain directories, but with empty ones, by relative POSIX names.
 
-    A symbolic link is there as itself, wherever it leads. Names that are not
-    UTF-8 are as ``os.fsdecode`` gives them. It ends after ``MOST_ENTRIES`` and one more.
+    Symbolic links are not followed. Names that are not UTF-8 are decoded with ``os.fsdecode``. Stops after
+    ``MOST_ENTRIES`` + 1 entries.
 
     Raises:
-        OSError: the folder, or one in it, cannot be read.
+        OSError: the folder or a subfolder cannot be read.
     """
     return dict(sorted(islice(entries(folder), MOST_ENTRIES + 1)))
 
 
 def entries(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
-    """``contents``, one after the other as they are found.
+    """Iterate over ``contents`` as they are found.
 
     Raises:
-        OSError: as of ``contents``.
+        OSError: as in ``contents``.
     """
     root = os.path.join(folder, "")
     unread = [("", os.lstat(folder))]
@@ -57,7 +57,7 @@ def entries(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
 
 
 def kind(status: os.stat_result) -> str:
-    """What something is, with its article; empty for a regular file or a folder."""
+    """Kind of an item with its article; empty for a regular file or a folder."""
     mode = status.st_mode
     if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
         return ""
@@ -65,21 +65,21 @@ def kind(status: os.stat_result) -> str:
 
 
 def printable(name: str) -> str:
-    """A file's name as text that can be written: bytes that are no UTF-8 are spelt out."""
+    """Name of a file as printable text: bytes that are not UTF-8 are escaped."""
     return name.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def is_normal(name: str) -> bool:
-    """A name that is spelt in the one way: relative, with ``/``, without ``.`` and ``..`` and empty parts."""
+    """Return whether a name is in normal form: relative, with ``/``, without ``.``, ``..`` and empty parts."""
     parts = name.split("/")
     return "\0" not in name and "\\" not in name and not any(part in ("", ".", "..") for part in parts)
 
 
 def read_inside(folder: Path, name: str, limit: int) -> bytes | Diagnostic:
-    """What a regular file in a folder holds, at most ``limit`` bytes; no part of its name may be a link.
+    """Contents of a regular file in a folder, at most ``limit`` bytes; no part of its name may be a link.
 
     Args:
-        name: in normal form.
+        name: name in normal form.
     """
     shown = printable(str(folder / name))
     *between, last = PurePosixPath(name).parts

@@ -1,9 +1,9 @@
-"""Atomic replacement of one file, with its mode and owner, and through the link that names it.
+"""Atomic replacement of one file, with its mode and owner, through the link that names it.
 
     says MC702
 
 A file that exists keeps its mode, its owner and its attributes. One with several names (hard links), or of an owner
-that cannot be given to another file, is written in place, beside a copy of what it held that goes when all is written.
+that cannot be given to another file, is written in place, with a temporary copy of its old contents.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ NOT_REGULAR = "it is not a regular file"
 
 
 def refuse_file(target: Path) -> Diagnostic | None:
-    """What forbids writing a file, to be said before any work is done; absent where nothing does."""
+    """Finding if a file cannot be written, known before any work; None otherwise."""
     try:
         real = Path(os.path.realpath(target))
         parent = real.parent
-        # A name that is too long is told from one that is free.
+        # A name that is too long is distinguished from one that is free.
         status = standing(real)
         if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
             return cannot_write(target, f"the folder `{parent}` is not writable", ANOTHER_FILE)
@@ -42,7 +42,7 @@ def refuse_file(target: Path) -> Diagnostic | None:
 
 
 def write_file(target: Path, content: bytes) -> Diagnostic | None:
-    """One file, replaced as a whole, with the folders above it; what went wrong, if anything did."""
+    """Replace one file as a whole, and create its parent folders; returns an error, if any."""
     try:
         _replace(Path(os.path.realpath(target)), content)
     except (OSError, ValueError) as error:
@@ -51,12 +51,15 @@ def write_file(target: Path, content: bytes) -> Diagnostic | None:
 
 
 def write_inside(folder: Path, name: str, content: bytes) -> Diagnostic | None:
-    """Write one file of a folder, as ``write_file`` does, unless a symbolic link in the folder leads elsewhere."""
+    """Write one file in a folder like ``write_file``, unless a symbolic link in the folder leads elsewhere."""
     return linked(folder, name) or write_file(folder / name, content)
 
 
 def linked(folder: Path, name: str) -> Diagnostic | None:
-    """Refuse a place in a folder that is a symbolic link, or lies behind one; the folder itself may be named by one."""
+    """Finding for a place in a folder that is a symbolic link or behind one.
+
+    The folder itself may be a link.
+    """
     target = folder / name
     if os.path.realpath(target) == os.path.join(os.path.realpath(folder), name):
         return None
@@ -64,16 +67,16 @@ def linked(folder: Path, name: str) -> Diagnostic | None:
 
 
 def beside(folder: Path, ending: str) -> Path:
-    """The path of what is named after a folder, and lies where that lies."""
+    """Path next to a folder, with its name and an ending."""
     whole = os.path.abspath(folder)
     return Path(os.path.dirname(whole)) / f"{os.path.basename(whole)}{ending}"
 
 
 def standing(path: Path) -> os.stat_result | None:
-    """The status of what stands at a path, a link as itself; absent where nothing does.
+    """Status of the item at a path, without following links; None if there is none.
 
     Raises:
-        OSError: nothing can stand there.
+        OSError: no item can exist there.
     """
     try:
         return os.lstat(path)
@@ -82,10 +85,10 @@ def standing(path: Path) -> os.stat_result | None:
 
 
 def create(path: Path, content: bytes, mode: int = 0o666) -> None:
-    """A new file, on the disk when this returns; ``mode`` less what the process masks.
+    """Create a new file, flushed to the disk on return; ``mode`` is subject to the umask.
 
     Raises:
-        OSError: there is one, or there is no room.
+        OSError: the file exists, or the disk is full.
     """
     handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
     with open(handle, "wb") as file:
@@ -96,7 +99,10 @@ def create(path: Path, content: bytes, mode: int = 0o666) -> None:
 
 
 def keep_rights(new: Path, old: Path) -> bool:
-    """Give a new file or folder the mode, owner and attributes of an old one; whether it has its owner."""
+    """Copy mode, owner and attributes of an old file or folder to a new one.
+
+    Returns whether the owner matches.
+    """
     status = os.lstat(old)
     owned = True
     if (status.st_uid, status.st_gid) != (os.lstat(new).st_uid, os.lstat(new).st_gid):
@@ -125,7 +131,7 @@ def _replace(real: Path, content: bytes) -> None:
 
 
 def _overwrite(real: Path, content: bytes) -> None:
-    """In place: what the file held lies beside it until all is written, and comes back if that fails."""
+    """Overwrite in place: a copy of the old contents exists until all is written, and is restored on failure."""
     old = real.read_bytes()
     copy = numbered(real, "before")
     create(copy, old, 0o600)
@@ -144,7 +150,7 @@ def _overwrite(real: Path, content: bytes) -> None:
 def _fill(real: Path, content: bytes) -> None:
     handle = os.open(real, os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
     with open(handle, "wb") as file:
-        # Room for all of it is taken before anything is overwritten.
+        # All space is reserved before anything is overwritten.
         if content:
             with suppress(AttributeError):
                 os.posix_fallocate(handle, 0, len(content))

@@ -1,9 +1,8 @@
-"""Atomic writing of the output folder: it appears whole or not at all.
+"""Atomic writing of the output folder: all of it or nothing.
 
-Everything is put together beside its place and renamed into it. An existing
-folder is replaced only by force, or where it holds a nearest miss, and only
-where all in it is the compiler's; it comes back if that fails. It is judged
-again once it is put aside, and what somebody added to it by then is kept.
+The new folder is assembled next to its target and then renamed. An existing folder is replaced only with force, or if
+it contains a nearest miss, and only if all of its contents are the compiler's; on failure it is restored. It is checked
+again once it is moved aside, and files added by then are kept.
 
     says MC701 MC702
 """
@@ -26,9 +25,9 @@ FORCE_IS_NOT_ENOUGH = "`--force` replaces only unchanged output of the compiler"
 
 
 def refuse(target: Path, force: bool) -> Diagnostic | None:
-    """What forbids writing to the folder, to be said before any work is done; absent where nothing does.
+    """Finding if the folder cannot be written, known before any work; None otherwise.
 
-    Tidies up after processes that died while they wrote there.
+    Also cleans up after processes that died while they wrote there.
     """
     try:
         place = _place_of(target)
@@ -51,16 +50,15 @@ def refuse(target: Path, force: bool) -> Diagnostic | None:
 def write_folder(
     target: Path, files: Mapping[str, bytes] | Iterable[tuple[str, bytes]], force: bool
 ) -> Diagnostic | None:
-    """Write the files (by relative path), a manifest among them, as the folder; what went wrong, if anything did.
+    """Write the files (by relative path, with a manifest) as the folder; returns an error, if any.
 
-    Nothing is left behind by a failure or an interruption; what a process that
-    was killed leaves, the next one sweeps.
+    A failure or an interruption leaves nothing behind; the next process cleans up after a killed one.
     """
     refused = refuse(target, force)
     if refused is not None:
         return refused
     try:
-        # The manifest comes first: what lies in a folder that was not finished is told by it.
+        # The manifest comes first: it identifies the contents of an unfinished folder.
         ordered = sorted(dict(files).items(), key=lambda each: each[0] != MANIFEST)
         place = _place_of(target)
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -76,7 +74,7 @@ def write_folder(
 
 
 def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
-    """Rename the new folder into its place, once the old one is out of it."""
+    """Rename the new folder into its place, once the old one is moved away."""
     place = staged.target
     if standing(place) is None:
         staged.new.rename(place)
@@ -86,12 +84,12 @@ def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
         return owner
     keep_rights(staged.new, place)
     mode = staged.new.stat().st_mode
-    # A folder is not moved by an owner who may not write to it.
+    # An owner without write permission cannot move a folder.
     staged.new.chmod(mode | stat.S_IRWXU)
     now: Ours | Foreign | None = None
     try:
         place.rename(staged.old)
-        # Whoever put something into it since it was judged did not know that it was to go.
+        # Files added since the check are not ours to remove.
         now = ownership(staged.old)
         if isinstance(now, Foreign):
             return _exists(target, now)
@@ -100,7 +98,7 @@ def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
         removed = remove(staged.old, now)
     except BaseException:
         if isinstance(now, Ours) and not os.path.lexists(staged.new):
-            # It came when the new one was in its place: nothing of the old one is left beside it.
+            # The error came when the new folder was in place: nothing of the old one remains.
             remove(staged.old, now)
         raise
     finally:
@@ -110,7 +108,7 @@ def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
 
 
 def _replaceable(target: Path, place: Path, force: bool) -> Ours | Diagnostic:
-    """The folder that may be replaced; or why it may not."""
+    """The folder that may be replaced, or the reason why it may not."""
     owner = ownership(place)
     if isinstance(owner, Foreign):
         return _exists(target, owner)
@@ -121,7 +119,7 @@ def _replaceable(target: Path, place: Path, force: bool) -> Ours | Diagnostic:
 
 
 def _place_of(target: Path) -> Path:
-    """The folder's absolute path: its own name as it is, what is above it with links followed."""
+    """Absolute path of the folder: links above it are resolved, its own name is not."""
     if target.name in ("", ".."):
         return Path(os.path.realpath(target))
     return Path(os.path.realpath(target.parent)) / target.name

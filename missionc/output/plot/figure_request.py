@@ -1,29 +1,30 @@
-"""Figure requests: what a picture of a plan shows, at which moments, and how wide it is."""
+"""Figure requests: content, moments and width of a picture of a plan."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 MAP, ROADMAP, ROBUSTNESS, DISTANCES, TIMELINE = KINDS = ("map", "roadmap", "robustness", "distances", "timeline")
-"""What is drawn; the first is the default."""
+"""Kinds of figures; the first is the default."""
 MAPS = (MAP, ROADMAP)
-"""Those that show the world, so that they can be drawn at moments."""
+"""Kinds that show the world, so that they can be drawn at moments."""
 
 SUFFIXES = (".svg", ".png", ".pdf")
 
 WIDTHS = {"single": 8.6, "double": 17.8}
-"""Centimetres: of a column, and of a page of two columns."""
+"""Widths in cm of a column, and of a page with two columns."""
 
 MOST_MOMENTS = 24
-"""A strip has at most so many snapshots."""
+"""Maximum number of snapshots in a strip."""
 
 
 @dataclass(frozen=True, slots=True)
 class FigureRequest:
-    """
+    """Request for a figure.
+
     Args:
-        at: seconds, at each of which a map is drawn as a snapshot; empty for the whole motion.
-        width: a name of ``WIDTHS``; empty where the picture is as wide as what it shows needs.
+        at: moments of map snapshots, seconds; empty for the whole motion.
+        width: a name in ``WIDTHS``; empty for the natural width of the picture.
     """
 
     kind: str = MAP

@@ -1,4 +1,4 @@
-"""Figures of a plan: the picture that a request asks for, as a file's bytes.
+"""Figures of a plan: the requested picture as the bytes of a file.
 
 says MC404, MC715
 """
@@ -16,7 +16,7 @@ from missionc.output.plot.plot import missing, plot, rendered
 
 
 def refuse_moments(request: FigureRequest, mission: Mission) -> Diagnostic | None:
-    """What to say where a snapshot is asked for after the mission's end; absent where all are within it."""
+    """Finding for a snapshot after the mission's end; None if all are within it."""
     last = float(mission.step * mission.steps)
     late = [moment for moment in request.at if moment > last + 1e-9]
     if not late:
@@ -34,12 +34,12 @@ def figure(
     suffix: str,
     roadmaps: tuple[RoadmapGraph, ...] = (),
 ) -> bytes | Diagnostic:
-    """The picture, the same bytes each time.
+    """Picture with reproducible bytes.
 
     Args:
-        backend: who planned it, for the title of a map.
+        backend: backend of the plan, for the title of a map.
         suffix: ``svg``, ``png`` or ``pdf``.
-        roadmaps: drawn below the motion of a map.
+        roadmaps: roadmaps drawn below the motion of a map.
     """
     wrong = missing() or refuse_moments(request, mission)
     if wrong:

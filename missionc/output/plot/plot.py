@@ -1,10 +1,10 @@
-"""The map of a plan: world, regions, obstacles and every agent's path; for a volume a side view too.
+"""The map of a plan: world, regions, obstacles and the path of every agent, with a side view for a volume.
 
     says MC404
 
-Matplotlib comes with the extra ``viz``, and is loaded here alone, when a map is requested. Agents differ in colour,
-and also in marks and dashes, for readers who see no colours. Labels of regions are placed inside their shape, beside
-the paths that run through it. Paths along the same segment are offset sideways, as lines on a transit map.
+Matplotlib comes with the extra ``viz``, and is loaded only here, when a map is requested. Agents differ in colour, and
+also in marks and dashes, for readers who see no colours. Labels of regions are placed inside their shape, next to the
+paths that cross it. Paths along the same segment are offset sideways, as lines on a transit map.
 """
 
 from __future__ import annotations
@@ -41,23 +41,23 @@ if TYPE_CHECKING:
 
 
 LETTER = 0.62
-"""How wide a letter is, in font sizes."""
+"""Width of a letter, in font sizes."""
 
 LINE = 1.5
-"""How high a line is, in font sizes."""
+"""Height of a line, in font sizes."""
 
 SHIFTS = (0.0, -1.0, 1.0, -2.0, 2.0, -3.0, 3.0, -4.0, 4.0)
-"""Lines up from the middle of the shape, in the order in which they are tried."""
+"""Offsets in lines from the middle of the shape, in the order in which they are tried."""
 
 PIECES = 24
-"""Pieces of each segment of a path."""
+"""Number of pieces of each segment of a path."""
 
 
 def name_place(world: World, view: View, shape: Shape, name: str, letter: float, paths: Array) -> tuple[float, float]:
-    """The middle of a name: that of the shape, or the nearest line above or below that no path crosses.
+    """Centre of a name: that of the shape, or the nearest line above or below that no path crosses.
 
     Args:
-        letter: the size of its font, metres.
+        letter: font size, metres.
         paths: (agents, points, 2), metres, across and up.
     """
     middle = silhouette_point(world, view, shape)
@@ -77,26 +77,26 @@ def name_place(world: World, view: View, shape: Shape, name: str, letter: float,
 Segment: TypeAlias = tuple[tuple[float, ...], ...]
 
 SAME = 6
-"""Decimals, in metres, to which two places are the same."""
+"""Decimals in metres to which two places are equal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Use:
-    """A segment, in the direction of whoever came first (so that sides do not change along its way), and its users."""
+    """Segment in the direction of its first user (so that sides do not change along its path), and its users."""
 
     along: Array
     agents: list[int]
 
 
 def lane_lines(paths: Array, gap: float) -> Array:
-    """How far to shift each vertex of each path.
+    """Sideways shift of each vertex of each path.
 
     Args:
         paths: (agents, steps + 1, 2), metres.
-        gap: between two lines, metres.
+        gap: distance between two lines, metres.
 
     Returns:
-        (agents, steps + 1, 2), metres; zero where no other agent goes the same way.
+        (agents, steps + 1, 2), metres; zero if no other agent takes the same path.
     """
     uses: dict[Segment, _Use] = {}
     for agent, path in enumerate(paths):
@@ -115,12 +115,12 @@ def lane_lines(paths: Array, gap: float) -> Array:
 
 
 def _segment(start: Array, end: Array) -> Segment:
-    """Either way round the same."""
+    """Segment between two points, (2,), independent of its direction."""
     return tuple(sorted(tuple(point.tolist()) for point in (np.round(start, SAME) + 0.0, np.round(end, SAME) + 0.0)))
 
 
 def _side(use: _Use, agent: int, gap: float) -> Array | None:
-    """The shift along one segment; absent where the agent waits."""
+    """Shift along one segment, (2,); None if the agent waits."""
     length = float(np.linalg.norm(use.along))
     if length < 10.0**-SAME:
         return None
@@ -129,7 +129,7 @@ def _side(use: _Use, agent: int, gap: float) -> Array | None:
 
 
 def _around(sides: list[Array | None], vertex: int) -> list[Array | None]:
-    """Those of the segments before and after a vertex; past a wait, of the next one that moves."""
+    """Shifts of the segments before and after a vertex, (2,) each; waits are skipped."""
     before = next((side for side in reversed(sides[:vertex]) if side is not None), None)
     after = next((side for side in sides[vertex:] if side is not None), None)
     return [before, after]
@@ -146,7 +146,7 @@ MARKERS = {
     "hexagon": "h",
     "wedge": "v",
 }
-"""The marks of the palette, as matplotlib calls them."""
+"""Markers of the palette, in the names of matplotlib."""
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.4)), (0, (1.2, 1.0)), (0, (6, 1.4, 1.2, 1.4)))
 OBSTACLE, INK, GREY, BROKEN = LIGHT["obstacle"], LIGHT["ink"], "#8A8A8A", "#B00020"
 METADATA: dict[str, dict[str, str | None]] = {
@@ -155,25 +155,25 @@ METADATA: dict[str, dict[str, str | None]] = {
     "pdf": {"CreationDate": None, "Creator": "missionc", "Producer": None},
 }
 MOST_NAMED = 16
-"""More agents than these are not named one by one in the legend."""
+"""Maximum number of agents with their own entry in the legend."""
 MOST_DOTS = 101
-"""States of an agent; with more, dots would hide the path."""
+"""Maximum number of states of an agent with dots, which would otherwise hide the path."""
 CROWDED = 20
-"""Members of a family of obstacles beyond which each is marked with its indices alone."""
+"""Number of members of a family of obstacles from which each is labelled with its indices only."""
 NAME = 8.5
-"""Points: the font of a region's name."""
+"""Font size of a region's name, points."""
 LANE = 2.6
-"""Points between two paths along the same segment."""
+"""Distance between two paths along the same segment, points."""
 PAD = 0.02
-"""The share of the world's longest side that is left around it."""
+"""Padding around the world, as a ratio of its longest side."""
 MARGIN = 0.6
-"""Inches left of the map."""
+"""Margin left of the map, inches."""
 LONG_SIDE = 6.4
-"""Inches of the longer side of the world."""
+"""Longer side of the world, inches."""
 
 
 def missing() -> Diagnostic | None:
-    """What to say where no map can be drawn, to be said before any work is done; absent where one can."""
+    """Finding if no map can be drawn, known before any work; None otherwise."""
     if find_spec("matplotlib"):
         return None
     message = "a map needs matplotlib, which is not installed"
@@ -188,13 +188,13 @@ def plot(
     miss: Attempt | None = None,
     roadmaps: tuple[RoadmapGraph, ...] = (),
 ) -> bytes | Diagnostic:
-    """The map as a file's bytes, the same each time.
+    """Map as the bytes of a file, reproducible.
 
     Args:
-        backend: who planned it, for the title; empty where nobody did.
+        backend: backend of the plan, for the title; may be empty.
         kind: ``svg`` or ``png``.
-        miss: what the motion comes to, where it is no plan: said in the title, and ringed.
-        roadmaps: drawn below the motion.
+        miss: result of a motion that is not a plan: shown in the title, and with a ring.
+        roadmaps: roadmaps drawn below the motion.
     """
     absent = missing()
     if absent:
@@ -203,12 +203,12 @@ def plot(
 
 
 def rendered(draw: Callable[[Figure], None], kind: str, exact: bool = False) -> bytes:
-    """A picture's bytes, ``svg``, ``png`` or ``pdf``, the same each time; matplotlib is there.
+    """Bytes of a picture, ``svg``, ``png`` or ``pdf``, reproducible; needs matplotlib.
 
-    Text stays text: it can be searched and set anew.
+    Text stays text, so that it can be searched and edited.
 
     Args:
-        exact: the picture has the size that it was drawn for; otherwise it is cut to what is in it.
+        exact: if true, the picture keeps its size; otherwise it is cropped to its contents.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -278,7 +278,7 @@ def _draw(
 
 
 def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgement | Violation) -> None:
-    """A ring where something first fails: around each agent that it fails because of."""
+    """Draw a ring at the first failure, around each agent that causes it."""
     for agent in mission.agents:
         if agent.name in wrong.agents and wrong.step is not None:
             x, y = trace.position[agent.index, wrong.step, (view.across, view.up)]
@@ -286,7 +286,7 @@ def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgeme
 
 
 def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:
-    """One panel, or two above each other, at one scale and with their left sides in line."""
+    """One panel, or two above each other, at one scale and with their left sides aligned."""
     low, high = mission.world.low, mission.world.high
     size = [top - bottom for bottom, top in zip(low, high, strict=True)]
     views = [View(0, 1)] if mission.dimension == 2 else [View(0, 1), View(0, 2)]
@@ -315,7 +315,7 @@ def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:
 
 
 def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View, moment: float | None = None) -> None:
-    """Draw the world and what is in it; obstacles where they are at a moment, seconds, or where they start and go."""
+    """Draw the world and its contents; obstacles at a moment in seconds, or with their start and track."""
     low, high = mission.world.low, mission.world.high
     across, up = (low[view.across], high[view.across]), (low[view.up], high[view.up])
     axes.set_facecolor("#F1F1EF")
@@ -349,7 +349,7 @@ def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View, moment: fl
 
 
 def _crowded(mission: Mission, obstacle: Obstacle) -> bool:
-    """Whether it is one of so many in a family that there is only room for its indices."""
+    """Return whether it belongs to a family so large that only its indices fit."""
     place = obstacle.span.start if obstacle.span.turns else -1
     return sum(bool(each.span.turns) and each.span.start == place for each in mission.obstacles) > CROWDED
 
@@ -377,7 +377,7 @@ def _draw_obstacle(
 
 
 def _draw_track(axes: Axes, mission: Mission, view: View, obstacle: Obstacle, path: Path) -> None:
-    """Where the obstacle goes, and an arrow halfway."""
+    """Draw the track of the obstacle with an arrow halfway."""
     last = mission.step * mission.steps
     start = silhouette_point(mission.world, view, obstacle.shape)
     times = sorted({0.0, last, *(time for time in path.times if 0 < time < last)})
@@ -397,7 +397,7 @@ def _draw_track(axes: Axes, mission: Mission, view: View, obstacle: Obstacle, pa
 
 
 def _see_through(view: View) -> dict[str, Any]:
-    """From the side one thing stands before the other."""
+    """Style for overlapping shapes in the side view."""
     return {} if view.up == 1 else {"alpha": 0.3}
 
 
@@ -419,7 +419,10 @@ def draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
 
 
 def _draw_ends(axes: Axes, agent: Agent, steps: Array, size: float) -> None:
-    """Its body at both ends: a ring of its mark at the start, around it or alone the filled mark at the finish."""
+    """Draw its body at both ends: a ring of its marker at the start, a filled marker at the finish.
+
+    Steps: (steps + 1, 2), m.
+    """
     from matplotlib.patches import Circle
 
     colour, mark, _ = style(agent.index)
@@ -432,7 +435,7 @@ def _draw_ends(axes: Axes, agent: Agent, steps: Array, size: float) -> None:
 
 
 def _tracks(mission: Mission, trace: Trace) -> Array:
-    """The motion between the steps too: (agents, points, dim)."""
+    """Motion including points between the steps, (agents, points, dim), metres."""
     curves = motion(mission, trace)
     agents, _, dim, size = curves.coefficients.shape
     if size == 2:
@@ -450,7 +453,7 @@ def _metres_per_point(axes: Axes) -> float:
 
 
 def style(index: int) -> tuple[str, str, Any]:
-    # A second round of colours comes with other marks and dashes.
+    # A second round of colours comes with other markers and dashes.
     turn, own = divmod(index, len(COLOURS))
     return COLOURS[own], MARKERS[MARKS[(index + 3 * turn) % len(MARKS)]], DASHES[turn % len(DASHES)]
 
@@ -464,7 +467,7 @@ def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: 
 
 
 def legend_entries(mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> list[Line2D | Patch]:
-    """The entries of a map's legend."""
+    """Entries of a map's legend."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -1,4 +1,4 @@
-"""Charts of a plan over time: the robustness of its requirements, its distances, and who does what when."""
+"""Charts of a plan over time: the robustness of its requirements, its distances, and a timeline of the agents."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HATCHES = ("", "////", "....", "xxxx")
-"""The hatches of lanes, one for each round of colours."""
+"""Hatches of lanes, one for each round of colours."""
 MOST_SAMPLES = 1000
-"""Moments at which a distance over time is drawn."""
+"""Number of moments at which a distance over time is drawn."""
 
 
 def draw_robustness(figure: Figure, mission: Mission, kernel: Kernel, trace: Trace, width: str) -> None:
-    """Draw, for each requirement, the least and the most that its robustness can still come to as time goes on.
+    """Draw, for each requirement, the interval in which its robustness can still end as time passes.
 
     Source:
         Deshmukh et al., "Robust online monitoring of signal temporal logic" (2017), robust satisfaction intervals.
@@ -58,7 +58,7 @@ def draw_robustness(figure: Figure, mission: Mission, kernel: Kernel, trace: Tra
 
 
 def draw_distances(figure: Figure, mission: Mission, trace: Trace, width: str) -> None:
-    """Draw how far the nearest bodies, and the nearest body and obstacle, are apart, beside what is required."""
+    """Draw the distances of the nearest bodies, and of the nearest body and obstacle, with the required ones."""
     last = float(mission.step * mission.steps)
     times = np.linspace(0.0, last, int(min(MOST_SAMPLES, max(2, PER_SECOND * last + 1))))
     placed = Placed(1, times, positions(mission, trace, times))
@@ -86,7 +86,7 @@ def draw_distances(figure: Figure, mission: Mission, trace: Trace, width: str) -
 
 
 def draw_timeline(figure: Figure, mission: Mission, kernel: Kernel, trace: Trace, width: str) -> None:
-    """Draw, for each requirement, a lane for each agent it rests on, filled at the steps where it does."""
+    """Draw, for each requirement, a lane for each agent that it depends on, filled at its decisive steps."""
     roots = [goal.formula for goal in kernel.requirements]
     rows = table(roots, roots, mission, trace, kernel.opposites)
     witnesses = Witnesses([*roots, *(goal.formula for goal in kernel.preferences)], mission, trace, kernel.opposites)
@@ -122,7 +122,7 @@ def draw_timeline(figure: Figure, mission: Mission, kernel: Kernel, trace: Trace
 
 
 def _panels(figure: Figure, mission: Mission, count: int, tall: float, width: str) -> list[Axes]:
-    """Panels above each other on one axis of time; ``tall``: inches of each."""
+    """Panels above each other on one time axis; ``tall`` is the height of each, inches."""
     figure.set_size_inches(WIDTHS[width or "double"] / INCH, count * (tall + 0.25) + 0.6)
     figure.set_layout_engine("constrained", w_pad=0.04, h_pad=0.03)
     panels: list[Axes] = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
@@ -138,12 +138,12 @@ def _panels(figure: Figure, mission: Mission, count: int, tall: float, width: st
 
 
 def _finite(robustness: Array) -> Array:
-    """The least over agents at each step: (steps + 1,); not a number where no motion can change it."""
+    """Minimum over agents at each step, (steps + 1,); NaN if no motion can change it."""
     least: Array = robustness.min(axis=0)
     return np.where(np.isfinite(least), least, np.nan)
 
 
 def _runs(lane: Array) -> list[tuple[int, int]]:
-    """Where each stretch of steps begins, and one past its last."""
+    """First step and end (exclusive) of each run of true steps; lane: (steps + 1,), boolean."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lane.astype(np.int8), [0]])))
     return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]

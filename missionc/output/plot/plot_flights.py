@@ -1,7 +1,7 @@
-"""Plots and tables of simulated flights: the first one's path as a table, and a picture of all.
+"""Plots and tables of simulated flights: the path of the first one as a table, and a picture of all.
 
-The picture has the map with planned and flown paths, the error over time, and
-how often each requirement was kept. Matplotlib comes with the extra ``viz``.
+The picture has the map with planned and flown paths, the error over time, and how often each requirement was satisfied.
+Matplotlib comes with the extra ``viz``.
 """
 
 from __future__ import annotations
@@ -22,13 +22,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDE, GAP = 3.6, 0.7
-"""Inches: of the graphs beside the map, and between panels."""
+"""Width of the graphs next to the map, and gap between panels, inches."""
 KEPT, MISSED = "#009E73", "#D55E00"
 LABELS = {"tracking": "tracking error", "nothing touched": "no collision"}
 
 
 def table(mission: Mission, flown: Flown) -> bytes:
-    """Every sample of the first flight, as ``missionc monitor`` reads it; SI units, nine significant digits."""
+    """Samples of the first flight in the format of ``missionc monitor``.
+
+    SI units, nine significant digits.
+    """
     lines = [COLUMNS]
     for agent in mission.agents:
         columns = [
@@ -43,7 +46,7 @@ def table(mission: Mission, flown: Flown) -> bytes:
 
 
 def draw(mission: Mission, trials: Trials, kind: str) -> bytes:
-    """The picture as a file's bytes, ``svg``, ``png`` or ``pdf``, the same each time; matplotlib is there."""
+    """Picture as the bytes of a file, ``svg``, ``png`` or ``pdf``, reproducible; needs matplotlib."""
     return rendered(lambda figure: _draw(figure, mission, trials), kind)
 
 
@@ -79,7 +82,7 @@ def _paths(axes: Axes, mission: Mission, trials: Trials) -> None:
 
 
 def _errors(axes: Axes, trials: Trials) -> None:
-    """The largest error of any agent: of half of the flights at most, and of all."""
+    """Draw the maximum error over all agents: the median over flights, and the maximum."""
     largest = np.stack([flight.largest for flight in trials.flights])
     times = trials.flown.times
     median, most = np.median(largest, axis=0), largest.max(axis=0)
@@ -95,7 +98,7 @@ def _errors(axes: Axes, trials: Trials) -> None:
 
 
 def _fractions(axes: Axes, trials: Trials) -> None:
-    """How often each requirement was kept, with the interval of the true share."""
+    """Draw how often each requirement was satisfied, with the confidence interval."""
     fractions = trials.fractions()
     for row, (name, each) in enumerate(fractions.items()):
         colour = KEPT if each.held == each.flights else MISSED

@@ -1,4 +1,4 @@
-"""Roadmaps on the map: nodes and edges, with an arrowhead where there is no way back.
+"""Roadmaps on the map: nodes and edges, with an arrowhead on one-way edges.
 
 Source:
     [strel] Fig. 2.
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 INK = ("#7A7F87", "#A07A4E", "#5E8C73", "#8E6C93")
-"""For each kind of agent; another round begins after the last."""
+"""Colours for each kind of agent; they repeat after the last."""
 HEAD = "#333333"
-"""An arrowhead has this colour, and lies above the paths."""
+"""Colour of an arrowhead, which is above the paths."""
 ARROWS = 400
-"""More one-way edges than these have no arrowheads, which would hide the rest."""
+"""Maximum number of one-way edges with arrowheads, which would otherwise hide the rest."""
 
 
 def draw_roadmap(axes: Axes, roadmap: RoadmapGraph, number: int, view: View) -> None:
-    """The nodes and edges of a roadmap, in the colour of its number, below the paths of agents."""
+    """Draw the nodes and edges of a roadmap, in the colour of its number, below the paths of agents."""
     from matplotlib.collections import LineCollection
 
     colour, planes = INK[number % len(INK)], (view.across, view.up)
@@ -44,7 +44,7 @@ def draw_roadmap(axes: Axes, roadmap: RoadmapGraph, number: int, view: View) -> 
 
 
 def roadmap_entry(roadmap: RoadmapGraph, number: int) -> Line2D:
-    """What the legend says of it."""
+    """Legend entry of a roadmap."""
     from matplotlib.lines import Line2D
 
     colour = INK[number % len(INK)]
@@ -53,7 +53,7 @@ def roadmap_entry(roadmap: RoadmapGraph, number: int) -> Line2D:
 
 
 def _along(edge: RoadmapEdge, share: float) -> Array:
-    """The place, (dim,), at that share of its points."""
+    """Point (dim,) at a fraction of the edge's length, metres."""
     at = share * (len(edge.path) - 1)
     first = min(int(at), len(edge.path) - 2)
     place: Array = edge.path[first] + (at - first) * (edge.path[first + 1] - edge.path[first])

@@ -1,4 +1,4 @@
-"""A strip of maps: the whole motion at a column's width, or snapshots at moments with links and formations."""
+"""A strip of maps: the whole motion at a column's width, or snapshots with links and formations."""
 
 from __future__ import annotations
 
@@ -23,26 +23,29 @@ if TYPE_CHECKING:
 
 LINK, SHAPE = "#9AA3AD", "#6A3D9A"
 INCH = 2.54
-"""Centimetres."""
+"""Centimetres per inch."""
 LEAST = 1.55
-"""Inches: a map is not narrower, so that the names in it are readable."""
+"""Minimum width of a map in inches, so that its names are readable."""
 PER_SECOND = 20
-"""Points of a trail."""
+"""Points of a trail per second."""
 TEXT = 7.0
-"""Points: the font of what stands around the maps."""
+"""Font size of the text around the maps, points."""
 
 
 def draw_strip(
     figure: Figure, mission: Mission, trace: Trace, request: FigureRequest, roadmaps: tuple[RoadmapGraph, ...]
 ) -> None:
-    """Draw a map for each moment asked for, or one of the whole motion; of a volume from above and from the side."""
+    """Draw a map for each requested moment, or one of the whole motion.
+
+    A volume from above and from the side.
+    """
     from matplotlib.lines import Line2D
 
     moments: tuple[float | None, ...] = request.at or (None,)
     views = [View(0, 1)] if mission.dimension == 2 else [View(0, 1), View(0, 2)]
     wide = WIDTHS[request.width or "double"] / INCH
     low, high = mission.world.low, mission.world.high
-    # A flat world takes more of the width, so that there is height for the names in it.
+    # A flat world gets more of the width, so that there is height for the names in it.
     flat = max(1.0, math.sqrt((high[0] - low[0]) / (high[1] - low[1])))
     columns = min(len(moments), max(1, int(wide / (LEAST * flat))))
     rows = math.ceil(len(moments) / columns)
@@ -92,7 +95,7 @@ def draw_strip(
 
 
 def positions(mission: Mission, trace: Trace, times: Array) -> Array:
-    """Where everyone is at times within the planned motion, seconds: (agents, times, dim), metres."""
+    """Positions of all agents at times within the planned motion (seconds): (agents, times, dim), metres."""
     curves = motion(mission, trace)
     begins = np.concatenate([[0.0], np.cumsum(curves.durations)])
     piece = np.clip(np.searchsorted(begins, times, side="right") - 1, 0, len(curves.durations) - 1)
@@ -101,7 +104,7 @@ def positions(mission: Mission, trace: Trace, times: Array) -> Array:
 
 
 def _snapshot(axes: Axes, mission: Mission, trace: Trace, view: View, moment: float) -> None:
-    """Draw everyone's body and mark at a moment, the way there, and the links and formations they have then."""
+    """Draw the bodies and markers of all agents at a moment, their paths until then, and their links and formations."""
     from matplotlib.patches import Circle
 
     planes = (view.across, view.up)
@@ -114,7 +117,7 @@ def _snapshot(axes: Axes, mission: Mission, trace: Trace, view: View, moment: fl
             if one < other:
                 _join(axes, now[[graph.agents[one], graph.agents[other]], 0][:, planes], "link", LINK, 0.8, "-")
     for formation in mission.formations:
-        # Where everyone keeps a distance to everyone, bold lines would hide them.
+        # If all agents keep a distance to all others, bold lines would hide them.
         width = 1.3 if len(formation.edges) <= 2 * len(formation.agents) else 0.35
         for edge in formation.edges:
             ends = now[[edge.first, edge.second], 0][:, planes]

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 GRID, DEPTH = 360, 24
-"""Samples across the world for shapes that have no outline in closed form, and along the line of sight."""
+"""Number of samples across the world for shapes without an outline in closed form, and along the line of sight."""
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """Which coordinates go across and up."""
+    """Coordinates for the horizontal and the vertical axis."""
 
     across: int
     up: int
@@ -31,7 +31,7 @@ class View:
 def draw_shape(
     axes: Axes, world: World, view: View, shape: Shape, shift: Array | None = None, grown: float = 0.0, **style: Any
 ) -> None:
-    """Draw the shape's silhouette, moved by ``shift`` (dim,) and grown by some metres, with the style of a patch."""
+    """Draw the shape's silhouette, moved by ``shift`` (dim,) and grown, both in metres, with the style of a patch."""
     offset = np.zeros(world.dimension) if shift is None else shift
     patch = None if grown else _patch(world, view, shape, offset, style)
     if patch is not None:
@@ -47,7 +47,7 @@ def draw_shape(
 
 
 def silhouette_point(world: World, view: View, shape: Shape) -> tuple[float, float]:
-    """A point well inside the silhouette, for its name."""
+    """Point well inside the silhouette, for its name."""
     match shape:
         case Box(low, high):
             return (low[view.across] + high[view.across]) / 2, (low[view.up] + high[view.up]) / 2
@@ -60,7 +60,7 @@ def silhouette_point(world: World, view: View, shape: Shape) -> tuple[float, flo
             inside = np.argwhere(depth <= 0)
             if not len(inside):
                 return float(across[GRID // 2]), float(up[GRID // 2])
-            # Its middle, if that is well inside; else where it is widest.
+            # Its middle, if that is well inside; else the place where it is widest.
             row, column = np.rint(inside.mean(axis=0)).astype(int)
             if depth[row, column] > 0.4 * depth.min():
                 row, column = np.unravel_index(depth.argmin(), depth.shape)
@@ -68,7 +68,7 @@ def silhouette_point(world: World, view: View, shape: Shape) -> tuple[float, flo
 
 
 def _patch(world: World, view: View, shape: Shape, offset: Array, style: dict[str, Any]) -> Patch | None:
-    """In closed form, for plain shapes."""
+    """Patch in closed form for simple shapes; offset: (dim,), metres."""
     from matplotlib import patches
 
     right, top = float(offset[view.across]), float(offset[view.up])
@@ -95,14 +95,16 @@ def _patch(world: World, view: View, shape: Shape, offset: Array, style: dict[st
 
 
 def _heights(world: World, band: Prism | None) -> tuple[float, float]:
-    """Where a prism begins within the world, and how high it is there."""
+    """Lower end of a prism within the world, and its height there."""
     low, high = (band.low, band.high) if band is not None else (-math.inf, math.inf)
     return max(low, world.low[2]), max(0.0, min(high, world.high[2]) - max(low, world.low[2]))
 
 
 def _depth(world: World, view: View, shape: Shape, offset: Array | None = None) -> tuple[Array, Array, Array]:
-    """How deep in the silhouette each point of a grid is, which is that of the world once the shape is moved by
-    ``offset``, (dim,): (across,), (up,), (up, across)."""
+    """Depth in the silhouette of each point on a grid: (across,), (up,), (up, across), metres.
+
+    The grid is that of the world once the shape is moved by ``offset``, (dim,), metres.
+    """
     away = np.zeros(world.dimension) if offset is None else offset
     low, high = np.array(world.low) - away, np.array(world.high) - away
     across = np.linspace(low[view.across], high[view.across], GRID)

@@ -1,1 +1,1 @@
-"""The report: one page that shows a plan in motion beside the mission's own words."""
+"""The report: one page that shows a plan in motion next to the text of the mission."""

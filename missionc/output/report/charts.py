@@ -1,4 +1,4 @@
-"""Time charts of distances, speeds, accelerations and resources, each with what the mission and the vehicles allow."""
+"""Time charts of distances, speeds, accelerations and resources, with the limits of the mission and the vehicles."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from missionc.verification.certificate import Certificate
 from missionc.verification.plan.obstacle_bodies import solid
 
 MOST_PAIRS = 1 << 21
-"""Distances that are held at once."""
+"""Maximum number of distances computed at once."""
 
 MOST_CURVES = 8
-"""Agents whose resources have a curve each."""
+"""Maximum number of agents whose resources have a curve each."""
 
 INSTANT = 1e-9
-"""Seconds: moments that differ by less are the same."""
+"""Tolerance in seconds for equal moments."""
 NEARLY = 2e-3
-"""Metres: a bound that differs by less from the mission's own is that, read off a grid."""
+"""Tolerance in metres for a bound read off a grid that equals the mission's own."""
 
 Teams: TypeAlias = dict[str, list[Agent]]
 Limit: TypeAlias = tuple[str, str, float]
-"""Who sets it, the team it is for, and what it is."""
+"""Source of a limit, its team and its value."""
 
 
 def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: Trace) -> list[dict[str, Any]]:
-    """Charts with a series for each motion (and team), and the limits that hold for it."""
+    """Charts with a series for each motion (and team), and the limits that apply to it."""
     charts = []
     if len(mission.agents) > 1:
         nearest = [(name, "", separation(mission, each)) for name, each in moving.places()]
@@ -73,7 +73,7 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: T
 
 
 def _left(mission: Mission, resource: Resource, trace: Trace) -> dict[str, Any]:
-    """What agents have left of a resource at the steps: each, or where they are many, the least of them all."""
+    """Level of a resource at the steps for each agent, or the minimum of all if there are many."""
     found = levels(resource, trace)[list(resource.agents)]
     names = [mission.agents[agent].name for agent in resource.agents]
     if len(names) > MOST_CURVES:
@@ -83,7 +83,7 @@ def _left(mission: Mission, resource: Resource, trace: Trace) -> dict[str, Any]:
 
 
 def _tracking(teams: Teams, flight: Simulated) -> dict[str, Any]:
-    """How far the simulated vehicles are from where they should be: the worst of each team."""
+    """Maximum tracking error of each team's simulated vehicles."""
     indices = {team: [agent.index for agent in agents] for team, agents in teams.items()}
     errors = [("simulated", team, 1000 * flight.error[own].max(axis=0)) for team, own in indices.items()]
     allowed: list[Limit] = [("vehicle", team, 1000 * float(flight.allowed[own].min())) for team, own in indices.items()]
@@ -91,9 +91,9 @@ def _tracking(teams: Teams, flight: Simulated) -> dict[str, Any]:
 
 
 def _proved(mission: Mission, moving: Flights, certificate: Certificate) -> list[Limit]:
-    """The room that the proof asks for where it is tightest: of pairs, with what they may miss, how late they start.
+    """Distance limits of the proof at its tightest point: of pairs, with tracking errors and start delays.
 
-    It is more or less elsewhere, as vehicles are faster or slower there.
+    The limit differs elsewhere, since vehicles are faster or slower there.
     """
     check = next((each for each in certificate.checks if each.name == "flown separation"), None)
     if check is None or moving.flown is None or check.at is None or len(check.agents) != 2:
@@ -111,7 +111,10 @@ def _proved(mission: Mission, moving: Flights, certificate: Certificate) -> list
 def _chart(
     name: str, unit: str, series: Iterable[tuple[str, str, Array]], limits: list[Limit], *, low: bool
 ) -> dict[str, Any]:
-    """``low``: the limits are the least that is allowed, otherwise the most."""
+    """Chart of series, each with values (samples,) in ``unit``.
+
+    ``low``: the limits are minima, otherwise maxima.
+    """
     return {
         "name": name,
         "unit": unit,
@@ -131,7 +134,7 @@ def _teams(mission: Mission) -> Teams:
 
 
 def _limits(teams: Teams, by: str, of: Callable[[Agent], float]) -> list[Limit]:
-    """The teams that have one, and what their agents may at most; the least of a team counts."""
+    """Limits of the teams that have one; the smallest of the team's agents counts."""
     limits = [(by, team, min(map(of, agents))) for team, agents in teams.items()]
     return [each for each in limits if math.isfinite(each[2])]
 
@@ -145,7 +148,7 @@ def _upwards(each: Sampled) -> Array:
 
 
 def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> list[tuple[str, str, Array]]:
-    """The largest norm of any agent's vector, for each team and motion: (samples,)."""
+    """Maximum norm over agents of a vector, (samples,), for each team and motion."""
     return [
         (name, team, np.linalg.norm(of(each)[[agent.index for agent in agents]], axis=-1).max(axis=0))
         for team, agents in teams.items()
@@ -154,7 +157,7 @@ def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> l
 
 
 def separation(mission: Mission, each: Placed) -> Array:
-    """Between the bodies of the nearest pair: (samples,), metres."""
+    """Distance between the bodies of the nearest pair, (samples,), metres."""
     first, second = np.triu_indices(len(mission.agents), 1)
     radius = np.array([agent.radius for agent in mission.agents])
     bodies = (radius[first] + radius[second])[:, None]
@@ -171,7 +174,7 @@ def separation(mission: Mission, each: Placed) -> Array:
 
 
 def _clearance(mission: Mission, moving: Flights, name: str, each: Placed) -> Array:
-    """The same of a flight in the world as it was at each moment, of a plan in the one that it was made for."""
+    """Clearance (samples,), metres: of a flight in the world at each moment, of a plan in its own world."""
     if not moving.worlds or name == "planned":
         return clearance(mission, each)
     since = np.array([time for time, _ in moving.worlds])
@@ -180,7 +183,7 @@ def _clearance(mission: Mission, moving: Flights, name: str, each: Placed) -> Ar
 
 
 def clearance(mission: Mission, each: Placed) -> Array:
-    """Between the body and the obstacle that are nearest: (samples,), metres."""
+    """Distance between the nearest body and obstacle, (samples,), metres."""
     radius = np.array([agent.radius for agent in mission.agents])[:, None]
     nearest = np.full(each.times.size, np.inf)
     for obstacle in mission.obstacles:

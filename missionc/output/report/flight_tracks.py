@@ -15,16 +15,16 @@ from missionc.output.report.sample_tracks import Placed, Sampled
 from missionc.output.report.simulated_tracks import Simulated, simulated
 
 MOST_NUMBERS = 60_000
-"""Numbers in the positions of one motion: a finer grid than this allows is not taken."""
+"""Maximum number of position values of one motion, which limits the grid."""
 RATES = (8, 5, 4, 2, 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flights:
-    """``flown`` is absent where there are no polynomials that can be read, ``simulated`` where nobody flew them.
+    """Motions; ``flown`` is None without readable polynomials, ``simulated`` without a simulation.
 
-    Of a flight in a closed loop, ``told`` is where everybody was to be by what was uploaded, and ``worlds`` are those
-    that it was flown in, each from its time on, s.
+    For a flight in a closed loop, ``told`` has the positions commanded by the uploads, and ``worlds`` the worlds of the
+    flight, each with its start time, s.
     """
 
     planned: Sampled
@@ -34,13 +34,13 @@ class Flights:
     worlds: tuple[tuple[float, Mission], ...] = ()
 
     def by_name(self) -> Iterator[tuple[str, Sampled]]:
-        """Motions whose speeds are known; beside a flight in a closed loop the plan is enough."""
+        """Motions whose speeds are known; with a flight in a closed loop, only the plan."""
         yield "planned", self.planned
         if self.flown is not None and self.told is None:
             yield "flown", self.flown
 
     def places(self) -> Iterator[tuple[str, Placed]]:
-        """All motions: of the simulated one only the places are known well enough."""
+        """All motions; the simulated one has positions only."""
         yield from self.by_name()
         if self.told is not None:
             yield "told", self.told
@@ -51,12 +51,12 @@ class Flights:
 def flights(
     mission: Mission, trace: Trace, files: Mapping[str, str], simulation: str = "", loop: LoopFlights | None = None
 ) -> Flights:
-    """All motions there are.
+    """Build all available motions.
 
     Args:
-        files: the texts of the polynomials, by agent.
-        simulation: the text of ``simulation.json``; empty where there is none.
-        loop: flights in a closed loop, which are shown in the place of simulated ones.
+        files: texts of the polynomials, by agent.
+        simulation: text of ``simulation.json``, or empty.
+        loop: flights in a closed loop, shown instead of simulated ones.
     """
     numbers = trace.position.size
     rate = next((rate for rate in RATES if rate * numbers <= MOST_NUMBERS), 1)

@@ -1,9 +1,9 @@
-"""The past of a mission on the page of its rest: the ways that were flown before the plan begins, and when that is.
+"""The past of a mission on the page of its rest: paths flown before the plan begins, and its start time.
 
 in   Mission, the text of ``past.json``
-out  a dict that JSON can hold, or nothing where the text tells no past
+out  a dict that JSON can hold, or nothing if the text contains no past
 
-What the text says is shown and not believed; whether it is a past of the mission is for ``verify`` to say.
+The text is shown without a check; ``verify`` checks whether it is a past of the mission.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from missionc.ir import Mission
 from missionc.planning.progression.past_document import Flown, Past, read_past
 
 FARTHEST = Limits().magnitude
-"""Metres: what is further away was flown by nobody."""
+"""Maximum plausible coordinate, metres."""
 CLOSE = 1e-9
 
 
 def flown_past(mission: Mission, text: str) -> dict[str, Any] | None:
-    """When the plan begins, s, in which phases the flight was until then, and everybody's way.
+    """Start time of the plan in seconds, phases of the flight until then, and path of each agent.
 
-    Times are those of the whole flight. A way has an agent's name and the number of its steps that were flown; it was
-    told the others.
+    Times are those of the whole flight. A path has an agent's name and the number of its flown steps; the others were
+    commanded only.
     """
     past = read_past(text, FARTHEST) if text else ""
     if isinstance(past, str) or any(each.stretch.trace.position.shape[2] != mission.dimension for each in past.flown):
@@ -48,7 +48,7 @@ def _seconds(flown: tuple[Flown, ...]) -> float:
 
 
 def _phases(past: Past) -> list[dict[str, Any]]:
-    """What was flown, and what was told until the next plan began, in turns."""
+    """Flown parts, and commands until the next plan began, alternating."""
     phases: list[dict[str, Any]] = []
     for number, each in enumerate(past.flown):
         begin, end = _seconds(past.flown[:number]), _seconds(past.flown[: number + 1])

@@ -1,9 +1,9 @@
-"""Tracks of a flight in a closed loop on the report's grid, beside the plan that it was to fly at first.
+"""Tracks of a flight in a closed loop on the report's grid, with its initial plan.
 
 in   Mission, LoopFlights
-out  Simulated, and where everybody was told to be
+out  Simulated, and the commanded positions
 
-Who is lost keeps apart from nobody any more.
+Lost agents need no separation.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ class LoopFlights:
     """Flights in a closed loop, of which the first one is drawn.
 
     Args:
-        record: what became of them all, as a value that JSON can hold.
-        headline: the verdict on them: ``holds``, ``steps`` or ``fails``, and in words.
+        record: results of all flights, as a value for JSON.
+        headline: their verdict: ``holds``, ``steps`` or ``fails``, and in words.
         times: (samples,), s, of the first flight; position: (agents, samples, 3), m.
-        heard: (moments,), s; told: (agents, moments, 3), m: where everybody was to be then, by what was uploaded.
-        allowed: (agents,), m: how far each may be from where it was told to be.
-        worlds: the mission as it reads from a time on, s, the first from 0 on.
-        lost: by the names of those whose motors stopped, when, s.
-        nearest: where bodies came nearest.
+        heard: (moments,), s; told: (agents, moments, 3), m: positions commanded by the uploads.
+        allowed: (agents,), m: maximum distance of each from its commanded position.
+        worlds: the mission from a time on, s, the first from 0 on.
+        lost: time of the motor stop by agent name, s.
+        nearest: places where bodies came nearest.
     """
 
     record: Mapping[str, Any]
@@ -49,7 +49,7 @@ class LoopFlights:
 
 
 def loop_tracks(mission: Mission, loop: LoopFlights, rate: int) -> tuple[Simulated, Placed]:
-    """The first flight, and what it was told to be, ``rate`` samples to a step."""
+    """Tracks of the first flight and of its commands, with ``rate`` samples per step."""
     grid = np.asarray(np.arange(rate * mission.steps + 1) * (mission.step / rate), dtype=np.float64)
     gone = np.array([loop.lost.get(agent.name, np.inf) for agent in mission.agents])
     there = grid < gone[:, None]

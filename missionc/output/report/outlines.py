@@ -1,4 +1,4 @@
-"""Outlines of shapes for the page: discs and balls as they are, everything else as rings between two heights."""
+"""Outlines of shapes for the page: discs and balls unchanged, everything else as rings between two heights."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from missionc.geometry.configuration_space import Atlas
 from missionc.ir import Ball, Box, Disc, Polygon, Prism, Shape, Union, World
 
 Solid: TypeAlias = dict[str, Any]
-"""``rings`` or ``disc`` with ``low`` and ``high``, or ``ball``; metres."""
+"""Part of a shape: ``rings`` or ``disc`` with ``low`` and ``high``, or ``ball``; metres."""
 
 
 def solids(world: World, shape: Shape) -> list[Solid]:
-    """The shape in parts, which may overlap; heights cut to the world's."""
+    """Parts of a shape, which may overlap; heights are clipped to the world."""
     match shape:
         case Box(low, high):
             ring = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
@@ -33,7 +33,7 @@ def solids(world: World, shape: Shape) -> list[Solid]:
 
 
 def inner_point(world: World, parts: list[Solid]) -> list[float]:
-    """A point of the largest part, for the shape's name; the middle of the world where nothing is left of the shape."""
+    """Point in the largest part, for the shape's name; the middle of the world if the shape is empty."""
     plans = [_plan(part) for part in parts]
     if not plans:
         return [round((low + high) / 2, 3) for low, high in zip(world.low[:2], world.high[:2], strict=True)]
@@ -51,7 +51,7 @@ def _plan(part: Solid) -> Any:
 
 
 def _heights(world: World, band: Prism | None) -> dict[str, float]:
-    """Where a prism begins and ends within the world; nothing in a plane."""
+    """Lower and upper end of a prism within the world; empty in a plane."""
     if world.dimension == 2:
         return {}
     low, high = (band.low, band.high) if band is not None else (-math.inf, math.inf)
@@ -59,7 +59,7 @@ def _heights(world: World, band: Prism | None) -> dict[str, float]:
 
 
 def _layers(world: World, shape: Shape) -> list[Solid]:
-    """What is left of a shape that others cut, layer by layer."""
+    """Layers of a shape with cuts by other shapes."""
     atlas = Atlas.of(world, [shape])
     solids: list[Solid] = []
     for geometry, (low, high) in zip(atlas.outer(shape).geometry(), atlas.heights, strict=True):

@@ -1,10 +1,10 @@
 """Delta and variable-length encoding of whole numbers as text: what the page's ``unpack`` reads.
 
-Differences of neighbours, or the differences of those; zigzag, so that small ones of either sign are small numbers; in
-digits of three or of seven bits, least significant first, each with a bit that says whether more follow; a run of zeros
-is a zero and its length. Of these four ways the shortest is taken, which the first byte says: how often differences are
-taken, and four more where digits have seven bits. Of two digits in a byte the first is the lower one, and half a byte
-that is left over has all bits set. The bytes are written in base 64.
+Numbers become first or second differences, in zigzag code, so that small values of either sign are small numbers. They
+are written in digits of three or seven bits, least significant first, each with a bit that tells whether more follow; a
+run of zeros is a zero and its length. The shortest of these four encodings is used. The first byte names it: the order
+of the differences, plus four for digits of seven bits. Of two digits in a byte the first is the lower one, and an
+unused half byte has all bits set. The bytes are encoded in base 64.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from numpy.typing import NDArray
 from missionc.base.trace import Array
 
 FAR = 1 << 27
-"""Stands for infinity, and minus it for minus infinity."""
+"""Code for infinity, negative for minus infinity."""
 WIDE = 4
-"""In a text's first byte: its digits have seven bits."""
+"""Flag in the first byte of a text for digits of seven bits."""
 PER_METRE, COARSE = 1000, 100
-"""Numbers are kept to a millimetre, or a thousandth of their unit; where they are many, to a hundredth."""
+"""Units per metre: numbers are stored in thousandths of their unit, or in hundredths if there are many."""
 
 
 def thousandths(values: Array) -> NDArray[np.int64]:
-    """Rounded to thousandths, (...) -> (...); infinities become ``FAR``."""
+    """Round to thousandths, (...) -> (...); infinities become ``FAR``."""
     return rounded(values, PER_METRE)
 
 
 def rounded(values: Array, per_unit: int) -> NDArray[np.int64]:
-    """Rounded to so many parts of a unit, (...) -> (...); infinities become ``FAR``."""
+    """Round to ``per_unit`` parts of a unit, (...) -> (...); infinities become ``FAR``."""
     finite = np.clip(np.nan_to_num(values, nan=-np.inf), -FAR / per_unit, FAR / per_unit)
     return np.rint(finite * per_unit).astype(np.int64)
 
 
 def pack(numbers: NDArray[Any]) -> str:
-    """Numbers of any shape, in the order of their axes."""
+    """Pack whole numbers of any shape, (...), in the order of their axes."""
     flat = np.asarray(numbers, dtype=np.int64).ravel()
     once = np.diff(flat, prepend=0)
     codes = [(1, _zigzag(once)), (2, _zigzag(np.diff(once, prepend=0)))]
@@ -46,7 +46,7 @@ def pack(numbers: NDArray[Any]) -> str:
 
 
 def _zigzag(change: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Whole numbers as such of no sign, each run of zeros as its first and its length."""
+    """Zigzag code of whole numbers, (numbers,) -> (codes,), with each run of zeros as one zero and its length."""
     code = np.where(change >= 0, 2 * change, -2 * change - 1)
     zero = code == 0
     starts = np.flatnonzero(zero & ~np.concatenate([[False], zero[:-1]]))
@@ -59,7 +59,10 @@ def _zigzag(change: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _bytes(values: NDArray[np.int64], wide: int) -> bytes:
-    """Each number in as many digits as it needs, all but the last with their highest bit set."""
+    """Encode numbers (numbers,) in as many digits as needed.
+
+    All except the last have their highest bit set.
+    """
     bits = 7 if wide else 3
     lengths = np.ones(len(values), dtype=np.int64)
     for more in range(1, 63 // bits):

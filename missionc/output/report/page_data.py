@@ -1,7 +1,7 @@
-"""The report's data: plain lists, numbers and texts; everything that has many numbers is packed.
+"""The report's data: plain lists, numbers and texts; long lists of numbers are packed.
 
 in   Plotted
-out  a dict that JSON can hold, ``missionc.report/1``
+out  a dict for JSON, ``missionc.report/1``
 """
 
 from __future__ import annotations
@@ -43,22 +43,23 @@ from missionc.verification.flight.way_missions import Stage, Ways, is_whole, way
 from missionc.version import __version__
 
 POINTS = 25
-"""Points of the line of each agent before and after the mission."""
+"""Number of points in the line of each agent before and after the mission."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plotted:
-    """
+    """Contents of a report.
+
     Args:
         kernel: with the ``meanings`` of the mission's formulas, or no formula has a lane.
-        flights: the text of each agent's polynomials, by the agent's name; what cannot be read is not drawn.
+        flights: text of each agent's polynomials, by the agent's name; unreadable ones are not drawn.
         texts: the mission's files, the mission first: names relative to its folder, and contents.
-        miss: what is wrong with a motion that is no plan, in words; empty of a plan.
-        simulation: the text of ``simulation.json``; what cannot be read is not drawn.
-        digest: the SHA-256 of the file that holds the motion; empty where there is none.
-        ways: likewise those before and after the mission.
-        past: the text of ``past.json``, of a mission of which something was flown; what cannot be read is not drawn.
-        loop: flights in a closed loop, of which the page is then about; None of a plan.
+        miss: faults of a motion that is not a plan, in words; empty for a plan.
+        simulation: text of ``simulation.json``; not drawn if it is unreadable.
+        digest: SHA-256 of the file with the motion, or empty.
+        ways: texts of the transfers before and after the mission.
+        past: text of ``past.json``, if a part of the mission was flown; not drawn if it is unreadable.
+        loop: flights in a closed loop, which the page is then about; None for a plan.
     """
 
     mission: Mission
@@ -129,7 +130,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
 
 
 def _badge(plotted: Plotted) -> dict[str, str]:
-    """The verdict in words: ``holds``, ``steps`` where some requirement holds at the steps alone, or ``fails``."""
+    """Verdict: ``holds``, ``steps`` if some requirement holds at the steps only, or ``fails``."""
     certificate = plotted.certificate
     if plotted.loop:
         state, says = plotted.loop.headline
@@ -158,7 +159,7 @@ def _between(each: Between) -> str:
 
 
 def places(plotted: Plotted) -> Places:
-    """Where a span lies: in which of the texts, and from which to which character."""
+    """Function from a span to its text and its first and last character."""
     folder = PurePath(plotted.mission.span.source.name).parent
     numbers = {name: number for number, (name, _) in enumerate(plotted.texts)}
 
@@ -170,9 +171,9 @@ def places(plotted: Plotted) -> Places:
 
 
 def _at_steps(moving: Flights, trace: Trace) -> tuple[Array, Flags]:
-    """The team at the steps, (agents, steps + 1, dim), metres, and who is there, as it is drawn with its links.
+    """Team at the steps, (agents, steps + 1, dim), metres, and the mask of its present agents, for links.
 
-    That is as planned, or of a flight in a closed loop as it was flown.
+    The positions are those of the plan, or of the flight in a closed loop.
     """
     flown = moving.simulated.placed if moving.told is not None and moving.simulated is not None else None
     if flown is None or flown.there is None:
@@ -181,9 +182,10 @@ def _at_steps(moving: Flights, trace: Trace) -> tuple[Array, Flags]:
 
 
 def _graph(graph: Graph, position: Array, there: Flags) -> dict[str, Any]:
-    """Its links, each with the steps at which it begins and, one past the last, ends: rows of four numbers.
+    """Links of a graph, each with its first step and end (exclusive): packed rows of four numbers.
 
-    Where links are ``directed`` they lead from the first agent to the second. Who is not there has none.
+    position: (agents, steps + 1, dim), metres. ``directed`` links lead from the first agent to the second. Absent
+    agents have no links.
     """
     members = np.array(graph.agents, dtype=np.int64)
     one_way = directed(graph)
@@ -224,7 +226,7 @@ def _formation(formation: Formation, position: Array, there: Flags) -> dict[str,
 
 
 def _motion(moving: Flights) -> dict[str, Any]:
-    """Positions, axis by axis, agent by agent, ``rate`` to a step; on the planned one's grid, what is added to that."""
+    """Positions by axis and agent, ``rate`` per step; other motions are differences from the planned one."""
     planned = _axes(moving.planned)
     entries = {"planned": {"rate": moving.planned.rate, "added": False, "position": pack(planned)}}
     for name, sampled in moving.places():
@@ -244,7 +246,10 @@ def _number(value: float) -> float | None:
 
 
 def _whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) -> dict[str, Any] | None:
-    """What the page draws of it; None where the mission does not come from the floor, or a file cannot be read."""
+    """Data of the whole flight for the page.
+
+    None without takeoff from the floor, or if a file is unreadable.
+    """
     flown = pieces_of(mission, files) if is_whole(mission) else None
     parts = [pieces_of(mission, ways[stage]) for stage in Stage if stage in ways]
     if flown is None or isinstance(flown, Check) or any(isinstance(part, Check) for part in parts):

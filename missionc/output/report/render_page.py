@@ -1,8 +1,7 @@
-"""The report's HTML page from its parts: one text that refers to nothing outside itself.
+"""The report's HTML page from its parts: one text without external references.
 
-What an author wrote reaches the page as JSON in a block that no browser runs, every character
-that means something to HTML escaped; the page's own script is the only one that its policy
-lets run, and nothing may be loaded at all.
+Text by the author is JSON in a block that browsers do not run, with all HTML characters escaped. The content security
+policy allows only the page's own script, and no loading at all.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from typing import Any
 from missionc.base.palette import DARK, LIGHT, MARKS
 
 POLICY = "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-"""What a browser may do with the page: run the one script, and load nothing."""
+"""Content security policy of the page: run its own script, and load nothing."""
 
 ASSETS = Path(__file__).resolve().parent / "assets"
 SCRIPTS = (
@@ -50,13 +49,13 @@ SCRIPTS = (
     "layout.js",
     "main.js",
 )
-"""In the order in which they are put together: each uses the names of those before it."""
+"""Scripts in order: each uses the names of those before it."""
 
 ESCAPED = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&'\u2028\u2029"}
 
 
 def page(title: str, data: dict[str, Any]) -> str:
-    """The page's text."""
+    """Text of the page."""
     script = scripts(SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     parts = {
@@ -71,17 +70,17 @@ def page(title: str, data: dict[str, Any]) -> str:
 
 
 def scripts(names: Sequence[str]) -> str:
-    """Scripts put together, with the palette that they draw in before them."""
+    """Concatenated scripts, after the palette that they use."""
     palette = embedded({"light": LIGHT, "dark": DARK, "marks": MARKS})
     return "\n".join([f"const PALETTE = {palette};", *map(asset, names)])
 
 
 def embedded(data: object) -> str:
-    """JSON that nothing in it can end before its end."""
+    """JSON in which nothing can end the script block."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), sort_keys=True)
     return text.translate(ESCAPED)
 
 
 def asset(name: str) -> str:
-    """The text of a part of the page."""
+    """Text of a part of the page."""
     return (ASSETS / name).read_text(encoding="utf-8")

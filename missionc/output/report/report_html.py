@@ -1,6 +1,6 @@
-"""The report: one page that shows a plan in motion beside the mission's own words, and opens from disk.
+"""The report: one page that shows a plan in motion next to the mission's text, and opens from disk.
 
-in   Plotted: a mission, its plan, its polynomials, what was verified
+in   Plotted: a mission, its plan, its polynomials, its certificate
 out  the bytes of ``report.html``, the same each time
 """
 
@@ -20,12 +20,13 @@ def report(
     compared: tuple[tuple[str, str], Plotted] | None = None,
     advice: tuple[Mapping[str, object], Sequence[Plotted]] | None = None,
 ) -> bytes:
-    """The page: whole, in UTF-8, without a reference to anything outside it.
+    """Complete page, in UTF-8, without external references.
 
     Args:
-        plans: of a folder with several, each with its row of the table; the first is the one that is plotted.
-        compared: another plan of the same mission, shown beside this one, and the names of both.
-        advice: of a motion that is no plan, what would make the mission possible, and the plans of the first changes.
+        plans: plans of a folder with several, each with its row of the table; the first one is plotted.
+        compared: another plan of the same mission for comparison, and the names of both.
+        advice: for a motion that is not a plan, changes that would make the mission possible, and the plans of the
+            first ones.
     """
     shown = data(plotted)
     if plans:

@@ -21,18 +21,18 @@ from missionc.verification.monitoring.witness import Witness, Witnesses
 Places: TypeAlias = Callable[[Span], list[int] | None]
 
 ABSENT, HELPS, HARMS, NEITHER, OPEN = range(5)
-"""Effects of a value on the goal that it is asked for."""
+"""Effects of a value on its goal."""
 
 MOST_FINE = 40_000
-"""Values of a formula that are kept to a millimetre; of more, to a centimetre."""
+"""Maximum number of values of a formula stored in millimetres; beyond that, in centimetres."""
 
 MOST_LANES = 240
-"""Sub-formulas that are shared are shown wherever they are used; what comes after so many is left out."""
+"""Maximum number of lanes; shared subformulas are repeated wherever they are used, and the rest is omitted."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Lane:
-    """A formula where a goal shows it: how deep below it, and how it counts for it, as ``Blame.sign`` says."""
+    """Formula at its place in a goal: its depth, and its effect, as in ``Blame.sign``."""
 
     formula: Formula
     goal: Node
@@ -46,7 +46,7 @@ class _Lane:
 def lanes(
     mission: Mission, kernel: Kernel, trace: Trace, place: Places
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """The values, once for each formula; and the lanes in the order they are read, each with the number of its row."""
+    """Values, once for each formula, and lanes in reading order, each with the number of its row."""
     roots = [goal.formula for goal in kernel.requirements + kernel.preferences]
     blame = Blame(roots, mission, trace, kernel.opposites)
     wanted = _tree(mission, kernel, blame)
@@ -76,14 +76,14 @@ def lanes(
 
 
 def effects(row: Row, sign: int, failing: Flags) -> NDArray[np.int64]:
-    """What each value does to the goal: ``ABSENT``, ``HELPS``, ``HARMS``, ``NEITHER``; ``OPEN`` while time can tell.
+    """Effect of each value on the goal: ``ABSENT``, ``HELPS``, ``HARMS``, ``NEITHER``, or ``OPEN`` while undecided.
 
     Args:
-        sign: how the formula counts: by its truth (1), by its falsity (-1), or by both or neither (0).
-        failing: where it makes the goal false, (agents, steps + 1).
+        sign: effect of the formula: by its truth (1), by its falsity (-1), or by both or neither (0).
+        failing: mask of where it makes the goal false, (agents, steps + 1).
 
     Returns:
-        As the row: (agents, steps + 1), or (1, steps + 1) where it is about the team.
+        As the row: (agents, steps + 1), or (1, steps + 1) for a formula about the team.
     """
     harms = failing if len(row.asked) == len(failing) else failing.any(axis=0, keepdims=True)
     asked, truth, open_ = row.asked, row.surely, np.zeros_like(row.surely)
@@ -99,7 +99,7 @@ def effects(row: Row, sign: int, failing: Flags) -> NDArray[np.int64]:
 
 
 def _decided(row: Row, seen: Witness | None) -> dict[str, Any]:
-    """The step at which a goal's verdict can no longer change, and the agents that it rests on there."""
+    """Step at which a goal's verdict becomes final, and the agents that decide it there."""
     settled: Flags = np.equal(row.surely, row.possibly)[0] if row.unfolds else np.ones(1, dtype=np.bool_)
     step = int(np.argmax(settled)) if settled.any() else row.surely.shape[1] - 1
     holds = bool(row.surely[0, step])
@@ -108,7 +108,7 @@ def _decided(row: Row, seen: Witness | None) -> dict[str, Any]:
 
 
 def _tree(mission: Mission, kernel: Kernel, blame: Blame) -> list[_Lane]:
-    """Each goal's formulas in the order they are read; before one of several cases stands who is lost in it."""
+    """Formulas of each goal in reading order; each of several cases is preceded by its lost agents."""
     lanes: list[_Lane] = []
     for goal in goals(mission):
         if goal.formula not in kernel.meanings:
@@ -129,14 +129,17 @@ def _tree(mission: Mission, kernel: Kernel, blame: Blame) -> list[_Lane]:
 
 
 def _said_before(formula: Formula, mission: Mission) -> list[str]:
-    """For each operand, whom it is without."""
+    """Lost agents of each operand, as text."""
     if not isinstance(formula, Without):
         return [""] * len(operands(formula))
     return [f"without {', '.join(mission.agents[agent].name for agent in lost)}: " for lost in formula.lost]
 
 
 def _row(row: Row, seen: Witness | None) -> dict[str, Any]:
-    """``team``: one line of values for all agents. ``verdict``: least and most over time, of one verdict at step 0."""
+    """Row for the page.
+
+    ``team``: one line of values for all agents. ``verdict``: bounds over time of one verdict at step 0.
+    """
     per_metre = PER_METRE if row.least.size <= MOST_FINE else COARSE
     entry: dict[str, Any] = {
         "per_metre": per_metre,
@@ -152,8 +155,11 @@ def _row(row: Row, seen: Witness | None) -> dict[str, Any]:
 
 
 def _witness(seen: Witness, row: Row) -> dict[str, Any]:
-    """``lit``: 1 where an agent makes it true, 2 where one makes it false. ``links``: rows of four, as of a graph."""
-    # Once a verdict is certain, what would make it the other way has no say.
+    """Witness for the page.
+
+    ``lit``: 1 if an agent makes it true, 2 if it makes it false. ``links``: rows of four, as in a graph.
+    """
+    # Once a verdict is final, evidence for the opposite has no effect.
     lit = np.where(seen.fails & ~row.surely, 2, np.where(seen.holds & row.possibly, 1, 0))
     entry: dict[str, Any] = {"lit": pack(lit)}
     if len(seen.links):

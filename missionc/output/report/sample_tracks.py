@@ -1,4 +1,4 @@
-"""Sampling of motions on even grids of time."""
+"""Sampling of motions on even time grids."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from missionc.base.trace import Array, Flags
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """``rate`` times to a step, the first at 0 and the last at the mission's end.
+    """Samples with ``rate`` per step, from 0 to the mission's end.
 
     Args:
         times: (samples,), seconds.
         position: (agents, samples, dim), metres.
-        there: (agents, samples), who has to keep apart from others; None for everybody, always.
+        there: (agents, samples), mask of the agents that need separation; None for all agents at all times.
     """
 
     rate: int
@@ -25,9 +25,10 @@ class Placed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sampled(Placed):
-    """
+    """Samples with velocities and accelerations.
+
     Args:
-        velocity, acceleration: (agents, samples, dim), metres and seconds.
+        velocity, acceleration: (agents, samples, dim), m/s and m/s².
     """
 
     velocity: Array

@@ -1,9 +1,9 @@
-"""Tracks of a simulated flight, as ``simulate`` left them in a folder, beside the polynomials it was to fly.
+"""Tracks of a simulated flight from the files of ``simulate``, with its polynomials.
 
     in   Mission, the text of ``simulation.json``, the flown Curves in space
-    out  Simulated, or nothing where the text is not what this version writes about this mission
+    out  Simulated, or nothing if the text is not from this version for this mission
 
-What the text says is shown and not believed: the error is what its places come to.
+The text is not trusted: errors are computed from its positions.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ from missionc.output.report.sample_tracks import Placed
 from missionc.verification.certificate import Check
 
 FARTHEST = Limits().magnitude
-"""Metres: what is further away was flown by nobody."""
+"""Maximum plausible coordinate, metres."""
 MOST_ERRORS = 2_000
-"""Errors that a chart shows: where there are more, the largest of neighbours."""
+"""Maximum number of errors in a chart; neighbours are merged by their maximum."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Simulated:
-    """
+    """Simulated flight.
+
     Args:
-        engine: who flew.
-        placed: where everybody was, on the report's grid.
-        error: (agents, moments), metres, evenly from 0 to the end.
+        engine: the simulator.
+        placed: positions of all agents on the report's grid.
+        error: (agents, moments), metres, evenly spaced from 0 to the end.
         allowed: (agents,), metres.
-        checks: what the flight was judged for: the first one where there are several.
+        checks: checks of the flight, or of the first of several.
     """
 
     engine: str
@@ -48,7 +49,7 @@ class Simulated:
 
 
 def simulated(mission: Mission, text: str, flown: Curves, rate: int) -> Simulated | None:
-    """``rate`` samples to a step; ``flown`` has three coordinates."""
+    """Build the tracks with ``rate`` samples per step; ``flown`` has three coordinates."""
     try:
         return _read(mission, parse_json(text), flown, rate)
     except (ValueError, KeyError, TypeError, AttributeError):
@@ -77,7 +78,7 @@ def _read(mission: Mission, document: Any, flown: Curves, rate: int) -> Simulate
 
 
 def straight(grid: Array, times: Array, places: Array) -> Array:
-    """(agents, samples, dim) -> (agents, grid, dim), straight between samples."""
+    """Interpolate linearly between samples, (agents, samples, dim) -> (agents, grid, dim), metres."""
     return np.stack([np.stack([np.interp(grid, times, axis) for axis in own.T], axis=-1) for own in places])
 
 
@@ -86,15 +87,17 @@ def text_of(value: object) -> str:
 
 
 def fewer(error: Array) -> Array:
-    """Errors over time, (agents, samples) -> (agents, moments): ``MOST_ERRORS`` at most, the largest of neighbours."""
+    """Merge errors over time, (agents, samples) -> (agents, moments), to at most ``MOST_ERRORS`` maxima, metres."""
     together = -(-error.shape[1] // MOST_ERRORS)
     padded = np.pad(error, [(0, 0), (0, -error.shape[1] % together)], mode="edge")
     return np.asarray(padded.reshape(len(error), -1, together).max(axis=-1))
 
 
 def _checks(document: Any) -> tuple[Check, ...]:
-    """The checks: what the flights show of all like them; each requirement in the first flight; the worst tracking and
-    the least room of all flights."""
+    """Checks: statistics over flights; requirements in the first flight.
+
+    Worst tracking error and clearance of all flights.
+    """
     checks = []
     kept = document.get("kept") or {}
     if isinstance(kept.get("least"), float):
@@ -124,5 +127,5 @@ def _checks(document: Any) -> tuple[Check, ...]:
 
 
 def _number(value: object) -> float:
-    """JSON knows no infinity: what is satisfied or violated without bounds is null there, or a word."""
+    """Number from JSON, in which infinite margins are null or a word."""
     return float(value) if isinstance(value, int | float) else np.inf

@@ -14,14 +14,17 @@ from missionc.verification.certificate import Certificate, Check
 from missionc.verification.monitoring.verdict_table import table
 
 ROOM = frozenset(("requirement", "separation", "obstacle", "flown requirement", "flown separation", "flown obstacle"))
-"""Kinds of checks whose margin, in metres, is room that the motion might have had more of."""
+"""Kinds of checks whose margin in metres is a clearance of the motion."""
 
 OF_FILES = frozenset(("manifest", "certificate", "document"))
-"""Kinds of checks about a folder's files and not about the plan: shown where they fail."""
+"""Kinds of checks about a folder's files rather than the plan: shown only if they fail."""
 
 
 def checks(certificate: Certificate, mission: Mission, kernel: Kernel, trace: Trace) -> list[dict[str, Any]]:
-    """A row for each requirement and for each other kind of check; failed ones first, then by their order there."""
+    """One row for each requirement and for each other kind of check.
+
+    Failed ones first, then in their order.
+    """
     times = _decisive(mission, kernel, trace)
     kinds: dict[tuple[str, str], list[Check]] = {}
     for check in certificate.checks:
@@ -36,7 +39,7 @@ def checks(certificate: Certificate, mission: Mission, kernel: Kernel, trace: Tr
 
 
 def _row(group: list[Check], times: dict[str, float]) -> dict[str, Any]:
-    # Ties to rounding go to the first, whoever made the certificate.
+    # Ties within rounding go to the first, for any author of the certificate.
     worst = min(
         group, key=lambda check: (check.passed, round(check.margin, 6) if math.isfinite(check.margin) else check.margin)
     )
@@ -60,7 +63,7 @@ def _asked(check: Check) -> bool:
 
 
 def _decisive(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str, float]:
-    """The time at which the robustness of each requirement comes about: seconds."""
+    """Time at which the robustness of each requirement is attained, seconds."""
     goals = [goal.formula for goal in kernel.requirements]
     rows = table(goals, goals, mission, trace, {})
     times = {}

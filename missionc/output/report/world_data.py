@@ -1,7 +1,7 @@
-"""The world of a page's data: what a map draws of a mission before anything moves.
+"""The world in a page's data: the static content of a mission's map.
 
-in   Mission, its Kernel; of a world that changes, what is there from when to when
-out  a dict that JSON can hold
+in   Mission, its Kernel; for a changing world, its contents with their times
+out  a dict for JSON
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from missionc.output.report.pack import PER_METRE
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Span:
-    """Something of the world, and from when to when it is there, s; None for the end."""
+    """Item of the world with its start and end times, s; None for the end of the mission."""
 
     thing: Region | Obstacle
     since: float = 0.0
@@ -27,10 +27,10 @@ class Span:
 
 
 def world_data(mission: Mission, kernel: Kernel, spans: Sequence[Span] = ()) -> dict[str, Any]:
-    """Times in seconds, lengths in metres; ``per_metre`` is of the numbers that are packed.
+    """Data with times in seconds and lengths in metres; ``per_metre`` is the scale of packed numbers.
 
     Args:
-        spans: what is there in the place of the mission's own regions and obstacles, and when.
+        spans: contents with their times, instead of the mission's own regions and obstacles.
     """
     roles = region_roles(mission, kernel)
     own: tuple[Region | Obstacle, ...] = (*mission.regions, *mission.obstacles)
@@ -54,7 +54,7 @@ def world_data(mission: Mission, kernel: Kernel, spans: Sequence[Span] = ()) -> 
 
 
 def _when(span: Span) -> dict[str, float | None]:
-    """From when to when it is there; nothing of what always is."""
+    """Start and end of an item; empty for a permanent one."""
     return {"from": span.since, "until": span.until} if span.since or span.until is not None else {}
 
 
@@ -83,7 +83,7 @@ def _obstacle(mission: Mission, obstacle: Obstacle) -> dict[str, Any]:
 
 
 def world_over_time(worlds: Sequence[tuple[float, Mission]]) -> list[Span]:
-    """Regions and obstacles with when they are there."""
+    """Regions and obstacles with their times."""
     there: dict[tuple[str, str], Span] = {}
     over: list[Span] = []
     for time, mission in worlds:
@@ -99,5 +99,5 @@ def world_over_time(worlds: Sequence[tuple[float, Mission]]) -> list[Span]:
 
 
 def _same(one: Region | Obstacle, other: Region | Obstacle) -> bool:
-    """Whether they are the same but for the words that say so."""
+    """Return whether they are the same except for their text spans."""
     return replace(one, span=other.span) == other

@@ -1,1 +1,1 @@
-"""Progression of missions: what is left of one after its first steps, with the world as it is then."""
+"""Progression of missions: the rest of a mission after its first steps, with the world at that time."""

@@ -1,13 +1,13 @@
-"""Formula progression: what is left of goals after the first steps, said of the steps and the agents that are left.
+"""Formula progression: the goals of a mission after its first steps, for the remaining steps and agents.
 
-    in   a mission, its kernel, the trace of its first steps, and what the mission that is left calls what it speaks of
-    out  each goal as a formula about the mission that is left
+    in   a mission, its kernel, the trace of its first steps, and the symbol map to the remaining mission
+    out  each goal as a formula about the remaining mission
 
-A goal holds in the whole motion just where what is left of it holds in the rest.
+A goal holds in the whole motion if and only if its progression holds in the rest.
 
 Source:
     Bacchus and Kabanza, "Using temporal logics to express search control knowledge for planning" (2000), section 4.1;
-    here over all steps at once, and with links, windows and operators that look back.
+    here over all steps at once, with links, windows and past operators.
 """
 
 from __future__ import annotations
@@ -49,20 +49,20 @@ from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import TRUTH
 
 Cell: TypeAlias = "tuple[Node, int, int]"
-"""A formula, asked of an agent at a step."""
+"""A formula, evaluated for an agent at a step."""
 
 Look: TypeAlias = "Callable[[Node, int, int], Node | None]"
-"""What a formula comes to, asked of an agent at a step: a formula about the rest, asked at its first step."""
+"""Function from a formula, agent and step to the formula about the rest, evaluated at its first step."""
 
 ASKED = Is(frozenset())
-"""Stands for any open formula while it is only collected what has to be known."""
+"""Placeholder for any open formula while dependencies are collected."""
 
 
 class NotProgressableError(Exception):
-    """What is left of a goal is about routes at steps that are over, along agents of whom something is asked still.
+    """The progression of a goal needs routes at past steps along agents with open conditions.
 
     Args:
-        node: the operator of the goal that asks so.
+        node: the operator that needs them.
     """
 
     def __init__(self, node: Node) -> None:
@@ -71,24 +71,24 @@ class NotProgressableError(Exception):
 
 
 def progressed(mission: Mission, kernel: Kernel, trace: Trace, since: SymbolMap) -> list[Node | None]:
-    """What is left of each goal, requirements first; None where it would be up to those alone who are lost.
+    """Progress each goal, requirements first; None if only lost agents could satisfy it.
 
     Args:
-        trace: (agents, steps + 1): the states of the first steps, and the one that the rest begins with.
-        since: whom and what the rest of the mission speaks of.
+        trace: (agents, steps + 1): the states of the first steps, and the first state of the rest.
+        since: the map to agents and symbols of the rest.
 
     Raises:
-        NotProgressableError: no formula says what is left of a goal.
+        NotProgressableError: no formula expresses the rest of a goal.
     """
     roots = kernel.formulas
     return _Progression(mission, trace, since, postorder(roots)).of(roots)
 
 
 class _Progression:
-    """What every formula comes to: decided by bounds on its truth, and spelt out where it is asked for and open.
+    """Progression of every formula: decided by bounds on its truth, or expanded if needed and open.
 
     Args:
-        order: every formula, after those below it.
+        order: every formula, children first.
     """
 
     def __init__(self, mission: Mission, trace: Trace, since: SymbolMap, order: list[Node]) -> None:
@@ -106,7 +106,7 @@ class _Progression:
         self.known: dict[Cell, Node | None] = {}
 
     def of(self, roots: Sequence[Node]) -> list[Node | None]:
-        """What these formulas about the team come to at the first step."""
+        """Progress these formulas about the team from the first step."""
         agent = next((each for each in range(len(self.mission.agents)) if self.since.agent(each) is not None), 0)
         asked: dict[Node, dict[Cell, None]] = {node: {} for node in self.order}
 
@@ -130,10 +130,10 @@ class _Progression:
     def _recall(self, node: Node, agent: int, step: int) -> Node | None:
         return self.known[node, agent, step]
 
-    # ------------------------------------------------------------------ what is certain
+    # ------------------------------------------------------------------ certain cells
 
     def _bounds(self, trace: Trace) -> tuple[dict[Node, Flags], dict[Node, Flags]]:
-        """Where each formula is surely true, and where it may be: (agents or 1, steps + 1)."""
+        """For each formula, flags of certain truth and of possible truth: (agents or 1, steps + 1), boolean."""
         evaluation = Evaluation(TRUTH, self.mission, trace)
         least: dict[Node, Flags] = {}
         most: dict[Node, Flags] = {}
@@ -150,7 +150,10 @@ class _Progression:
         return least, most
 
     def _explicit_steps(self) -> dict[Node, int]:
-        """From which step on each formula is one about the rest: before it, it is spelt out for each step."""
+        """For each formula, the step from which on it is about the rest only.
+
+        Before it, each step is expanded.
+        """
         until: dict[Node, int] = {}
         for node in self.order:
             until[node] = max((until[child] for child in children(node)), default=self.elapsed)
@@ -159,10 +162,10 @@ class _Progression:
                 until[node] = min(until[node] - node.low, self.last + 1)
         return until
 
-    # ------------------------------------------------------------------ the steps that are left
+    # ------------------------------------------------------------------ the remaining steps
 
     def _later(self, node: Node) -> Node | None:
-        """The formula, asked of the rest of the mission; None where it is about nobody who is left."""
+        """The formula evaluated in the rest of the mission; None if it is about lost agents only."""
         below = children(node)
         parts = [self.later[child] for child in below]
         match node:
@@ -201,7 +204,7 @@ class _Progression:
                 return node if same_objects(parts, below) else rebuilt(node, tuple(map(_there, parts)))
 
     def _worded(self, found: Node | None, node: Node) -> Node | None:
-        """A leaf of the rest with the words of the one that it came from; the very same where nothing changed."""
+        """A leaf of the rest with the span of its original; the same node if unchanged."""
         match found, node:
             case Atom(predicate), Atom(before) if predicate == before:
                 return node
@@ -213,7 +216,7 @@ class _Progression:
                 return found
 
     def _ahead(self, node: Node, agent: int, like: WindowNode | None, low: int, high: int | None) -> Node | None:
-        """A formula at steps of the rest, as the window asks that it is ``like``; asked of an agent."""
+        """A formula at steps of the rest for an agent, with the window kind of ``like``."""
         later, new = self.later[node], self.since.agent(agent)
         if later is None or (len(self.least[node]) > 1 and new is None):
             return None
@@ -228,7 +231,7 @@ class _Progression:
     # ------------------------------------------------------------------ single cells
 
     def _look(self, node: Node, agent: int, step: int, ask: Look) -> Node | None:
-        """A cell: decided, about the rest alone, or what asking for it gives."""
+        """Result for a cell: decided, about the rest only, or obtained through ``ask``."""
         row = agent if len(self.least[node]) > 1 else 0
         if self.least[node][row, step]:
             return YES
@@ -239,7 +242,7 @@ class _Progression:
         return ask(node, row, step)
 
     def _spelt(self, node: Node, agent: int, step: int, look: Look) -> Node | None:
-        """A cell that is open, from those below it."""
+        """Expansion of an open cell from its children."""
 
         def cell(below: Node, who: int, when: int) -> Node | None:
             return self._look(below, who, when, look)
@@ -282,7 +285,7 @@ class _Progression:
         return self.lattice.whole(node, parts)
 
     def _until(self, node: UntilNode, agent: int, step: int, cell: Look) -> Node | None:
-        """From the last step of the window back: its end there, or what holds until the next."""
+        """Expansion from the window's last step backwards: the end at a step, or the hold until the next."""
         low, high = step + node.low, self.last if node.high is None else step + node.high
         spelt = max(self.until[node.hold], self.until[node.end])
         found: Node | None = YES if node.every else NO
@@ -293,7 +296,7 @@ class _Progression:
         return found
 
     def _since(self, node: UntilNode, agent: int, step: int, cell: Look) -> Node | None:
-        """From the first step of the window on."""
+        """Expansion from the window's first step forwards."""
         assert node.high is not None
         low, high = max(step + node.low, 0), step + node.high
         found: Node | None = YES if node.every else NO
@@ -304,7 +307,7 @@ class _Progression:
     def _onward(
         self, node: UntilNode, cell: Look, agent: int, when: int, in_window: bool, found: Node | None
     ) -> Node | None:
-        """``end`` or (``hold`` and what was found), dually where the node asks for every step."""
+        """``end`` or (``hold`` and ``found``); the dual if the node is universal."""
         one, other = (YES, NO) if node.every else (NO, YES)
         held = self.lattice.whole(replace(other, span=node.span), [cell(node.hold, agent, when), found])
         parts = [cell(node.end, agent, when), held] if in_window else [held]
@@ -321,13 +324,13 @@ class _Progression:
         return At(new, found, node.span) if of_one and new is not None else found
 
     def _links(self, graph: Graph, step: int) -> Array:
-        """Which agents of a graph were linked at a step: (members, members)."""
+        """Links of a graph at a step: (members, members), metres before the comparison, boolean after it."""
         if (graph, step) not in self.linked:
             self.linked[graph, step] = all_links(graph, self.position[:, step : step + 1])[0] > 0
         return self.linked[graph, step]
 
     def _reach(self, node: ReachNode, agent: int, step: int, cell: Look) -> Node | None:
-        """The best routes of more and more links, of all members at once."""
+        """Best routes with an increasing number of links, for all members at once."""
         members = node.graph.agents
         if agent not in members:
             return cell(node.end, agent, step)
@@ -354,7 +357,7 @@ class _Progression:
 
 
 def _quantifies(node: All | Any) -> bool:
-    """Whether every part is about an agent by its index: so a quantifier over agents is expanded."""
+    """Return whether every part is about one indexed agent, as in an expanded quantifier."""
     return all(isinstance(part, At) for part in node.parts)
 
 
@@ -364,6 +367,6 @@ def _there(part: Node | None) -> Node:
 
 
 def _lasting(trace: Trace, last: int) -> Trace:
-    """The trace with its last state at every step that follows, up to the last: what is read there is not believed."""
+    """Extend the trace with its last state up to step ``last``; values there are not used."""
     steps = np.minimum(np.arange(last + 1), trace.position.shape[1] - 1)
     return Trace(trace.step, trace.position[:, steps], trace.velocity[:, steps], trace.heading[:, steps])

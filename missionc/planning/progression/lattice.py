@@ -1,7 +1,7 @@
-"""Meets and joins of formulas of which some are decided, and some are nobody's.
+"""Meets and joins of formulas that may be decided or undefined for lost agents.
 
-The logic has three values beside the formulas that are open: true, false, and nobody's (None). What is nobody's would
-have been up to an agent that is lost: it makes no whole true and none false, and quantifiers pass it over.
+Besides open formulas, the logic has three values: true, false, and undefined (None). A formula is undefined if only a
+lost agent could decide it. It makes no whole true or false, and quantifiers skip it.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from missionc.ir.kernel.normal_form import constant, truth
 
 
 class Lattice:
-    """Meets and joins; of the same parts the same object is made."""
+    """Meets and joins; equal parts give the same object."""
 
     def __init__(self) -> None:
         self._made: dict[tuple[object, ...], tuple[Node, tuple[Node, ...]]] = {}
 
     def whole(self, like: Node, parts: Sequence[Node | None], *, quantified: bool = False) -> Node | None:
-        """The meet of parts where ``like`` asks for every one of them, else their join; None where it is nobody's.
+        """Meet of the parts if ``like`` is universal, else their join; None if undefined.
 
         Args:
-            quantified: parts that are nobody's are passed over, unless all are.
+            quantified: undefined parts are skipped, unless all are undefined.
         """
         left = tuple(dict.fromkeys(part for part in parts if part is not None and constant(part) is not like.every))
         if any(constant(part) is not None for part in left):
@@ -34,7 +34,7 @@ class Lattice:
         return self._kept(All if like.every else Any, left, 0, like)
 
     def at_least(self, node: AtLeast, parts: Sequence[Node | None]) -> Node | None:
-        """Formula that enough of the parts hold; those of lost agents do not count."""
+        """Formula that enough of the parts hold; parts of lost agents do not count."""
         there = [part for part in parts if part is not None]
         if parts and not there:
             return None
@@ -45,7 +45,7 @@ class Lattice:
         return self._kept(AtLeast, left, count, node)
 
     def _kept(self, kind: type[All | Any | AtLeast], parts: tuple[Node, ...], count: int, like: Node) -> Node:
-        """The node of such parts, made once; the parts are kept, so that no other one comes to lie where one lay."""
+        """Cached node of these parts; the parts are kept alive so that their identities stay unique."""
         span, dual = like.span, says_opposite(like)
         key = (kind, count, span, dual, *map(id, parts))
         if key not in self._made:

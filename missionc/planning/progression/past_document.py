@@ -1,11 +1,10 @@
-"""The past of a mission as JSON, ``missionc.past/1``: what was flown before the plan of a folder begins.
+"""Past of a mission as JSON, ``missionc.past/1``: the flights before the plan of a folder.
 
-in   Past; or a text, of which nothing is believed
+in   Past; or an untrusted text
 out  its text; or Past
 
-It lists the stretches that were flown, each with everybody's states at its steps, who was lost at its end, slower, or
-in motion, which requirements were given up, and the texts of the mission's files as they were then, where they read
-otherwise now.
+It lists the completed stretches. Each has the states of all agents at its steps, and the agents that were lost, slower
+or in motion at its end. It also has the dropped requirements, and the former texts of mission files that have changed.
 """
 
 from __future__ import annotations
@@ -28,18 +27,18 @@ STATE = 5, 4
 """Position, velocity, acceleration, jerk and snap of x, y, z and yaw."""
 ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "moving", "begins", "texts", "agents"})
 STAYS = "stays"
-"""The entry of a stretch after which nobody goes back to its pad; it is there where that is so."""
+"""Key of a stretch after which no agent returns to its pad; present only in that case."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flown:
-    """A stretch as it is kept.
+    """A completed stretch in the document.
 
     Args:
-        agents: the names of those whose states it has, in the order of the trace.
-        until: seconds after it began up to which it was flown; the states after that are those that everybody was told.
-        begins: by the agents' names, the states, (5, 4), in which the polynomials begin that they fly to the end.
-        texts: by their names, files of the mission as they were read then; those that are missing read as they do now.
+        agents: names of the agents in the trace, in its order.
+        until: seconds after its beginning up to which it was flown; later states are those commanded.
+        begins: by agent name, the initial states, (5, 4), of the polynomials of the stretch.
+        texts: by name, the former texts of mission files; missing ones are unchanged.
     """
 
     stretch: Stretch
@@ -51,7 +50,7 @@ class Flown:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Past:
-    """Everything that is over, in order."""
+    """All completed stretches, in order."""
 
     flown: tuple[Flown, ...]
 
@@ -61,7 +60,7 @@ class Past:
 
 
 def past_json(past: Past) -> str:
-    """The text of ``past.json``; every number reads back as the same double."""
+    """Text of ``past.json``; every number reads back as the same double."""
     stretches = []
     for each in past.flown:
         trace = each.stretch.trace
@@ -97,10 +96,10 @@ def _text(value: object) -> str:
 
 
 def read_past(text: str, magnitude: float) -> Past | str:
-    """The past that a text tells; or why it tells none.
+    """Parse the text of a past; or return the reason why it is invalid.
 
     Args:
-        magnitude: no number is larger.
+        magnitude: maximum absolute value of numbers.
     """
     try:
         stretches = parse_record(text, SCHEMA).get("stretches")
@@ -149,7 +148,7 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
 
 
 def _states(value: object, names: list[str], magnitude: float) -> dict[str, Array] | None:
-    """States from position to snap, by the names of agents; None if there is anything else."""
+    """States from position to snap, (5, 4), metres, rad and seconds, by agent name; None if invalid."""
     if not isinstance(value, dict) or not set(value) <= set(names):
         return None
     states = {name: _array(each, 2, magnitude) for name, each in value.items()}
@@ -166,7 +165,10 @@ def _is_within(value: object, magnitude: float) -> bool:
 
 
 def _array(value: object, dimensions: int, magnitude: float) -> Array | None:
-    """Lists of finite numbers, as deep as that."""
+    """Nested lists of finite numbers as an array of ``dimensions`` axes, any shape and unit.
+
+    None if invalid.
+    """
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

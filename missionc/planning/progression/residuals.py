@@ -1,12 +1,12 @@
-"""Formula progression: what is still to be kept of one agent's formulas after each step of its motion.
+"""Formula progression: the residual of one agent's formulas after each step of its motion.
 
-    in   formulas about one agent; which of their propositions hold at each step
-    out  what remains of them, true or false at the last step
+    in   formulas about one agent; the truth of their propositions at each step
+    out  the residual, true or false at the last step
 
-A *residual* is a conjunction or disjunction of operators of time that are still open, with the steps at
-which their windows begin and end. Equal residuals are one object, so that they are the states of an automaton that
-is made as it is gone through. ``Relaxed`` is the same without windows: whatever a residual allows, its relaxation
-does too, and it has so few states that distances to go can be worked out for each.
+A *residual* is a conjunction or disjunction of open temporal operators with the first and last steps of their windows.
+Equal residuals are one object. They are the states of an automaton that is built on demand. A relaxation has no
+windows: it allows at least the motions that the residual allows. It has so few states that a distance to go can be
+computed for each.
 
 Source:
     Bacchus and Kabanza, "Planning for temporally extended goals", 1998.
@@ -23,12 +23,12 @@ from missionc.ir.kernel.walk import window_of
 
 
 class TooComplex(ValueError):
-    """What is asked is about others too, or leaves more residuals than are looked at."""
+    """The formulas are about other agents too, or have too many residuals."""
 
 
 @dataclass(frozen=True, slots=True)
 class Open:
-    """An operator of time whose window is these steps; ``first`` is 0 as soon as it has begun."""
+    """A temporal operator with a window over these steps; ``first`` is 0 once it has begun."""
 
     node: Node
     first: int
@@ -37,7 +37,7 @@ class Open:
 
 @dataclass(frozen=True, slots=True)
 class NextResidual:
-    """A formula that is asked at the next step."""
+    """A formula at the next step."""
 
     node: Node
 
@@ -51,7 +51,7 @@ class EventuallyResidual:
 
 @dataclass(frozen=True, slots=True)
 class AlwaysResidual:
-    """A formula at each step from the next on."""
+    """A formula at every step from the next on."""
 
     node: Node
 
@@ -65,21 +65,21 @@ class UntilResidual:
 
 @dataclass(frozen=True, slots=True)
 class Joined:
-    """All of the parts, or ``count`` of them."""
+    """Conjunction of the parts, or at least ``count`` of them."""
 
     count: int
     parts: frozenset[Residual]
 
 
 Residual: TypeAlias = "bool | Open | Joined | NextResidual | EventuallyResidual | AlwaysResidual | UntilResidual"
-"""``Open`` is of a progression, ``Some``, ``Each`` and ``Ever`` are of a relaxation."""
+"""A residual. ``Open`` belongs to a progression; ``Some``, ``Each`` and ``Ever`` belong to a relaxation."""
 
 Letter: TypeAlias = "tuple[bool, ...]"
-"""Whether each proposition holds at a step."""
+"""Truth of each proposition at a step."""
 
 
 def conjoined(count: int, parts: Iterable[Residual]) -> Residual:
-    """So many of the parts or more, without what makes no difference."""
+    """At least ``count`` of the parts, simplified."""
     left: set[Residual] = set()
     for part in parts:
         if part is True:
@@ -94,7 +94,7 @@ def conjoined(count: int, parts: Iterable[Residual]) -> Residual:
 
 
 def meet(parts: Iterable[Residual]) -> Residual:
-    """All of the parts."""
+    """Conjunction of the parts."""
     left: set[Residual] = set()
     for part in parts:
         if part is False:
@@ -108,7 +108,7 @@ def meet(parts: Iterable[Residual]) -> Residual:
 
 
 def join(parts: Iterable[Residual]) -> Residual:
-    """Some of the parts."""
+    """Disjunction of the parts."""
     left: set[Residual] = set()
     for part in parts:
         if part is True:
@@ -128,7 +128,7 @@ def _conjuncts(residual: Residual) -> frozenset[Residual]:
 
 
 def _extreme(parts: set[Residual], *, every: bool) -> set[Residual]:
-    """Windows on one formula that begin together, as the one that says most, or where not ``every`` least."""
+    """Keep the strictest, or without ``every`` the weakest, of equal formulas' windows that begin together."""
     if len(parts) < 2:
         return parts
     kept: dict[object, Residual] = {}
@@ -138,7 +138,7 @@ def _extreme(parts: set[Residual], *, every: bool) -> set[Residual]:
             key = part.node.body, part.node.every, part.first
             other = kept.get(key)
             if isinstance(other, Open):
-                longest = part.node.every == every  # a longer always says more, a longer eventually less
+                longest = part.node.every == every  # a longer always is stricter, a longer eventually is weaker
                 if (other.last > part.last) == longest or other.last == part.last:
                     continue
         kept[key] = part
@@ -150,9 +150,9 @@ class Progression:
     """The progression of formulas about one agent.
 
     Args:
-        agent: mission index.
-        proposition: the number of what a node asks of a single step, None where it is more than that.
-        last: the mission's last step.
+        agent: mission index of the agent.
+        proposition: index of a node's proposition about a single step; None for other nodes.
+        last: last step of the mission.
     """
 
     agent: int
@@ -161,11 +161,11 @@ class Progression:
     _known: dict[tuple[Residual, int, Letter], Residual] = field(default_factory=dict)
 
     def begin(self, formulas: Sequence[Node]) -> Residual:
-        """What is to be kept before the first step."""
+        """Residual before the first step."""
         return meet(map(NextResidual, formulas))
 
     def after(self, residual: Residual, step: int, letter: Letter) -> Residual:
-        """What is left of it after a step. After the last it is True or False."""
+        """Residual after a step. After the last step it is True or False."""
         key = residual, step, letter
         if key not in self._known:
             self._known[key] = self._after(residual, step, letter)
@@ -185,7 +185,7 @@ class Progression:
                 raise AssertionError(residual)
 
     def _asked(self, node: Node, step: int, letter: Letter) -> Residual:
-        """What a formula leaves that is asked at this step."""
+        """Residual of a formula evaluated at this step."""
         number = self.proposition(node)
         if number is not None:
             return letter[number]
@@ -204,7 +204,7 @@ class Progression:
                 raise TooComplex
 
     def _open(self, node: Node, first: int, last: int, step: int, letter: Letter) -> Residual:
-        """What an operator of time leaves whose window has not ended before this step."""
+        """Residual of a temporal operator whose window has not ended before this step."""
         later: Residual = node.every if step >= last else Open(node, 0 if first <= step + 1 else first, last)
         match node:
             case WindowNode(body):
@@ -230,12 +230,12 @@ def _combined(count: int, parts: Sequence[Residual]) -> Residual:
 
 @dataclass(slots=True, eq=False)
 class Relaxation:
-    """The progression of formulas without their windows: a residual can be kept only if its relaxation can.
+    """Progression without windows: a residual can be satisfied only if its relaxation can.
 
     Args:
-        agent: mission index.
-        proposition: as of ``Progression``, None also where which of them hold is not known.
-        last: the mission's last step.
+        agent: mission index of the agent.
+        proposition: as for ``Progression``; None also for propositions of unknown truth.
+        last: last step of the mission.
     """
 
     agent: int
@@ -245,7 +245,7 @@ class Relaxation:
     _relaxed: dict[Residual, Residual] = field(default_factory=dict)
 
     def of(self, residual: Residual) -> Residual:
-        """What a residual asks for, whenever that may be."""
+        """Relaxation of a residual, independent of time."""
         if residual not in self._relaxed:
             self._relaxed[residual] = self._of(residual)
         return self._relaxed[residual]
@@ -264,14 +264,14 @@ class Relaxation:
                 return residual
 
     def after(self, residual: Residual, letter: Letter) -> Residual:
-        """What is left of it after a step."""
+        """Relaxation after a step."""
         key = residual, letter
         if key not in self._known:
             self._known[key] = self._after(residual, letter, last=False)
         return self._known[key]
 
     def ends(self, residual: Residual, letter: Letter) -> bool:
-        """Whether it may be true where the step is the last."""
+        """Return whether it may be true if the step is the last."""
         return self._after(residual, letter, last=True) is not False
 
     def _after(self, residual: Residual, letter: Letter, *, last: bool) -> Residual:

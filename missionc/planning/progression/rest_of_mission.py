@@ -1,10 +1,10 @@
-"""The rest of a mission: it begins after some of its steps, with the agents that are left, where they are then.
+"""Rest of a mission: it begins after some of its steps, with the remaining agents at their places then.
 
-    in   the mission with its world as it is now, how many steps are over, the states then; levels and who is left
-    out  Mission, whose step 0 is the one after those that are over
+    in   the mission with its present world, the number of completed steps, the states, levels and remaining agents
+    out  Mission, whose step 0 follows the completed steps
 
-Obstacles go on from where they are then, and as large as they have grown. Whoever has risen from a pad is in the air;
-the way back to it, and down, is part of the rest.
+Obstacles continue from their places and sizes at that time. An agent that has taken off from a pad is in the air; the
+return and landing are part of the rest.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ def rest_of(
     moving: Mapping[str, Array] = NOBODY_MOVES,
     pads: Mapping[str, ir.Pad] = NO_PADS,
 ) -> ir.Mission:
-    """What of a mission is still to come.
+    """Build the mission for the remaining steps.
 
     Args:
-        elapsed: steps that are over, fewer than the mission has.
-        position: (agents that are left, dim), metres: where they are then.
-        left: their names, in the order of the mission.
-        levels: what is left of a resource, by its name and its agent's.
-        moving: by their names, the states of those who are in motion then, (5, 4), as of ``ir.Agent.begins``.
-        pads: by its name, the pad from which an agent has risen and to which it comes back.
+        elapsed: number of completed steps, fewer than the mission has.
+        position: (agents, dim), metres, of the remaining agents.
+        left: names of the remaining agents, in the order of the mission.
+        levels: levels by resource and agent name.
+        moving: by name, the states of agents in motion, (5, 4), as in ``ir.Agent.begins``.
+        pads: by agent name, the pad from which it took off and to which it returns.
     """
     places = dict(zip(left, position.tolist(), strict=True))
     index = {agent.index: number for number, agent in enumerate(each for each in mission.agents if each.name in places)}
@@ -84,7 +84,7 @@ def rest_of(
 
 
 def slowed(mission: ir.Mission, slow: Mapping[str, float]) -> ir.Mission:
-    """The mission with some agents, by their names, no faster than so many m/s; nor are their vehicles."""
+    """The mission with lower speed limits, m/s, for some agents, by name, and for their vehicles."""
     agents = tuple(agent if agent.name not in slow else _no_faster(agent, slow[agent.name]) for agent in mission.agents)
     return replace(mission, agents=agents)
 
@@ -99,24 +99,24 @@ def _no_faster(agent: ir.Agent, speed: float) -> ir.Agent:
 
 
 def team_at(mission: ir.Mission, seconds: float, position: Array, left: tuple[str, ...]) -> ir.Mission:
-    """Those that are left, where they are so many seconds after the beginning, and the world from then on.
+    """The remaining agents at ``position``, (agents, dim), metres, with the world from ``seconds`` on.
 
-    For questions about bodies: its steps are those of the whole mission, and nothing is left of resources.
+    It serves only questions about bodies: its steps are those of the whole mission, and its resources are empty.
 
     Args:
-        position, left: as of ``rest_of``.
+        position, left: as for ``rest_of``.
     """
     levels = {(resource.name, agent.name): 0.0 for resource in mission.resources for agent in mission.agents}
     return counted_from(rest_of(mission, 0, position, left, levels), seconds)
 
 
 def counted_from(mission: ir.Mission, seconds: float) -> ir.Mission:
-    """The mission with its obstacles as they are so many seconds on, and nothing else of it changed."""
+    """The mission with its obstacles as they are ``seconds`` later, otherwise unchanged."""
     return replace(mission, obstacles=tuple(_later(obstacle, seconds) for obstacle in mission.obstacles))
 
 
 def _later(obstacle: ir.Obstacle, seconds: float) -> ir.Obstacle:
-    """The obstacle with its times counted from so many seconds on."""
+    """The obstacle with its times counted from ``seconds`` on."""
     motion = obstacle.motion
     if isinstance(motion, ir.Path):
         motion = ir.Path(tuple(Seconds(time - seconds) for time in motion.times), motion.offsets)
@@ -124,7 +124,7 @@ def _later(obstacle: ir.Obstacle, seconds: float) -> ir.Obstacle:
 
 
 def _graph(graph: ir.Graph, index: Mapping[int, int]) -> ir.Graph:
-    """The graph of those that are left, with the ranges and weights of their pairs."""
+    """The graph of the remaining agents, with the ranges and weights of their pairs."""
 
     def some(indices: frozenset[int]) -> frozenset[int]:
         return frozenset(index[each] for each in indices if each in index)
@@ -147,7 +147,7 @@ def _graph(graph: ir.Graph, index: Mapping[int, int]) -> ir.Graph:
 
 
 def _formation(formation: ir.Formation, index: Mapping[int, int]) -> ir.Formation:
-    """The formation of those that are left."""
+    """The formation of the remaining agents."""
     edges = tuple(
         replace(edge, first=index[edge.first], second=index[edge.second])
         for edge in formation.edges

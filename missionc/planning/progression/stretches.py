@@ -1,7 +1,7 @@
-"""Stretches of a mission that were flown, and what is left of it after each, with the world and the team as they are.
+"""Completed stretches of a mission, and its rest after each, with the present world and team.
 
-in   a mission and its kernel, the stretch, the mission as it is written now
-out  Remaining: the mission and the kernel that are left, and what of it can no longer be kept
+in   a mission and its kernel, the stretch, the current text of the mission
+out  Remaining: the remaining mission and kernel, and the requirements that are violated
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from missionc.planning.progression.symbol_map import SymbolMap
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """Some steps that are over.
+    """A completed sequence of steps.
 
     Args:
-        trace: (agents, steps + 1): the states of whoever was there, the last one the first of what follows.
-        lost: the names of those who are there no longer after it.
-        given_up: the names of requirements that nothing is asked of any more.
-        slow: by their names, those who can go no faster than this after it, m/s.
-        moving: by their names, the states of those who are in motion at its end, (5, 4), as of ``ir.Agent.begins``.
-        stays: whether nobody goes back to its pad after it: no way there was found.
+        trace: (agents, steps + 1): the states of the agents present; the last is the first of the next stretch.
+        lost: names of the agents lost after it.
+        given_up: names of the dropped requirements.
+        slow: by agent name, lower speed limits after it, m/s.
+        moving: by name, the states of agents in motion at its end, (5, 4), as in ``ir.Agent.begins``.
+        stays: True if no agent returns to its pad after it, because no path was found.
     """
 
     trace: Trace
@@ -52,14 +52,14 @@ class Remaining:
     """A mission after some of its steps.
 
     Args:
-        elapsed: how many steps are over.
-        violated: the names of the requirements that no continuation keeps.
-        nobodys: of those that only agents could keep who are lost.
-        flags_set: by the flag's name, the agents (by their names) of whom it was set at the last step that is over.
-        whole: the mission and the kernel that it began as, where nobody is lost and nothing has changed since.
-        seen: the traces of everything that is over, in order.
-        slow: as of a ``Stretch``, of all that are over.
-        stopping: ``mission`` with its agents as fast as before the last stretch ended: those who fly the stops.
+        elapsed: number of completed steps.
+        violated: names of the requirements that no continuation can satisfy.
+        nobodys: names of those that only lost agents could satisfy.
+        flags_set: by flag name, the names of the agents with the flag set at the last completed step.
+        whole: the initial mission and kernel, if no agent is lost and nothing has changed.
+        seen: traces of all completed stretches, in order.
+        slow: as in ``Stretch``, over all completed stretches.
+        stopping: ``mission`` with the agents' speeds before the end of the last stretch, for the stops.
     """
 
     mission: Mission
@@ -75,13 +75,13 @@ class Remaining:
 
 
 def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
-    """What is left after one more stretch.
+    """The remaining mission after one more stretch.
 
     Args:
-        now: the mission as it is written now, whole: all its agents and steps.
+        now: the current text's whole mission, with all its agents and steps.
 
     Raises:
-        NotProgressableError: no formula says what is left of a goal.
+        NotProgressableError: no formula expresses the rest of a goal.
         ValueError: the stretch is no motion of these agents, or lasts until the end.
     """
     mission, trace = before.mission, stretch.trace
@@ -129,7 +129,7 @@ def _fails(goal: Goal, formula: Node | None) -> bool:
 
 
 def _pads(mission: Mission, trace: Trace) -> dict[str, ir.Pad]:
-    """The pads of those who have risen from one: where they stood, up to where, and how long ago."""
+    """Pads of the agents that have taken off: start places, heights, and time since takeoff."""
     found = {}
     seconds = float(mission.step) * (trace.position.shape[1] - 1)
     for agent in mission.agents:
@@ -145,7 +145,7 @@ def _pads(mission: Mission, trace: Trace) -> dict[str, ir.Pad]:
 
 
 def _levels(mission: Mission, trace: Trace) -> dict[tuple[str, str], float]:
-    """What every agent has left of every resource, by their names, at the last state."""
+    """Level of every resource of every agent at the last state, by names."""
     found: dict[tuple[str, str], float] = {}
     for resource in mission.resources:
         left = levels(resource, trace)[:, -1]
@@ -154,7 +154,7 @@ def _levels(mission: Mission, trace: Trace) -> dict[tuple[str, str], float]:
 
 
 def _flags(before: Remaining, trace: Trace) -> tuple[tuple[str, frozenset[str]], ...]:
-    """For each flag, those of whom it was set at the last step that is over, which is one before the last state."""
+    """For each flag, the agents with the flag set at the last completed step, one before the last state."""
     mission, earlier = before.mission, dict(before.flags_set)
     steps = trace.position.shape[1] - 1
     if not steps:
@@ -171,7 +171,10 @@ def _flags(before: Remaining, trace: Trace) -> tuple[tuple[str, frozenset[str]],
 
 
 def _was_in(region: ir.Region | None, position: Array) -> Flags:
-    """Who was in a region at some step: (agents, steps, dim) -> (agents,)."""
+    """Flags of agents that were in a region at some step.
+
+    Shape: (agents, steps, dim), metres -> (agents,), boolean.
+    """
     if region is None:
         return np.zeros(len(position), dtype=np.bool_)
     return np.asarray(within(region, position).any(axis=1), dtype=np.bool_)

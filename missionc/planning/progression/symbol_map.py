@@ -1,9 +1,9 @@
 """Symbol map between two versions of a mission: agents, graphs and predicates of the first one in the second.
 
-in   two missions, of which the second has the agents that are left
+in   two missions; the second has the remaining agents
 out  the second one's agents, graphs and predicates for those of the first
 
-Who is lost comes out as None, and so does a predicate that says nothing without them.
+Lost agents map to None, and so do predicates that have no meaning without them.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from missionc.ir.kernel.normal_form import truth
 
 
 class SymbolMap:
-    """The second mission's names for what the first one speaks of; regions and beacons go by their names.
+    """Map from symbols of the first mission to those of the second; regions and beacons by name.
 
     Args:
-        flags: by the flag's name, the agents of the first mission of whom it was set a step before the second begins.
+        flags: by flag name, the agents of the first mission with the flag set one step before the second begins.
     """
 
     def __init__(self, before: ir.Mission, after: ir.Mission, flags: Mapping[str, frozenset[int]]) -> None:
@@ -38,18 +38,18 @@ class SymbolMap:
         self._atoms: dict[tuple[ir.Predicate, bool], Node | None] = {}
 
     def agent(self, index: int) -> int | None:
-        """An agent's index; None of one that is lost."""
+        """Index of an agent; None if it is lost."""
         return self._agents[index]
 
     def agents(self, indices: Iterable[int]) -> tuple[int, ...]:
-        """Those that are left."""
+        """Indices of the remaining agents."""
         return tuple(new for each in indices if (new := self._agents[each]) is not None)
 
     def region(self, region: ir.Region) -> ir.Region:
         return self._regions.get(region.name, region)
 
     def graph(self, graph: ir.Graph) -> ir.Graph:
-        """The graph by its rule as it is now, over those of its agents that are left."""
+        """The graph under its present rule, over its remaining agents."""
         if graph not in self._graphs:
             now = self._named_graphs.get(graph.name, graph)
             members = self.agents(graph.agents)
@@ -57,7 +57,7 @@ class SymbolMap:
         return self._graphs[graph]
 
     def formation(self, formation: ir.Formation) -> ir.Formation:
-        """The formation of those of its agents that are left."""
+        """The formation of its remaining agents."""
         if not self.lost and all(self._agents[each] == each for each in formation.agents):
             return formation
         edges = []
@@ -68,7 +68,7 @@ class SymbolMap:
         return replace(formation, agents=self.agents(formation.agents), edges=tuple(edges))
 
     def atom(self, predicate: ir.Predicate, holds: bool) -> Node | None:
-        """The predicate, or with False its negation; None where it names somebody who is lost, and nobody else."""
+        """The predicate, or with False its negation; None if it names only lost agents."""
         key = predicate, holds
         if key not in self._atoms:
             self._atoms[key] = self._atom(predicate, holds)
@@ -92,7 +92,7 @@ class SymbolMap:
                 return _signed(self._of_places(left), holds)
 
     def _of_places(self, predicate: ir.Predicate) -> ir.Predicate:
-        """A predicate about places, which are where they are now."""
+        """A predicate about places, at their present positions."""
         told = {field.name: getattr(predicate, field.name) for field in fields(predicate)}
         now = {name: self._place(value) for name, value in told.items() if isinstance(value, ir.Region | ir.Beacon)}
         return replace(predicate, **now) if now else predicate  # type: ignore[arg-type]  # the fields are its own
@@ -102,7 +102,7 @@ class SymbolMap:
         return known.get(place.name, place)
 
     def _compared(self, predicate: ir.Compare, holds: bool) -> Node:
-        """An inequality; of a resource, each agent has a level of its own to begin with."""
+        """An inequality; for a resource, each agent has its own initial level."""
         names = [feature.resource.name for _, feature in predicate.terms if isinstance(feature, ir.Level)]
         owners = {agent for name, agent in self._resources if name in names}
 
@@ -138,7 +138,7 @@ class SymbolMap:
         return new
 
     def _flagged(self, flag: ir.Flag, holds: bool) -> Node:
-        """The flag set since, or set before and not cleared since."""
+        """The flag set since then, or set before and not cleared since."""
         now = self._flags[flag.name]
         since = _signed(ir.Flagged(now), holds)
         was_set = Is(frozenset(self.agents(self.was_set.get(flag.name, frozenset()))))

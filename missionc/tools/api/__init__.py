@@ -1,1 +1,1 @@
-"""Functions of the public API, with the words of the command line: values in, values out, nothing printed."""
+"""Functions of the public API with the terms of the command line: values in, values out, no output."""

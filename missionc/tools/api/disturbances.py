@@ -1,4 +1,4 @@
-"""Disturbances of simulated flights by the words of their flags: the one reading for Python and the command line."""
+"""Disturbances of simulated flights by the names of their flags, shared by Python and the command line."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.compiler.described import Entry, known
 from missionc.flight.simulation.trial_bounds import AMOUNTS, MOST_LOST, MOST_WIND
 
 WORDS = {each.flag.strip("-").replace("-", "_"): each for each in AMOUNTS}
-"""Each disturbance by the word of its flag."""
+"""Each disturbance by the name of its flag."""
 
 DISTURBANCES = (
     Entry("wind", 0.0, "Mean wind in m/s, or a pair of mean wind and gusts."),
@@ -20,10 +20,10 @@ DISTURBANCES = (
 
 
 def amounts_of(function: str, given: Mapping[str, Any]) -> tuple[dict[str, float], tuple[tuple[str, float], ...]]:
-    """The amounts of a ``Disturbance`` by its fields' names; and the agents that are lost, with the second.
+    """Amounts of a ``Disturbance`` by field name, and the lost agents with their times in seconds.
 
     Raises:
-        TypeError: there is no such disturbance.
+        TypeError: a disturbance is unknown.
         ValueError: an amount is out of its range, or an agent is lost twice.
     """
     known(function, given, [each.name for each in DISTURBANCES])

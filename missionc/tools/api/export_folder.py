@@ -1,6 +1,6 @@
-"""Export of a plan folder: its flight in other forms, once it has been verified again.
+"""Export of a plan folder: its flight in other formats, after re-verification.
 
-in   the folder, the names of the forms
+in   the folder, the names of the formats
 out  FolderExport
 says MC404 MC703 MC709, and the codes of ``reverify`` and ``fly_from``
 """
@@ -21,7 +21,10 @@ from missionc.tools.replay.reverify import Reverified, reverify
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FolderExport:
-    """The files of an export by relative path, none if there are findings; ``notes`` are for the files' users."""
+    """Files of an export by relative path, none if there are findings.
+
+    ``notes`` are for the users of the files.
+    """
 
     findings: tuple[Diagnostic, ...]
     notes: tuple[str, ...]
@@ -33,7 +36,7 @@ def export_folder(folder: Path, names: Iterable[str], poses: Path | None, limits
     """Export the flight of a folder.
 
     Args:
-        names: those of ``output.export.formats.FORMATS``.
+        names: names in ``output.export.formats.FORMATS``.
         poses: file of measured positions, from which the agents take off.
     """
     reverified = reverify(folder, limits)
@@ -44,7 +47,7 @@ def export_folder(folder: Path, names: Iterable[str], poses: Path | None, limits
     if opened is not None and reverified.passed and poses is None:
         flown = flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways, opened.in_flight)
     elif opened is not None and reverified.passed and poses is not None:
-        from missionc.compiler.fly_from import fly_from  # it plans
+        from missionc.compiler.fly_from import fly_from  # loads the planner
 
         answer = fly_from(opened.mission, opened.flights, opened.files["plan.json"], poses, limits)
         files |= dict(answer.files)

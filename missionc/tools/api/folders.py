@@ -1,6 +1,6 @@
 """Functions of plan folders: verify, simulate, export, report, plot and replan.
 
-Each takes the path of a folder, or the result of ``compile`` as if it were written.
+Each takes the path of a folder, or the result of ``compile`` as if it had been written.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from missionc.tools.replay.simulate_folder import Simulated
 from missionc.tools.replay.simulate_folder import simulate as simulate_folder
 
 PlanLike: TypeAlias = "str | Path | Compiled"
-"""The path of a plan folder, or the result of ``compile``."""
+"""Path of a plan folder, or the result of ``compile``."""
 
 
 def verify(plan: PlanLike, *, limits: Limits | None = None) -> Reverified:
@@ -53,17 +53,17 @@ def simulate(
     limits: Limits | None = None,
     **disturbances: Any,
 ) -> Simulated:
-    """Fly the polynomials of a plan in simulation, and judge the mission on their path.
+    """Fly the polynomials of a plan in simulation, and evaluate the mission on the flown path.
 
     Args:
         plan: path of a plan folder, or the result of ``compile``.
         trials: number of flights.
-        seed: of everything drawn at random.
-        engine: ``quadrotor``, or another simulator that is installed; those fly once and undisturbed.
-        limits: sizes that a folder may have.
+        seed: random seed.
+        engine: ``quadrotor``, or another installed simulator, which flies once without disturbances.
+        limits: maximum sizes of a folder.
 
     Raises:
-        TypeError: there is no such disturbance.
+        TypeError: a disturbance is unknown.
         ValueError: a value is out of its range.
     """
     amounts, lost = amounts_of("simulate", disturbances)
@@ -80,14 +80,14 @@ def simulate(
 
 
 def export(plan: PlanLike, *forms: str, poses: Path | None = None, limits: Limits | None = None) -> FolderExport:
-    """Export the flight of a plan folder in other forms, once it has been verified again.
+    """Export the flight of a plan folder in other formats, after re-verification.
 
     Args:
         forms: names of ``missionc export --list``.
         poses: file of measured positions, from which the agents take off.
 
     Raises:
-        ValueError: there is no such form.
+        ValueError: a format is unknown.
     """
     for form in forms:
         if form not in FORMATS:
@@ -97,10 +97,13 @@ def export(plan: PlanLike, *forms: str, poses: Path | None = None, limits: Limit
 
 
 def report(plan: PlanLike, other: PlanLike | None = None, *, limits: Limits | None = None) -> bytes:
-    """The report of a plan folder as HTML, drawn from its files; with a second folder, both plans on one page.
+    """Build the report of a plan folder as HTML from its files.
+
+    With a second folder, for both plans on one page.
 
     Raises:
-        ValueError: a folder cannot be read, or the plans are not of one mission; the message begins with the code.
+        ValueError: a folder cannot be read, or the plans belong to different missions; the message begins with the
+            code.
     """
     with _on_disk(plan) as folder:
         first = reverify(folder, limits)
@@ -133,14 +136,14 @@ def plot(
     Args:
         plan: path of a plan folder, or the result of ``compile``.
         kind: ``map``, ``roadmap``, ``robustness``, ``distances`` or ``timeline``.
-        at: seconds at which a map is drawn; the whole motion if there are none.
-        width: ``single`` or ``double``, a paper's column or two.
+        at: moments of the maps, seconds; the whole motion if empty.
+        width: ``single`` or ``double``, one or two columns of a paper.
         form: ``svg``, ``png`` or ``pdf``.
-        seed: of a roadmap that is drawn for a plan without one.
-        limits: sizes that a folder may have.
+        seed: seed of a roadmap that is drawn for a plan without one.
+        limits: maximum sizes of a folder.
 
     Returns:
-        The picture as a file's content.
+        The picture as the bytes of a file.
 
     Raises:
         ValueError: there is no plan, or it cannot be drawn; the message begins with the code.
@@ -152,7 +155,7 @@ def plot(
         opened = read_folder(Path(plan), limits)
         if not isinstance(opened, OutputFolder):
             raise _error(opened[0])
-        from missionc.output.plot.figures import figure  # it loads matplotlib
+        from missionc.output.plot.figures import figure  # loads matplotlib
 
         backend = str(opened.manifest.get("backend", ""))
         roadmaps = first_roadmaps(opened.checked, seed) if kind == ROADMAP else ()
@@ -186,9 +189,9 @@ def replan(
         slow: agents that are limited to a speed, m/s.
         give_up: requirements to drop.
         within: seconds until the new plan must begin.
-        seed: of everything drawn at random.
+        seed: random seed.
         exports: names of further file formats.
-        limits: sizes that a folder may have.
+        limits: maximum sizes of a folder.
     """
     patch = None if changed is None else Path(changed)
     rest = (lost, slow or {}, give_up, Seconds(within), seed, exports, limits or Limits())
@@ -198,7 +201,7 @@ def replan(
 
 @contextmanager
 def _on_disk(plan: PlanLike) -> Iterator[Path]:
-    """The folder of a plan, written for a while if it is not on disk."""
+    """Folder of a plan, written temporarily if it is not on disk."""
     if isinstance(plan, str | Path):
         yield Path(plan)
         return

@@ -1,6 +1,6 @@
 """Functions of missions: check and monitor a file, a text, or a mission built in Python.
 
-Findings about a mission that was built in Python point at the lines that built it.
+Findings about a mission built in Python refer to the lines that built it.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ def check(
         backend: ``auto``, or the backend that must be able to plan it.
         vehicle: profile of teams that name none.
         poses: file of measured positions, from which the agents take off.
-        limits: sizes that a mission may have.
+        limits: maximum sizes of a mission.
 
     Returns:
         Every finding, and the mission if there is no error.
 
     Raises:
-        ValueError: there is no such profile.
+        ValueError: the profile is unknown.
     """
     checked = driver.check(
         source_of(mission), overrides=overrides, backend=backend, vehicle=vehicle, poses=poses, limits=limits
@@ -57,13 +57,13 @@ def monitor(
     continuous: bool = False,
     tolerance: float = 0.0,
 ) -> Monitored:
-    """Judge a recorded trace by a mission.
+    """Evaluate a mission on a recorded trace.
 
     Args:
-        mission: as for ``check``, like ``overrides`` and ``limits``.
+        mission: as in ``check``, like ``overrides`` and ``limits``.
         trace: path of a trace, of a ``plan.json`` or of a plan folder.
         continuous: whether requirements and constraints must be satisfied between the samples too.
-        tolerance: largest error of a recorded position, metres; of constraints.
+        tolerance: maximum error of a recorded position, metres, for constraints.
 
     Returns:
         Verdict and robustness of each requirement, and the verdicts on constraints.

@@ -1,4 +1,4 @@
-"""Replanning of a folder that is being flown: the folder read and verified again, and the rest of its mission."""
+"""Replanning of a folder during its flight: reads and verifies the folder, and plans the rest of its mission."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def replan_folder(
     exports: tuple[str, ...],
     limits: Limits,
 ) -> Replanned:
-    """The rest of the mission of a folder, once that has been verified again."""
+    """Replan the rest of a folder's mission, after re-verification."""
     opened = read_folder(folder, limits)
     if not isinstance(opened, OutputFolder):
         return _refused(*opened)
@@ -72,7 +72,7 @@ def _so_far(
 def _unknown(
     opened: OutputFolder, lost: Sequence[str], slow: Iterable[str], given_up: Sequence[str]
 ) -> Diagnostic | None:
-    """Refusal of a name that the mission does not have."""
+    """Finding for a name that the mission does not have."""
     agents = [agent.name for agent in opened.mission.agents]
     for flag, names, known in (
         ("--lost", lost, agents),

@@ -1,4 +1,4 @@
-"""Function of sweeps: one mission, compiled for many values and seeds."""
+"""Sweep function: one mission, compiled for many values and seeds."""
 
 from __future__ import annotations
 
@@ -41,22 +41,22 @@ def sweep(
     continuous_time: ContinuousTime = ContinuousTime.WANTED,
     **given: Any,
 ) -> SweepResult:
-    """Compile a mission for every combination of some values and every seed, each run in a process of its own.
+    """Compile a mission for all combinations of some values and all seeds, each run in its own process.
 
     Args:
         mission: path of a file, ``Source``, or ``Mission``.
         vary: values of parameters: ``{"N": [3, 5, 8], "R": "1..2/0.25"}``.
         seeds: number of seeds, from 0 on.
-        output: folder of the results; ``build/NAME-sweep`` if left out. A sweep that was interrupted there goes on.
-        keep: whether to keep the folder of each plan.
-        jobs: processes that work at once; as many as there are processors if left out.
+        output: folder of the results; ``build/NAME-sweep`` by default. An interrupted sweep there is continued.
+        keep: if true, keep the folder of each plan.
+        jobs: number of parallel processes; by default the number of processors.
         compare: folder of an older sweep.
         trials: simulated flights of each plan.
-        overrides: as for ``compile``, like the parameters after it; the time limit is that of each run.
+        overrides: as in ``compile``, like the parameters after it; the time limit is that of each run.
 
     Raises:
-        TypeError: there is no such option or disturbance.
-        ValueError: a value cannot be varied so, or an option does not have such a value.
+        TypeError: an option or disturbance is unknown.
+        ValueError: a value cannot be varied, or an option has an invalid value.
     """
     source = source_of(mission)
     file = source if isinstance(source, Source) else Path(source)

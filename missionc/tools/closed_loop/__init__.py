@@ -1,1 +1,1 @@
-"""The loop closed in simulation: the engine flies, the ground watches what is reported, plans anew and uploads."""
+"""The closed loop in simulation: the engine flies, ground control monitors the reports, replans and uploads."""

@@ -6,9 +6,9 @@
 Simulated time stands still during replanning. A plan is uploaded for the time by which it had to be ready, and is
 discarded if it was not ready by then.
 
-The evaluation covers the requirements over the whole flight, and the bodies in continuous time. It takes events as
-they happened: a lost agent has no requirements from then on, and a changed world counts from its change. Replanning
-makes no difference to it.
+The evaluation covers the requirements over the whole flight, and the bodies in continuous time. It uses the actual
+events: a lost agent has no requirements from then on, and a changed world counts from its change. Replanning does not
+affect the evaluation.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from missionc.verification.monitoring.monitor import monitor
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """From a step on somebody is lost, and files of the mission read otherwise."""
+    """Step from which an agent is lost or files of the mission are changed."""
 
     time: float
     lost: tuple[str, ...] = ()
@@ -52,7 +52,7 @@ class Cut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Epoch:
-    """From a time on, s, the mission reads so, and these of the team are left."""
+    """Mission and remaining team from a time on, s."""
 
     time: float
     mission: Mission
@@ -61,14 +61,15 @@ class Epoch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """How a flight went.
+    """Result of a flight.
 
     Args:
-        requirements: by its name, whether it was kept.
-        nearest: where two bodies, or a body and an obstacle, came nearest; None where there were not two.
+        requirements: by name, whether it was satisfied.
+        nearest: place of the minimum clearance between two bodies, or a body and an obstacle; None if there were not
+            two.
         epochs: the first from 0 on, one more for each cut.
-        since: of each that was not kept, the first moment, s, at which nothing within the top speeds of those who are
-            left could keep it.
+        since: for each violated requirement, the first moment, s, from which no motion within the maximum speeds could
+            satisfy it.
     """
 
     requirements: Mapping[str, bool]
@@ -78,7 +79,7 @@ class Outcome:
 
     @property
     def room(self) -> float:
-        """The least room between two bodies, or a body and an obstacle, m; negative where they touch."""
+        """Minimum clearance between two bodies, or a body and an obstacle, m; negative if they touch."""
         return math.inf if self.nearest is None else self.nearest.margin
 
     @property
@@ -93,10 +94,10 @@ class Outcome:
 def judge(
     checked: Checked, cuts: list[Cut], times: Array, position: Array, velocity: Array, heading: Array, limits: Limits
 ) -> Outcome:
-    """Judge a flight.
+    """Evaluate a flight.
 
     Args:
-        checked: the whole mission as it was planned at first.
+        checked: the whole mission as initially planned.
         cuts: in the order of their times.
         times: (samples,), s, from 0 to the end of the mission.
         position, velocity: (agents, samples, 3), m and m/s; heading: (agents, samples), rad.
@@ -134,13 +135,16 @@ def judge(
 
 
 def _since(rest: Remaining, trace: Trace, begin: int) -> dict[str, float]:
-    """Since when, seconds, a requirement cannot be kept by any continuation of what was flown by then."""
+    """Time in seconds since which no continuation of the flight can satisfy a requirement, by requirement."""
     steps = first_violations(rest.mission, rest.kernel, trace) | dict.fromkeys(rest.nobodys, 0)
     return {name: float((begin + step) * trace.step) for name, step in steps.items()}
 
 
 def _rooms(epoch: Epoch, names: list[str], times: Array, position: Array, end: float) -> list[Check]:
-    """The rooms of those that are left, as long as an epoch lasts, straight from sample to sample."""
+    """Clearances of the remaining agents during an epoch, linear between samples.
+
+    Position: (agents, samples, 3), m.
+    """
     chosen = (times >= epoch.time - 1e-9) & (times <= end + 1e-9)
     if chosen.sum() < 2:
         return []
@@ -150,24 +154,24 @@ def _rooms(epoch: Epoch, names: list[str], times: Array, position: Array, end: f
 
 
 TICKS = round(PERIOD * SETPOINTS_PER_SECOND)
-"""Setpoints between two reports."""
+"""Number of setpoints between two reports."""
 
 Listen = Callable[[float, Array, GroundStation, list[str]], None]
-"""Is told of the time, of everybody's position, (3, agents), of the ground, and of the lines that it heard."""
+"""Listener for the time, the positions of all agents, (3, agents), the ground, and the lines that it received."""
 
 
 def nobody(time: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
-    """The listener of those who do not watch."""
+    """Listener that ignores everything."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopFlight:
-    """How a flight went.
+    """Result of a flight.
 
     Args:
         times: (samples,), s; position: (agents, samples, 3), m.
-        happened: what the ground saw and did.
-        lost: the names of those whose motors stopped.
+        happened: events seen and actions taken by ground control.
+        lost: names of the agents whose motors stopped.
     """
 
     times: Array
@@ -191,8 +195,8 @@ def fly_loop(
     """Fly a verified plan through a scenario, from rest at its start to its end.
 
     Args:
-        within: seconds after something happened, when the flight goes on by another plan.
-        clock: seconds that planning may take by the clock; ``within`` where it is None.
+        within: seconds from an event to the start of another plan.
+        clock: time limit of planning in seconds; ``within`` if None.
     """
     mission = flying.checked.valid_mission
     names = tuple(agent.name for agent in mission.agents)
@@ -257,7 +261,7 @@ def _happen(
 
 
 def unreadable_changes(checked: Checked, scenario: Scenario, limits: Limits) -> list[Diagnostic]:
-    """What is wrong with the patches of a scenario, before anything is flown."""
+    """Errors in the patches of a scenario, found before the flight."""
     found: list[Diagnostic] = []
     for event in scenario.events:
         edited = patched(checked, Source("change", event.change), limits) if event.change else {}

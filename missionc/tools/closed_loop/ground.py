@@ -3,7 +3,7 @@
     in   reports of the agents' states, and changes of the world
     out  uploads, and the setpoints of all agents over a stretch of time
 
-An upload is a polynomial that an agent flies by its own clock from a given time on. A slow agent stays on its
+An upload is a polynomial that an agent flies on its own clock from a given time on. A slow agent stays on its
 trajectory, and falls behind wherever the trajectory is faster than the agent.
 """
 
@@ -37,7 +37,7 @@ from missionc.verification.monitoring.read_trace import read_flown
 
 @dataclass(slots=True, eq=False)
 class _Agent:
-    """One agent's uploads, the first one first; how fast it still is, m/s; and by how much it is behind, s."""
+    """Uploads of one agent in order; its current maximum speed, m/s; and its delay, s."""
 
     uploads: list[tuple[float, Pieces]]
     skew: float
@@ -47,28 +47,30 @@ class _Agent:
 
 
 class UploadedTrajectories:
-    """Everybody's uploads.
+    """Uploads of all agents.
 
     Args:
-        pieces: what each flies from time 0 on.
-        skew: (agents,), seconds by which each clock is late.
+        pieces: polynomials of each agent from time 0 on.
+        skew: (agents,), delay of each clock, s.
     """
 
     def __init__(self, pieces: list[Pieces], skew: Array) -> None:
         self._agents = [_Agent([(0.0, own)], float(late)) for own, late in zip(pieces, skew, strict=True)]
 
     def upload(self, agent: int, pieces: Pieces, begins: float) -> None:
-        """From then on, seconds, the agent flies these; what it was to fly after that is forgotten."""
+        """Upload polynomials for an agent from ``begins`` on (seconds), which replace its later ones."""
         own = self._agents[agent]
         own.uploads = [each for each in own.uploads if each[0] < begins] + [(begins, pieces)]
 
     def slow(self, agent: int, most: float) -> None:
-        """The agent goes no faster than so many m/s from now on."""
+        """Limit the speed of an agent to ``most`` m/s from now on."""
         self._agents[agent].most = most
 
     def setpoints(self, times: Array) -> Array:
-        """(times,), seconds, evenly apart, later than all before and not beyond the next upload's reach
-        -> (13, times, agents)."""
+        """Setpoints of all agents: (times,) -> (13, times, agents).
+
+        Times are in seconds, evenly spaced, in order over all calls, and within the next upload.
+        """
         return np.stack([self._of(own, times) for own in self._agents], axis=-1)
 
     def _of(self, own: _Agent, times: Array) -> Array:
@@ -93,11 +95,11 @@ class UploadedTrajectories:
         return np.concatenate(columns, axis=1)
 
     def wanted(self, agent: int, time: float) -> Array:
-        """(3,), metres: where the ground believes that the agent is to be."""
+        """Position (3,) in metres at which ground control expects the agent."""
         return np.asarray(self.way(agent, np.array([time]))[0])
 
     def way(self, agent: int, times: Array) -> Array:
-        """(times,), seconds -> (times, 3), metres: likewise at each of them, by all uploads so far."""
+        """Expected positions by all uploads so far: (times,), seconds -> (times, 3), metres."""
         own = self._agents[agent]
         latest = np.maximum(np.searchsorted([begins for begins, _ in own.uploads], times, side="right") - 1, 0)
         places = np.empty((times.size, 3))
@@ -108,10 +110,10 @@ class UploadedTrajectories:
 
 
 def uploaded(told: UploadedTrajectories, plan: Trace) -> Trace:
-    """Where everybody is told to be at the steps of the whole flight, by all that was uploaded so far.
+    """Commanded positions at the steps of the whole flight, by all uploads so far.
 
     Args:
-        plan: the first one, of the whole mission.
+        plan: initial plan of the whole mission.
     """
     agents, steps, dimension = plan.position.shape
     times = float(plan.step) * np.arange(steps, dtype=np.float64)
@@ -120,36 +122,36 @@ def uploaded(told: UploadedTrajectories, plan: Trace) -> Trace:
 
 
 SILENT = 1.0
-"""Seconds: who is not heard of for so long is taken to be lost."""
+"""Seconds without a report after which an agent counts as lost."""
 SEEN = 1.0
-"""Seconds of reports from which is told how fast one goes that is behind."""
+"""Seconds of reports from which the speed of a delayed agent is estimated."""
 FEWEST = 5
-"""Reports in that time."""
+"""Minimum number of reports in that time."""
 LAG = 0.15
-"""Metres: who is so far from where it should be, and on its way, is behind."""
+"""Distance in metres behind its setpoint from which an agent counts as delayed."""
 BESIDE = 0.1
-"""Metres: who is further from its way is not on it."""
+"""Distance in metres from its path from which an agent counts as off it."""
 SLOWEST = 0.15
-"""m/s: of one who hardly moves nothing is told."""
+"""Speed in m/s below which no estimate is made."""
 SLOW = 0.9
-"""Seconds of its flight that one who is slow flies in a second, at most."""
+"""Maximum ratio of flight time to real time for a slow agent."""
 SURE = 0.95
-"""The share of the speed at which one was seen that is counted on."""
+"""Safety factor for the observed speed of an agent."""
 MOST_REPLANS = 6
 STOP = 3.0
-"""Seconds that a stop takes, and more: nobody is told to stop who touches nothing until there was time for one."""
+"""Seconds for a stop, with margin: safe agents are told to stop only if there is time for it."""
 FLOWN_ON = "kept the current plan: no other plan satisfies more requirements"
 MOST_OF_IT = 0.4
-"""The share of the time left that planning may take."""
+"""Maximum ratio of the remaining time for planning."""
 PATIENCE = 8
-"""How many times as long planning may take where there was no plan in time; each time twice as long."""
+"""Factor of the planning time after a late plan; it doubles each time."""
 GIVE_UPS = 3
-"""How often, for one cause, what cannot be kept is given up for the sake of the rest."""
+"""Maximum number of times that requirements are dropped for one cause."""
 
 
 @dataclass(frozen=True, slots=True)
 class GroundEvent:
-    """What the ground did, and when: seconds of the flight, why, and how long planning took."""
+    """Action of ground control: time in seconds of the flight, reason, and planning time."""
 
     time: float
     why: str
@@ -161,15 +163,15 @@ class GroundEvent:
 
 @dataclass(slots=True, eq=False)
 class GroundStation:
-    """One mission, watched and planned anew.
+    """Ground control of one mission with replanning.
 
     Args:
-        flying: what is flown.
-        told: to which uploads go.
-        names: of all agents of the flight, in order.
-        within: seconds in which another plan has to be ready.
-        replans: whether it plans anew at all, or only watches.
-        clock: seconds that planning may take by the clock; ``within`` where it is None.
+        flying: current flight.
+        told: receiver of uploads.
+        names: names of all agents of the flight, in order.
+        within: time limit for another plan, seconds.
+        replans: if false, only monitor.
+        clock: time limit of planning in seconds; ``within`` if None.
     """
 
     flying: Flying
@@ -197,7 +199,7 @@ class GroundStation:
     busy: float = 0.0
 
     world: Checked = field(init=False)
-    """The whole mission as it reads now."""
+    """Current state of the whole mission."""
 
     def __post_init__(self) -> None:
         self.world = self.flying.checked
@@ -205,12 +207,12 @@ class GroundStation:
         self._watch()
 
     def _fly(self, flying: Flying) -> None:
-        """This is what is flown."""
+        """Set the current flight."""
         self.flying = flying
         self.pieces = {name: polynomials(text) for name, text in flying.flights.items()}
 
     def _watch(self) -> None:
-        """A new session, and a new log, for what is flown now."""
+        """Start a new session and a new log for the current flight."""
         mission, kernel = self.flying.checked.valid_mission, self.flying.checked.valid_kernel
         self.session = Session(mission, kernel, self.limits)
         self.log, self.lost, self.texts, self.given_up = [], [], {}, []
@@ -218,7 +220,7 @@ class GroundStation:
 
     @property
     def team(self) -> list[str]:
-        """Those that the plan is for."""
+        """Agents of the current plan."""
         return [agent.name for agent in self.flying.checked.valid_mission.agents]
 
     @property
@@ -226,7 +228,7 @@ class GroundStation:
         return self.flying.checked.valid_mission.dimension
 
     def hear(self, reports: list[Report]) -> list[str]:
-        """Take in reports; what they say of the whole flight, as lines of samples."""
+        """Process reports, and return them as lines of samples for the whole flight."""
         heard: list[str] = []
         for report in reports:
             name = self.names[report.agent]
@@ -241,7 +243,7 @@ class GroundStation:
         return heard
 
     def change(self, text: str) -> None:
-        """The world is another one from now on."""
+        """Change the world from now on."""
         edited = patched(self.world, Source("change", text), self.limits)
         assert isinstance(edited, Mapping), "patches are read before the flight"
         self.world = earlier(self.world, edited, self.limits)
@@ -249,7 +251,7 @@ class GroundStation:
         self.causes.append("the world changed")
 
     def look(self, time: float) -> None:
-        """See what is wrong by now; and have the rest planned anew where something is."""
+        """Detect problems up to now, and replan the rest if there are any."""
         for name in self.team:
             if name not in self.lost and time - self.heard.get(name, self.began) > SILENT and time > SILENT:
                 self.lost.append(name)
@@ -273,7 +275,7 @@ class GroundStation:
                 self.happened.append(GroundEvent(time, why, "no replanning"))
 
     def _follow(self, name: str, report: Report) -> None:
-        """See whether an agent is where it should be."""
+        """Check whether an agent is at its expected position."""
         off = float(np.linalg.norm(report.position - self.told.wanted(self.names.index(name), report.time)))
         if off > LAG and (speed := self._slow_speed(name)) is not None:
             self.slow[name] = SURE * speed
@@ -284,7 +286,7 @@ class GroundStation:
             self.causes.append(f"{name} is {off:.2f} m off its trajectory")
 
     def _slow_speed(self, name: str) -> float | None:
-        """How fast one goes, m/s, who is behind on its way for it goes slower than that asks; None of anybody else."""
+        """Speed in m/s of an agent that is delayed because it is too slow; None for any other."""
         mine = [each for own, each in self.log if own == name]
         recent = sorted((each for each in mine if each.time >= mine[-1].time - SEEN), key=lambda each: each.time)
         if len(recent) < FEWEST:
@@ -331,7 +333,7 @@ class GroundStation:
                 break
             given_up += [name for name in found.cannot if name not in given_up]
         if len(given_up) >= most and found.way is not Way.KEPT and (most or not found.ok):
-            # No plan keeps more than the one that is flown: where that loses nothing, it still comes too near somebody.
+            # No plan satisfies more than the current one: if it loses nothing, two bodies still come too close.
             self.patience = 1
             self.happened.append(GroundEvent(time, why, FLOWN_ON, seconds))
             return
@@ -343,17 +345,17 @@ class GroundStation:
         self._take(time, why, found, seconds)
 
     def _left(self, time: float) -> float:
-        """Seconds that are left of the mission."""
+        """Remaining seconds of the mission."""
         return float(self.flying.checked.valid_mission.horizon) + self.began - time
 
     def _ask_again(self, time: float, within: Seconds, undecided: bool) -> None:
-        """There was no plan in time: while that was found out the flight went on, and then there may be more time."""
+        """Try again after a late plan: the flight has continued, and may leave more time then."""
         self.busy = time + within
         self.patience = min(2 * self.patience, PATIENCE) if undecided else 1
         self.causes.append("no plan in time")
 
     def _table(self) -> str:
-        """What was flown of the plan, as a table that is read like any."""
+        """Flown part of the plan, as a table in the common format."""
         rows = (
             (name, round(report.time - self.began, 9), *report.position.tolist(), report.heading)
             for name, report in self.log
@@ -361,9 +363,9 @@ class GroundStation:
         return "\n".join(["agent,t,x,y,z,yaw", *(",".join(map(str, row)) for row in rows)]) + "\n"
 
     def _take(self, time: float, why: str, found: Replanned, seconds: float) -> None:
-        """Upload what was found: the stops at once, the plan for when it begins.
+        """Upload the result: the stops at once, the plan for its start.
 
-        Where there is no plan, the old one is flown on if nobody touches anything on it.
+        Without a plan, the old one continues if it has no collision.
         """
         begins = None if found.begins is None else self.began + found.begins
         came = found.way.value if found.way is not Way.NONE else "; ".join(each.message for each in found.findings[:2])
@@ -388,7 +390,7 @@ class GroundStation:
 
 
 def _line(name: str, report: Report, began: float, dimension: int) -> str:
-    """A report as a line of samples, its time counted from then on."""
+    """Report as a line of samples, with its time relative to ``began``."""
     place, velocity = report.position[:dimension].tolist(), report.velocity[:dimension].tolist()
     state = {"t": round(report.time - began, 9), "agent": name, "position": place, "velocity": velocity}
     return json.dumps({**state, "heading": report.heading})

@@ -1,7 +1,7 @@
 """Record of flights in a closed loop: for programs, and for the page that shows them.
 
-in   Mission, Scenario, LoopFlights as they were flown
-out  values that JSON can hold; what the report draws
+in   Mission, Scenario, flown LoopFlights
+out  values for JSON, and data for the report
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from missionc.verification.certificate import Check
 
 UNTOUCHED = "nothing touched"
 MOST_SHOWN = 200
-"""Flights that a page has a row for."""
+"""Maximum number of flights with a row on the page."""
 FAR = 1e9
-"""Metres: who has so much room has nobody to keep apart from."""
+"""Clearance in metres that stands for no other bodies."""
 
 
 class ToldPositions:
-    """Where everybody is to be by what was uploaded, collected while a flight is flown: its ``listen`` is a listener.
+    """Commanded positions, collected during a flight: its ``listen`` is a listener.
 
     Args:
-        then: another listener, which is told the same.
+        then: another listener, with the same arguments.
     """
 
     def __init__(self, then: Listen = nobody) -> None:
@@ -42,21 +42,21 @@ class ToldPositions:
         self.places: list[Array] = []
 
     def listen(self, at: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
-        """The moment ``at``, in seconds of the flight."""
+        """Record the moment ``at``, in seconds of the flight; position: (3, agents), metres."""
         self.times.append(at)
         self.places.append(np.stack([ground.told.wanted(agent, at) for agent in range(position.shape[1])]))
         self._then(at, position, ground, lines)
 
 
 def without_path(flight: LoopFlight) -> LoopFlight:
-    """A flight that is counted and not drawn: paths of many flights would fill the memory."""
+    """Flight without its path: paths of many flights would fill the memory."""
     epochs = flight.outcome.epochs[:0]
     nothing = np.zeros((len(flight.position), 0, 3))
     return replace(flight, times=nothing[0, :, 0], position=nothing, outcome=replace(flight.outcome, epochs=epochs))
 
 
 def fractions(flights: Sequence[LoopFlight]) -> dict[str, Fraction]:
-    """The fraction of flights that kept each requirement, all of them, and in which nobody touched anything."""
+    """Fraction of flights that satisfied each requirement, all of them, and that had no collision."""
     names = dict.fromkeys(name for flight in flights for name in flight.outcome.requirements)
     held = {name: [flight.outcome.requirements.get(name, True) for flight in flights] for name in names}
     held["all of them"] = [flight.outcome.satisfied for flight in flights]
@@ -65,7 +65,7 @@ def fractions(flights: Sequence[LoopFlight]) -> dict[str, Fraction]:
 
 
 def said(each: GroundEvent) -> str:
-    """What the ground saw and did, as a sentence without its time."""
+    """Sentence on an event and action of ground control, without its time."""
     took = f" in {each.seconds:.2f} s" if each.seconds else ""
     begins = f", starts at {each.begins:g} s" if each.begins is not None else ""
     dropped = f"; dropped: {', '.join(f'`{name}`' for name in each.given_up)}" if each.given_up else ""
@@ -73,7 +73,7 @@ def said(each: GroundEvent) -> str:
 
 
 def loop_document(mission: Mission, scenario: Scenario, flights: Sequence[LoopFlight], replans: bool) -> dict[str, Any]:
-    """What became of them, for programs."""
+    """JSON document of the results."""
     return {
         "mission": mission.name,
         "replans": replans,
@@ -108,12 +108,12 @@ def loop_document(mission: Mission, scenario: Scenario, flights: Sequence[LoopFl
 
 
 def as_required(flight: LoopFlight) -> bool:
-    """Whether every requirement was kept and nobody touched anything."""
+    """Return whether every requirement was satisfied without a collision."""
     return flight.outcome.satisfied and flight.outcome.untouched
 
 
 def _nearest(check: Check | None) -> dict[str, Any]:
-    """Where bodies came nearest: the room, when, and who; null where there were not two of them."""
+    """Place of the minimum clearance: its value, time and bodies; null if there were not two bodies."""
     if check is None or check.margin > FAR:
         return {"room": None, "nearest": None}
     return {"room": check.margin, "nearest": {"t": check.at, "of": _who(check)}}
@@ -138,10 +138,10 @@ def _event(event: Event) -> dict[str, Any]:
 def loop_flights(
     mission: Mission, scenario: Scenario, flights: Sequence[LoopFlight], told: ToldPositions, replans: bool
 ) -> LoopFlights:
-    """What the page shows: all flights in words and numbers, the first one as it was flown.
+    """Data for the page: all flights in words and numbers, the first one with its path.
 
     Args:
-        told: of the first flight.
+        told: commanded positions of the first flight.
     """
     first = flights[0]
     heard = np.array(told.times)
@@ -161,7 +161,7 @@ def loop_flights(
 
 
 def _headline(flights: Sequence[LoopFlight]) -> tuple[str, str]:
-    """What the flights show of all like them, and no more."""
+    """Statement that the flights support about all flights like them."""
     held = sum(map(as_required, flights))
     if len(flights) == 1:
         return ("holds", "1 simulated flight passed") if held else ("fails", "1 simulated flight failed")
@@ -172,7 +172,7 @@ def _headline(flights: Sequence[LoopFlight]) -> tuple[str, str]:
 
 
 def _page_record(seconds: float, scenario: Scenario, flights: Sequence[LoopFlight], replans: bool) -> dict[str, Any]:
-    # The first one is drawn; after it come those of which something is to be seen.
+    # The first one is drawn; after it come the flights with events.
     order = sorted(range(len(flights)), key=lambda number: (number > 0, as_required(flights[number]), number))
     return {
         "replans": replans,
@@ -200,7 +200,7 @@ def _page_flight(number: int, flight: LoopFlight, scenario: Scenario, seconds: f
 
 
 def _told(flight: LoopFlight, scenario: Scenario, seconds: float) -> Iterator[dict[str, Any]]:
-    """What happened, what the ground did, when each new plan began, and where bodies came nearest."""
+    """Events, actions of ground control, starts of new plans, and places of minimum clearance."""
     for event in scenario.events:
         if event.at <= seconds:
             yield {"t": event.at, "by": "event", "says": _happens(event)}
@@ -223,7 +223,7 @@ def _happens(event: Event) -> str:
 
 
 def _through(scenario: Scenario) -> str:
-    """The air and the reports, in words."""
+    """Disturbances of air and reports, in words."""
     said = [
         (scenario.wind, f"wind {scenario.wind:g} m/s"),
         (scenario.gust, f"gusts {scenario.gust:g} m/s"),

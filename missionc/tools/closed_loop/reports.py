@@ -1,4 +1,4 @@
-"""Reports: where agents say that they are, as the ground hears it: noisy, late, or not at all."""
+"""Reports: positions of agents as received on the ground: noisy, late, or missing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PERIOD = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
-    """Where an agent was at a time, seconds: (3,) metres and m/s; and its heading, rad."""
+    """State of an agent at a time (s): position and velocity, (3,) in metres and m/s, and heading, rad."""
 
     agent: int
     time: float
@@ -25,14 +25,16 @@ class Report:
 
 
 class Reports:
-    """Reports on their way to the ground."""
+    """Reports in transit to the ground."""
 
     def __init__(self, scenario: Scenario, random: np.random.Generator) -> None:
         self._scenario, self._random = scenario, random
         self._sent: list[tuple[float, Report]] = []
 
     def send(self, time: float, position: Array, velocity: Array, heading: Array, silent: Flags) -> None:
-        """Everybody's state, (3, agents) twice and (agents,), but for those who are silent."""
+        """Send the states of all agents that are not silent: position and velocity (3, agents), m and m/s, heading
+        (agents,), rad.
+        """
         noise = self._scenario.noise * self._random.standard_normal(position.shape)
         arrives: Flags = np.asarray(self._random.random(position.shape[1]) >= self._scenario.dropped)
         late: Array = np.asarray(self._scenario.late * self._random.random(position.shape[1]))
@@ -42,7 +44,7 @@ class Reports:
             self._sent.append((time + float(late[agent]), report))
 
     def heard(self, time: float) -> list[Report]:
-        """Those that have arrived by now, in the order in which they did."""
+        """Reports that have arrived by now, in order of arrival."""
         arrived = sorted((each for each in self._sent if each[0] <= time), key=lambda each: each[0])
         self._sent = [each for each in self._sent if each[0] > time]
         return [report for _, report in arrived]

@@ -1,10 +1,10 @@
-"""Scenarios: what happens to a simulated flight, from a small file in TOML.
+"""Scenarios: events of a simulated flight, from a small TOML file.
 
 in   the text
-out  Scenario, or what is wrong with it
+out  Scenario, or its errors
 says MC751
 
-A scenario has a `[wind]`, how well the ground is told where everybody is (`[reports]`), and `[[event]]`s.
+A scenario has a `[wind]`, the quality of reports (`[reports]`), and `[[event]]`s.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ MOST_EVENTS = 100
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happens at a time, in seconds: one of ``lose``, ``slow`` and ``change``.
+    """Event at a time in seconds: one of ``lose``, ``slow`` and ``change``.
 
     Args:
-        lose: an agent whose motors stop.
-        slow: an agent that goes no faster than the share ``to`` of its top speed from then on.
-        change: the text of a patch: what of the world is another from then on. The ground is told at once.
+        lose: agent whose motors stop.
+        slow: agent whose speed is limited to the ratio ``to`` of its maximum from then on.
+        change: text of a patch of the world from then on, of which ground control is informed at once
     """
 
     at: float
@@ -44,15 +44,15 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a flight is flown through.
+    """Conditions of a flight.
 
     Args:
-        wind, gust: as of a ``Disturbance``, m/s.
+        wind, gust: as in ``Disturbance``, m/s.
         noise: standard deviation of a reported position along each axis, m.
-        dropped: the share of reports that never arrive.
-        late: seconds that a report, and an upload, take on their way at most.
-        skew: seconds by which an agent's clock is late at most.
-        events: in the order of their times.
+        dropped: ratio of reports that never arrive.
+        late: maximum delay of reports and uploads, s.
+        skew: maximum delay of an agent's clock, s.
+        events: events in the order of their times.
     """
 
     wind: float = 0.0
@@ -68,23 +68,23 @@ NUMBERS: Mapping[str, Mapping[str, float]] = {
     "wind": {"mean": MOST_WIND, "gust": MOST_WIND},
     "reports": {"noise": 1.0, "dropped": 0.95, "late": 2.0, "skew": MOST_CLOCK_ERROR},
 }
-"""The most that each number may be; the least is 0."""
+"""Maximum of each number; the minimum is 0."""
 KINDS = ("lose", "slow", "change")
 LONGEST = Limits().magnitude
-"""Seconds: no event is later."""
+"""Maximum time of an event, seconds."""
 HALF = 0.5
-"""The share of its top speed that one that is slow has left, where none is given."""
+"""Default ratio of the maximum speed for a slow agent."""
 
 
 def read_scenario(source: Source, agents: tuple[str, ...]) -> Scenario | list[Diagnostic]:
-    """The scenario that a text tells, or all that is wrong with it.
+    """Parse a scenario, or return all errors.
 
     Args:
-        agents: the names of those who fly.
+        agents: names of the agents.
     """
     try:
         document = tomllib.loads(source.text)
-    except ValueError as error:  # a number of more than 4,300 digits has no class of its own
+    except ValueError as error:  # a number of more than 4,300 digits has no error class of its own
         where = re.search(r"line (\d+)", str(error))
         line = int(where[1]) if where else len(source.line_starts) if "end of document" in str(error) else 1
         return [_wrong(source, line, "not valid TOML")]
@@ -136,7 +136,7 @@ def _number(source: Source, table: Any, name: str, key: str, most: float, findin
 
 
 def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
-    """An event, or what is wrong with it."""
+    """Parse an event, or return its error."""
     kinds = [kind for kind in KINDS if isinstance(entry, dict) and kind in entry]
     if len(kinds) != 1 or set(entry) - {"at", "to", *kinds}:
         return "an event needs `at` and one of `lose`, `slow` (with `to`) or `change`"
@@ -153,7 +153,7 @@ def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
 
 
 def _line(source: Source, word: str) -> int:
-    """The line that a key stands on."""
+    """Line number of a key."""
     lines = source.text.split("\n")
     return next((number for number, line in enumerate(lines, 1) if line.lstrip(" [").startswith(word)), 1)
 

@@ -1,9 +1,8 @@
-"""The language server: what an editor asks of a mission while it is typed.
+"""The language server: answers an editor's requests about a mission during editing.
 
 in   texts as they change, and requests about places in them
 out  findings, and answers in the protocol's types
 
-One module for each thing that an editor asks; ``server`` is the only one that
-talks. Every other is a function of an ``OpenText``, and works on what can be read
-of a text that is not whole.
+One module for each kind of request; only ``server`` communicates. All others are functions of an ``OpenText``, and work
+on the readable parts of an incomplete text.
 """

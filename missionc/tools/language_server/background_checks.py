@@ -1,7 +1,7 @@
-"""Background checks of open texts, and the diagnostics that are published from their findings.
+"""Background checks of open texts, and the diagnostics published from their findings.
 
-Checks run one at a time beside the requests, and never on an outdated version of a text. A finding in a file that the
-text names is shown at the name, with the place in that file as related information.
+Checks run one at a time in parallel with requests, and never on an outdated version of a text. A finding in a file that
+the text names is shown at the name, with the place in that file as related information.
 """
 
 from __future__ import annotations
@@ -58,24 +58,26 @@ def _related(text: OpenText, span: Span, message: str) -> types.DiagnosticRelate
 
 
 def _named(text: OpenText, place: Span) -> Span:
-    """Where this text names the file of a place, or includes another, the first time."""
+    """First place in this text that names the file of a place, or that includes another one."""
     named = re.search(rf'"(?:[^"\n]*/)?{re.escape(basename(place.source.name))}"', text.source.text)
     match = named or _INCLUDE.search(text.source.text)
     return Span(text.source, *match.span()) if match else Span(text.source, 0, 0)
 
 
 PATIENCE = 0.5
-"""Seconds that an answer waits for a check which says more than it can say before."""
+"""Seconds that an answer waits for a check with better results."""
 
 log = logging.getLogger(__name__)
 
 
 class SupersededError(Exception):
-    """The text has been changed since; what is wrong with its old version interests nobody."""
+    """Error for a check of an outdated version of a text."""
 
 
 class Checks:
-    """``publish`` is called with each text that was checked in the version that it still has, in the loop's thread."""
+    """Background checks; ``publish`` is called with each text whose checked version is current, in the
+    loop's thread.
+    """
 
     def __init__(self, publish: Callable[[OpenText], None]) -> None:
         self._publish = publish
@@ -85,7 +87,7 @@ class Checks:
         self._running: dict[asyncio.Task[None], OpenText] = {}
 
     def ask(self, text: OpenText) -> None:
-        """Check a text; one of an older version that is waiting or running is given up."""
+        """Check a text; a waiting or running check of an older version is cancelled."""
         if self._closed:
             return
         self._newest[text.uri] = text
@@ -94,7 +96,7 @@ class Checks:
         task.add_done_callback(self._running.pop)
 
     async def settled(self, uri: str) -> None:
-        """Until the newest version of a text is checked, or it has taken too long for anybody to wait."""
+        """Wait until the newest version of a text is checked, or a timeout."""
         until = time.monotonic() + PATIENCE
         while (left := until - time.monotonic()) > 0:
             running = [task for task, text in self._running.items() if text is self._newest.get(uri)]

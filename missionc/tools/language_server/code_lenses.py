@@ -1,6 +1,6 @@
 """Code lenses: actions above a mission's name, and the robustness in the last plan above each requirement.
 
-The last plan lies beside the mission. Its robustness counts only for the text that it was made from.
+The last plan is next to the mission. Its robustness is valid only for the text that it was made from.
 """
 
 from __future__ import annotations
@@ -23,26 +23,29 @@ from missionc.tools.language_server.open_text import LIMITS, OpenText
 
 PLAN = "plan.json"
 MOST_BYTES = 1 << 24
-"""Bytes of a plan that is read for this."""
+"""Maximum size of a plan that is read for this, bytes."""
 MOST_INPUTS = 100
-"""Files of a mission that are compared; one of more counts as changed."""
+"""Maximum number of files that are compared; a mission with more counts as changed."""
 
 
 @dataclass(frozen=True, slots=True)
 class LastPlan:
-    """``robustness`` by the names of requirements; ``changed``: a file of the mission is no longer what was planned."""
+    """Last plan; ``robustness`` by the names of requirements.
+
+    ``changed``: a file of the mission has changed since.
+    """
 
     robustness: dict[str, float]
     changed: bool
 
 
 def last_plan(text: OpenText, mission: str, folders: Iterable[Path]) -> LastPlan | None:
-    """The plan in ``build/MISSION`` of the first of these folders that has one; none where it cannot be read.
+    """Plan in ``build/MISSION`` of the first of these folders that has one; None if it is unreadable.
 
     Args:
-        text: of the mission, as it is now.
-        mission: its name.
-        folders: where the compiler may have been called.
+        text: current text of the mission.
+        mission: name of the mission.
+        folders: possible working directories of the compiler.
     """
     for folder in folders:
         written = folder / "build" / mission
@@ -56,7 +59,7 @@ def last_plan(text: OpenText, mission: str, folders: Iterable[Path]) -> LastPlan
 
 
 def _changed(text: OpenText, inputs: object) -> bool:
-    """Whether one of the files that were planned is another now: the text as it stands here, the others on disk."""
+    """Return whether a planned file has changed: this text, or the others on disk."""
     if not isinstance(inputs, dict) or not 0 < len(inputs) <= MOST_INPUTS:
         return True
     path = Path(text.source.name)
@@ -83,7 +86,7 @@ def _recorded_robustness(plan: Path) -> dict[str, float]:
 
 
 def _json(path: Path) -> dict[str, object]:
-    """What a file of JSON says; nothing where there is none, or none that can be read."""
+    """Contents of a JSON file; empty if it is missing or unreadable."""
     try:
         status = path.stat()
     except OSError:
@@ -103,16 +106,16 @@ def _read(path: Path, changed: int, size: int) -> dict[str, object]:
 
 
 COMMANDS = {"missionc.compile": "compile", "missionc.showReport": "report", "missionc.showMap": "map"}
-"""The commands that a client may know, by what they are called above the text."""
+"""Commands that a client may know, with their titles above the text."""
 
 
 def lenses(text: OpenText, commands: Collection[str], folders: Iterable[Path]) -> list[types.CodeLens]:
-    """The lenses of a text.
+    """Code lenses of a text.
 
     Args:
-        text: once it is checked, if it is to say how robust its requirements are.
-        commands: those that the client says it has; no other is offered.
-        folders: where the compiler may have been called.
+        text: text, checked if robustness should be included.
+        commands: commands of the client; no others are offered.
+        folders: possible working directories of the compiler.
     """
     own = [each for each in text.outline.declarations if each.span.source.name == text.source.name]
     named = next((each for each in own if isinstance(each, ast.MissionName)), None)
@@ -137,7 +140,7 @@ def _robustness(text: OpenText, plan: LastPlan, own: list[ast.Declaration]) -> I
 
 
 def _names(text: OpenText, require: ast.Require) -> list[str]:
-    """What a requirement is called: each member of a family, by the compiler where it has no label."""
+    """Names of a requirement: of each member of a family, and the compiler's if it has no label."""
     goals = text.mission.requirements if text.mission else ()
     body = require.body.span
     here = [goal.name for goal in goals if goal.formula.span.text == body.text]

@@ -1,8 +1,8 @@
 """Completion: the keywords, names, units and settings that fit next, by the grammar.
 
-Kinds and settings are the language's own tables, so a new one needs no change here. The parser's own table gives the
-tokens that may follow those before the cursor in its declaration. Words that fit nowhere are skipped, so a
-declaration with an error still has a context. After a number, units are offered.
+Kinds and settings are the language's own tables, so a new one needs no change here. The parse table gives the tokens
+that may follow those before the cursor in its declaration. Words that are not allowed are skipped, so a declaration
+with an error still has a context. After a number, units are offered.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ _OPENING, _CLOSING = frozenset("([{"), frozenset(")]}")
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """``start`` is where the word begins that is being written, at the place itself if there is none yet.
+    """Position for completion; ``start`` is the start of the current word, or the position itself.
 
-    ``taken`` are the words of the declaration before it, ``opened`` those of them that are brackets still
-    open, ``expected`` the kinds of word that may follow; ``declares``: a declaration may begin here.
+    ``taken`` are the words of the declaration before it, ``opened`` the open brackets among them, ``expected`` the
+    kinds of words that may follow; ``declares``: a declaration may begin here.
     """
 
     start: int
@@ -64,23 +64,23 @@ class Spot:
 
     @property
     def bracket(self) -> str:
-        """The innermost open bracket, or nothing."""
+        """Innermost open bracket, or an empty text."""
         return self.taken[self.opened[-1]].kind if self.opened else ""
 
     @property
     def asks_heading(self) -> bool:
-        """Whether it is within the words that ask for a heading: after the last `of` or `within` there is no other."""
+        """True within a heading predicate: no other keyword after the last `of` or `within`."""
         words = [token.kind for token in self.taken if token.kind in ("heading", "within", "of")]
         return words[-3:] == ["heading", "within", "of"] and self.taken[0].word != "formation"
 
     def opener(self, back: int = 1) -> Token | None:
-        """The word so far before the innermost open bracket."""
+        """Word before the innermost open bracket."""
         at = self.opened[-1] - back if self.opened else -1
         return self.taken[at] if at >= 0 else None
 
 
 def spot(source: Source, offset: int, limits: Limits) -> Spot | None:
-    """None in comments and quotes, and in a text too large to be read."""
+    """Position for completion, or None in comments, in quotes, and in a text that is too large."""
     text = source.text
     if len(text) > limits.file_bytes:
         return None
@@ -117,7 +117,7 @@ def _after(tokens: list[Token], start: int, starts_line: bool) -> Spot:
 
 
 def _machine() -> Machine:
-    """One that only knows what may come next, and makes nothing of it."""
+    """Parser that only determines the allowed tokens and builds nothing."""
     return Machine(parse_table.load(), defaultdict(_nothing), frozenset(), 0)
 
 
@@ -134,14 +134,14 @@ MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in (FI
     **dict.fromkeys(("moving", "uncertain"), Dimension.SPEED),
     "hops": Dimension.NUMBER,
 }
-"""What a number after each of these words measures."""
+"""Dimension of a number after each of these words."""
 
 BETWEEN = frozenset({NUMBER, UNIT, "..", "-", "<=", "<", ">=", ">", "=", "(", ")", ","})
-"""What may stand between such a word and its number."""
+"""Tokens allowed between such a word and its number."""
 
 
 def fitting_units(place: Spot) -> Iterator[tuple[str, str]]:
-    """Each unit and what it measures; all of them where it cannot be told what is measured."""
+    """Units with their dimensions; all units if the dimension is unknown."""
     wanted = _measured(place)
     for unit, (dimension, _) in UNITS.items():
         if wanted is None or dimension in wanted:
@@ -168,10 +168,10 @@ def _measured(place: Spot) -> tuple[Dimension, ...] | None:
 
 
 _NAMED = {"region": Kind.REGION, "beacon": Kind.BEACON, "graph": Kind.GRAPH}
-"""The kind of name for each kind of parameter that is no number."""
+"""Kind of name for each kind of parameter that is not a number."""
 
 DISTANCE = (Kind.REGION, Kind.BEACON, *AGENTS)
-"""What ``distance`` is asked of."""
+"""Kinds of arguments of ``distance``."""
 
 ICONS = {
     "a declaration": types.CompletionItemKind.Keyword,
@@ -182,7 +182,7 @@ ICONS = {
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """A word that fits; ``order`` sorts names before words before units."""
+    """Completion candidate; ``order`` sorts names before words before units."""
 
     word: str
     says: str
@@ -247,7 +247,7 @@ def _names(text: OpenText, place: Spot) -> Iterator[Fit]:
 
 
 def _indices(place: Spot) -> Iterator[tuple[str, str]]:
-    """The indices that have been named so far, and what takes numbers in brackets, where a number may stand."""
+    """Indices declared so far, and functions of numbers, if a number is allowed."""
     if NUMBER not in place.expected or place.before.kind == "every":
         return
     for name, word in pairwise(place.taken):
@@ -259,7 +259,7 @@ def _indices(place: Spot) -> Iterator[tuple[str, str]]:
 
 
 def _kinds(place: Spot) -> tuple[Kind, ...]:
-    """The kinds of name that fit; none where a name is declared or is a word of a table."""
+    """Kinds of names that fit; none if a name is declared or is a word of a table."""
     before, opener, expected = place.before, place.opener(), place.expected
     counted = len(place.taken) > 2 and place.taken[-2].word in ("least", "any")
     listed = place.taken[0].word == "group" and before.kind in ("=", ",") and not place.bracket
@@ -287,7 +287,7 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
 
 
 def _words(place: Spot) -> Iterator[tuple[str, str]]:
-    """Names that are the language's own, and what they are."""
+    """Names that belong to the language, with their meaning."""
     before, opener, first = place.before, place.opener(), place.taken[0].word
     head = place.opener(2)
     if before.word == "vehicle":

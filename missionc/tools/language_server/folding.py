@@ -14,7 +14,7 @@ _CLOSES = {"}": "{", ")": "(", "]": "["}
 
 
 def folds(text: OpenText) -> list[types.FoldingRange]:
-    """At most one for each line that a fold begins at: a block before the declaration that it belongs to."""
+    """Folding ranges, at most one for each first line; a block has priority over its declaration."""
     found = [*_blocks(text), *_declarations(text), *_comments(text)]
     by_line: dict[int, types.FoldingRange] = {}
     for fold in found:
@@ -23,11 +23,11 @@ def folds(text: OpenText) -> list[types.FoldingRange]:
 
 
 def _blocks(text: OpenText) -> Iterator[types.FoldingRange]:
-    """The lines between two brackets; that of the closing one stays, where it begins with it."""
+    """Lines between two brackets; the line of the closing one stays visible if it begins with it."""
     open_: list[Token] = []
     for token in text.tokens:
         if _begins(token):
-            open_.clear()  # what is not closed before the next declaration never is
+            open_.clear()  # brackets not closed before the next declaration never are
         if token.kind in _CLOSES.values():
             open_.append(token)
         elif token.kind in _CLOSES:
@@ -39,7 +39,7 @@ def _blocks(text: OpenText) -> Iterator[types.FoldingRange]:
 
 
 def _declarations(text: OpenText) -> Iterator[types.FoldingRange]:
-    """Each declaration of several lines, and each run of those of one line that begin with the same word."""
+    """Multi-line declarations, and runs of single-line declarations with the same keyword."""
     spans = [(kind, _line(text, first), _line(text, last)) for kind, first, last in _spans(text.tokens)]
     for _, first, last in spans:
         yield from _fold(first, last)
@@ -50,7 +50,7 @@ def _declarations(text: OpenText) -> Iterator[types.FoldingRange]:
 
 
 def _spans(tokens: Iterable[Token]) -> Iterator[tuple[str, Token, Token]]:
-    """The word of each declaration that begins a line, its first token and its last."""
+    """Keyword, first and last token of each declaration that begins a line."""
     begun: Token | None = None
     last: Token | None = None
     for token in tokens:
@@ -64,7 +64,7 @@ def _spans(tokens: Iterable[Token]) -> Iterator[tuple[str, Token, Token]]:
 
 
 def _begins(token: Token) -> bool:
-    """Whether a declaration begins here, and with it a line."""
+    """Return whether a declaration begins here, at the start of a line."""
     return token.starts_line and token.declares
 
 

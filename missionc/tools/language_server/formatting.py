@@ -1,4 +1,4 @@
-"""Formatting: the one layout, as edits of the lines that it changes."""
+"""Formatting: the standard layout, as edits of changed lines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.tools.language_server.open_text import LIMITS, OpenText
 
 
 def formatting(text: OpenText) -> list[types.TextEdit]:
-    """None where the text has errors of syntax; line ends stay what they are."""
+    """Edits for the standard layout; None for a text with syntax errors; line ends stay unchanged."""
     written = text.source.text
     mark = written[:1] if written.startswith("\ufeff") else ""
     source = Source(text.source.name, written[len(mark) :])

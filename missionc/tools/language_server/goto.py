@@ -14,11 +14,11 @@ from missionc.frontend.syntax.tokens import TEXT
 from missionc.tools.language_server.open_text import Name, OpenText
 
 BEFORE = frozenset({"include", "from", "="})
-"""What stands before the name of a file: ``include "…"``, ``from "…"``, ``roadmap = "…"``."""
+"""Text before the name of a file: ``include "…"``, ``from "…"``, ``roadmap = "…"``."""
 
 
 def links(text: OpenText) -> list[types.DocumentLink]:
-    """The files that the text names by a relative path, whether they are there or not; none of a text on no disk."""
+    """Files that the text names by a relative path, existing or not; none for a text that is not on disk."""
     if not text.uri.startswith("file:"):
         return []
     folder = Path(text.source.name).absolute().parent
@@ -47,7 +47,7 @@ def definition(text: OpenText, position: types.Position) -> types.Location | Non
 
 
 def references(text: OpenText, position: types.Position, declaration: bool) -> list[types.Location]:
-    """Every place of a name, in included files too; where it is declared only if that is asked for."""
+    """All places of a name, in included files too; with its declaration on request."""
     name = text.outline.at(text.places.offset(position))
     if name is None:
         return []

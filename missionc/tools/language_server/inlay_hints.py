@@ -1,4 +1,4 @@
-"""Inlay hints: the look-ahead of each requirement and each named formula, shown behind it."""
+"""Inlay hints: the look-ahead of each requirement and each named formula, shown after it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.tools.language_server.open_text import OpenText
 
 
 def hints(text: OpenText, wanted: types.Range) -> list[types.InlayHint]:
-    """The hints in a range, for what is written as it was when the mission was last understood."""
+    """Hints in a range for formulas that are unchanged since the last valid version."""
     mission = text.mission
     if mission is None:
         return []
@@ -51,7 +51,7 @@ def _label(mission: Mission, steps: list[float]) -> str:
 
 
 def _formulas(text: OpenText) -> Iterator[tuple[int, str]]:
-    """Where each formula of this text's own ends, and its words."""
+    """End of each formula in this file, with its text."""
     for declaration in text.outline.declarations:
         match declaration:
             case ast.Require(body=body) | ast.Prefer(body=body) | ast.Let(body=body):

@@ -2,8 +2,8 @@
 
 Offsets in the text are converted to the protocol's positions and back, in the client's encoding.
 
-The text may be incomplete. The symbol table holds its declarations, and the names in declarations that cannot be
-read. One namespace holds all declarations; labels of requirements serve messages and stand apart.
+The text may be incomplete. The symbol table contains its declarations, and the names in unreadable declarations. One
+namespace contains all declarations; labels of requirements are separate, since they only serve messages.
 """
 
 from __future__ import annotations
@@ -49,14 +49,14 @@ KEYWORDS = {
     "flag": Kind.FLAG,
     "let": Kind.LET,
 }
-"""What each word declares."""
+"""Kind of declaration for each keyword."""
 
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A place where a name stands; ``kind`` is None for a label, for an index and where nothing declares it.
+    """Place of a name; ``kind`` is None for a label, an index or an undeclared name.
 
-    ``index`` is where an index is named, if it is one: it means something around there alone.
+    ``index`` is the declaration of an index, whose meaning is local to it.
     """
 
     text: str
@@ -69,9 +69,9 @@ class Name:
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """``whole``: the text, and what it includes, reads without a finding.
+    """Symbol table; ``whole``: the text and its includes have no syntax errors.
 
-    ``declared`` are names with what they declare, where that can be read.
+    ``declared`` are names with their readable declarations.
     """
 
     source: Source
@@ -98,12 +98,12 @@ class Outline:
 
     @cached_property
     def names(self) -> tuple[Name, ...]:
-        """Every place of every name, included files' too."""
+        """All places of all names, in included files too."""
         names = _names(self.declarations, self.broken, self.declared)
         return tuple({(name.span.source.name, name.span.start, name.span.end): name for name in names}.values())
 
     def at(self, offset: int) -> Name | None:
-        """The name at a place in the text, or that ends there."""
+        """Name at a place in the text, or that ends there."""
         here = [
             name
             for name in self.names
@@ -112,14 +112,14 @@ class Outline:
         return max(here, key=lambda name: name.span.start, default=None)
 
     def alike(self, name: Name) -> list[Name]:
-        """Every place of a name: of a label, its own."""
+        """All places of a name; for a label, its own only."""
         if name.label:
             return [name]
         alike = [other for other in self.names if other.text == name.text and not other.label]
         return [other for other in alike if other.index == name.index]
 
     def of_kind(self, *kinds: Kind) -> Iterator[Name]:
-        """What is declared of these kinds, in order."""
+        """Declarations of these kinds, in order."""
         return (name for name, _ in self.declared.values() if name.kind in kinds)
 
 
@@ -127,7 +127,7 @@ def _names(
     declarations: tuple[ast.Declaration, ...], broken: tuple[Token, ...], declared: dict[str, tuple[Name, Named | None]]
 ) -> Iterator[Name]:
     kinds = {text: name.kind for text, (name, _) in declared.items()}
-    yield from (name for name, _ in declared.values() if name.span.text == name.text)  # a picture has none written
+    yield from (name for name, _ in declared.values() if name.span.text == name.text)  # icons have no text
     for declaration in declarations:
         match declaration:
             case ast.Require(label=ast.Name() as label) | ast.Prefer(label=ast.Name() as label):
@@ -150,7 +150,7 @@ def _names(
 
 
 def _unread(source: Source, limits: Limits, findings: list[Diagnostic]) -> Iterator[Token]:
-    """The words of the passages in which something is wrong, and of those after too many errors."""
+    """Words of unreadable passages, and of those after too many errors."""
     wrong = [each.primary.span.start for each in findings if each.primary and each.primary.span.source is source]
     left = max(wrong, default=0) if len(findings) >= MOST_FINDINGS else len(source.text)
     for passage in passages(source):
@@ -160,14 +160,14 @@ def _unread(source: Source, limits: Limits, findings: list[Diagnostic]) -> Itera
 
 
 def _declared_in(tokens: tuple[Token, ...]) -> Iterator[tuple[Token, Kind]]:
-    """The names that unread words seem to declare."""
+    """Names that unreadable words seem to declare."""
     for token, name in pairwise(tokens):
         if token.declares and token.word in KEYWORDS and name.kind == NAME:
             yield name, KEYWORDS[token.word]
 
 
 def _index_names(declaration: ast.Declaration) -> Iterator[tuple[ast.Name, Span]]:
-    """Every place where an index stands, with the place that names it: the innermost one around it."""
+    """All places of indices, each with the place of its innermost declaration."""
     waiting: list[tuple[object, Mapping[str, Span]]] = [(declaration, _indices(_family(declaration)))]
     while waiting:
         node, scope = waiting.pop()
@@ -189,7 +189,7 @@ def _index_names(declaration: ast.Declaration) -> Iterator[tuple[ast.Name, Span]
 
 
 def _family(declaration: ast.Declaration) -> tuple[ast.Index, ...]:
-    """The indices of a declaration that is a family; none of any other."""
+    """Indices of a family's declaration; none for any other."""
     name = (
         declaration.label if isinstance(declaration, ast.Require | ast.Prefer) else getattr(declaration, "name", None)
     )
@@ -205,7 +205,7 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """A text's lines as the protocol has them, which end in ``\\n``, ``\\r\\n`` or a lone ``\\r``."""
+    """Lines of a text as in the protocol, which end in ``\n``, ``\r\n`` or a lone ``\r``."""
 
     text: str
     encoding: str = types.PositionEncodingKind.Utf16
@@ -218,17 +218,20 @@ class Places:
         object.__setattr__(self, "ends", (*(before for before, _ in cuts), len(self.text)))
 
     def position(self, offset: int) -> types.Position:
-        """The position of the character at an offset; what is amid a line end counts as before it."""
+        """Position of the character at an offset; the middle of a line end counts as before it."""
         line = self.line(offset)
         before = self.text[self.starts[line] : min(offset, self.ends[line])]
         return types.Position(line, self._units(before))
 
     def line(self, offset: int) -> int:
-        """The number of the line that an offset is in, from 0."""
+        """Number of the line of an offset, from 0."""
         return bisect_right(self.starts, offset) - 1
 
     def offset(self, position: types.Position) -> int:
-        """Where a position is; past the end of a line or of the text means there, amid a character means before it."""
+        """Offset of a position, clipped to the end of its line and of the text.
+
+        The middle of a character counts as before it.
+        """
         if position.line >= len(self.starts):
             return len(self.text)
         start, end = self.starts[position.line], self.ends[position.line]
@@ -263,7 +266,7 @@ LIMITS = Limits()
 class OpenText:
     """One version of a text in the editor.
 
-    ``found`` is what its check says, once it is done; ``before`` the mission as it was meant last, in versions before.
+    ``found`` is the result of its check, once it is done; ``before`` is the mission of the last valid earlier version.
     """
 
     uri: str
@@ -283,18 +286,18 @@ class OpenText:
 
     @cached_property
     def tokens(self) -> tuple[Token, ...]:
-        """All of them in order, those of a text that cannot be read too; none of a text that is too large."""
+        """All tokens in order, including those of unreadable parts; none for a text that is too large."""
         if len(self.source.text) > LIMITS.file_bytes:
             return ()
         return tuple(token for passage in passages(self.source) for token in tokenise(passage, LIMITS)[0][:-1])
 
     @property
     def mission(self) -> Mission | None:
-        """As meant: of this version where it is known, else of the last one that meant something."""
+        """Mission of this version if known, else of the last valid one."""
         return self.found.mission if self.found and self.found.mission else self.before
 
     def uri_of(self, source: Source) -> str:
-        """The URI of this text, or of a file that it includes."""
+        """URI of this text, or of a file that it includes."""
         if source.name == self.source.name:
             return self.uri
         return from_fs_path(str(Path(source.name).absolute())) or source.name
@@ -304,7 +307,7 @@ class OpenText:
 
 
 def name_of(uri: str) -> str:
-    """How messages call a text: its path where it has one; written out where no file can be called so."""
+    """Name of a text in messages: its path if it has one; escaped if it is not a valid file name."""
     name = to_fs_path(uri) or uri
     try:
         return name if os.fsencode(name) and "\0" not in name else plain_line(name)

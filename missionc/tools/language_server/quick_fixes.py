@@ -1,4 +1,4 @@
-"""Quick fixes (code actions): the edits that findings bring with them."""
+"""Quick fixes (code actions): the edits attached to findings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from missionc.tools.language_server.open_text import OpenText
 
 
 def fixes(text: OpenText, wanted: types.Range) -> list[types.CodeAction]:
-    """Those of the findings that touch a range; none before this version of the text is checked."""
+    """Fixes of the findings in a range; none before this version of the text is checked."""
     findings = text.found.findings if text.found else ()
     first, last = text.places.offset(wanted.start), text.places.offset(wanted.end)
     actions = []
@@ -36,7 +36,7 @@ def fixes(text: OpenText, wanted: types.Range) -> list[types.CodeAction]:
 
 
 def title(fix: Fix) -> str:
-    """What an edit does, in one line."""
+    """Description of an edit in one line."""
     old, new = (quoted(" ".join(words.split())) for words in (fix.span.text, fix.replacement))
     if not fix.span.text.strip():
         return f"Insert {new}"

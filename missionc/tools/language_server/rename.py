@@ -1,4 +1,4 @@
-"""Rename: another name for something, wherever it stands; refused where the text would then mean something else."""
+"""Rename: changes a name everywhere; rejected if the meaning of the text would change."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ REQUEST_FAILED = int(types.LSPErrorCodes.RequestFailed)
 
 
 class RefusedError(JsonRpcException):
-    """Why nothing is renamed, as the editor shows it."""
+    """Reason why nothing is renamed, shown by the editor."""
 
     CODE = REQUEST_FAILED
 
 
 def renamable(text: OpenText, position: types.Position) -> types.PrepareRenamePlaceholder:
-    """The name at a place.
+    """Name at a place.
 
     Raises:
-        RefusedError: there is none, or another file declares it.
+        RefusedError: there is no name, or another file declares it.
     """
     name = _name(text, position)
     return types.PrepareRenamePlaceholder(text.places.range(name.span), name.text)
 
 
 def rename(text: OpenText, position: types.Position, new: str) -> types.WorkspaceEdit:
-    """The edits, by file.
+    """Edits by file.
 
     Raises:
-        RefusedError: there is nothing to rename, the text has errors of syntax, or the new name is taken or none.
+        RefusedError: there is no name, the text has syntax errors, or the new name is taken or invalid.
     """
     name, outline = _name(text, position), text.outline
     if new == name.text:
@@ -83,7 +83,7 @@ def _check(new: str, name: Name, outline: Outline) -> None:
 
 
 def _keeps_its_meaning(text: OpenText, name: Name, new: str, places: list[Name]) -> None:
-    """Some words may be names in one place and not in another: the renamed text must read as it did."""
+    """Check that the renamed text reads as before: some words are allowed as names in some places only."""
     parts, end = [], 0
     for place in (place for place in places if place.span.source is text.source):
         parts += [text.source.text[end : place.span.start], new]

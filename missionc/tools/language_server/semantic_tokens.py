@@ -1,4 +1,4 @@
-"""Semantic tokens: every name coloured by what it is, where it is declared and where it is used."""
+"""Semantic tokens: every name coloured by its kind, at its declaration and its uses."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ COLOURS = {
     Kind.FLAG: Colour.Property,
     Kind.LET: Colour.Function,
 }
-"""Types of the protocol's own, which every theme has a colour for."""
+"""Types from the protocol, which every theme has a colour for."""
 
 LABEL, INDEX = Colour.Event, Colour.Variable
 TYPES = tuple(dict.fromkeys((*COLOURS.values(), LABEL, INDEX)))
 DECLARATION = 1
 LEGEND = types.SemanticTokensLegend(
     [each.value for each in TYPES], [types.SemanticTokenModifiers.Declaration.value]
-)  # a bit for each modifier, the lowest for the first
+)  # one bit for each modifier, the lowest for the first
 
 
 def semantic_tokens(text: OpenText) -> types.SemanticTokens:
-    """Five numbers for each name of the text: lines and characters since the one before, length, type, modifiers."""
+    """Five numbers for each name in the text: line and character offsets, length, type, modifiers."""
     data: list[int] = []
     line = character = 0
     own = [name for name in text.outline.names if name.span.source.name == text.source.name]
@@ -51,7 +51,7 @@ def semantic_tokens(text: OpenText) -> types.SemanticTokens:
 
 
 def _colour(name: Name) -> Colour | None:
-    """None for a name that nothing declares."""
+    """Colour of a name; None if it is undeclared."""
     if name.label:
         return LABEL
     if name.index is not None:

@@ -1,7 +1,7 @@
-"""The protocol server: JSON-RPC messages in, answers out, by the functions of the other modules.
+"""The protocol server: JSON-RPC messages in, answers out, with the functions of the other modules.
 
-Every change brings the whole text: it is small, and client and server cannot disagree on its lines. A malformed
-message is answered as the protocol demands, or skipped.
+Every change contains the whole text: it is small, and client and server cannot disagree on its lines. A malformed
+message is answered as in the protocol, or skipped.
 """
 
 from __future__ import annotations
@@ -40,19 +40,19 @@ from missionc.tools.language_server.workspace_symbols import WorkspaceSymbols, s
 from missionc.version import __version__
 
 LONGEST = 1 << 28
-"""Bytes of one message; a longer one is a client's mistake, and nothing is made ready for it."""
+"""Maximum size of a message, bytes; longer ones are errors of the client, for which no memory is reserved."""
 
 LENGTH = re.compile(rb"Content-Length: (\d+)\r\n\Z")
 
 
 class Incoming:
-    """Standard input as the server reads it: line by line to a message's length, and then so many bytes."""
+    """Standard input of the server: lines up to a message's length, and then as many bytes."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
 
     def readline(self) -> bytes:
-        """A line; after something that was no message, from the next message's length on. Nothing at the end."""
+        """Next line; after an invalid message, from the next message's length on. Empty at the end."""
         line = self._stream.readline()
         match = LENGTH.search(line)
         if match is None:
@@ -65,12 +65,12 @@ class Incoming:
 
 
 class Protocol(LanguageServerProtocol):
-    """The protocol, with an answer to each request, also to one that cannot be read."""
+    """Protocol with an answer to each request, even an unreadable one."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
             if "jsonrpc" in data and "method" in data:
-                data.setdefault("params", None)  # it may be left out
+                data.setdefault("params", None)  # may be absent
                 if not isinstance(data["method"], str):
                     raise JsonRpcInvalidRequest
             return super().structure_message(data)
@@ -80,15 +80,15 @@ class Protocol(LanguageServerProtocol):
                 self.refuse(JsonRpcInvalidRequest() if isinstance(wrong, JsonRpcInternalError) else wrong, request_id)
             return JsonRPCNotification(
                 method="", params=None, jsonrpc=""
-            )  # of no version, so that no handler acts on it
+            )  # without a version, so that no handler acts on it
 
     def refuse(self, error: JsonRpcException, request_id: int | str | None = None) -> None:
-        """Answer a message with an error; its id is null if the message states none that can be read."""
+        """Answer a message with an error; its id is null if the message has no readable one."""
         self._send_data({"jsonrpc": self.VERSION, "id": request_id, "error": error.to_response_error()})
 
 
 class Server(LanguageServer):
-    """What is open, and the checks of it."""
+    """Server state: open texts and their checks."""
 
     protocol: Protocol
 
@@ -101,7 +101,7 @@ class Server(LanguageServer):
         self.commands: frozenset[str] = frozenset()
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Report an error to the client; answer text that is no message as the protocol requires."""
+        """Report an error to the client; text that is not a message is answered as in the protocol."""
         if source is not JsonRpcException:
             super().report_server_error(error, source)
         else:
@@ -109,7 +109,7 @@ class Server(LanguageServer):
             self.protocol.refuse(JsonRpcParseError() if unread else JsonRpcInvalidRequest())
 
     def put(self, uri: str, version: int) -> None:
-        """Take a text as the client has it now, and have it checked."""
+        """Store the client's current text, and start its check."""
         known = self.open.get(uri)
         written = self.workspace.get_text_document(uri).source
         before = known.mission if known else None
@@ -117,17 +117,17 @@ class Server(LanguageServer):
         self.checks.ask(self.open[uri])
 
     async def settled(self, uri: str) -> OpenText | None:
-        """A text once its check is done, which goes before what only shows how it stands."""
+        """Text after its check, which has priority over displays of its state."""
         await self.checks.settled(uri)
         return self.open.get(uri)
 
     @property
     def encoding(self) -> str:
-        """The units in which the client counts columns."""
+        """Units in which the client counts columns."""
         return types.PositionEncodingKind(self.workspace.position_encoding or "utf-16")
 
     def folders(self) -> list[Path]:
-        """Those that the client has open, on this machine."""
+        """Local folders that the client has open."""
         uris = [*self.workspace.folders] or [self.workspace.root_uri or ""]
         return [Path(path) for uri in uris if uri.startswith("file:") and (path := to_fs_path(uri))]
 
@@ -139,9 +139,9 @@ class Server(LanguageServer):
 
 
 def serve() -> None:
-    """Answer on standard input and output until the client hangs up."""
+    """Answer on standard input and output until the client disconnects."""
     if sys.stdin is None:
-        return  # closed: no request will come
+        return  # closed: no more requests will arrive
     logging.getLogger("pygls").setLevel(logging.CRITICAL)  # the client gets every error, with its source
     gc.freeze()
     gc.set_threshold(50_000)
@@ -149,7 +149,7 @@ def serve() -> None:
 
 
 def made(server: Server | None = None) -> Server:
-    """A server that knows every request; the one that is given, once it has been told of them."""
+    """Server with handlers for all requests; handlers are added to the given one."""
     server = server or Server()
     _texts(server)
     for request in AT_ONCE:
@@ -163,7 +163,7 @@ def made(server: Server | None = None) -> Server:
 def _texts(server: Server) -> None:
     @server.feature(types.INITIALIZE)
     def initialize(params: types.InitializeParams) -> None:
-        """The client says which commands it has, in its options: ``{"commands": ["missionc.compile"]}``."""
+        """Read the client's commands from its options: ``{"commands": ["missionc.compile"]}``."""
         options = params.initialization_options
         named = options.get("commands") if isinstance(options, dict) else getattr(options, "commands", None)
         server.commands = frozenset(each for each in named or () if isinstance(each, str))
@@ -178,7 +178,7 @@ def _texts(server: Server) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
     def did_save(params: types.DidSaveTextDocumentParams) -> None:
-        """Others that are open may include what was saved."""
+        """Check other open texts that may include the saved one."""
         for text in list(server.open.values()):
             server.put(text.uri, text.version)
 
@@ -195,7 +195,7 @@ def _texts(server: Server) -> None:
 
 
 Answer: TypeAlias = Callable[[OpenText, Any], object]
-"""From a text and the parameters of a request to the result."""
+"""Function from a text and the parameters of a request to its result."""
 
 AT_ONCE: tuple[tuple[str, Answer, object], ...] = (
     (types.TEXT_DOCUMENT_HOVER, lambda text, asked: hover(text, asked.position), None),
@@ -213,7 +213,7 @@ AT_ONCE: tuple[tuple[str, Answer, object], ...] = (
     (types.TEXT_DOCUMENT_PREPARE_RENAME, lambda text, asked: renamable(text, asked.position), None),
     (types.TEXT_DOCUMENT_RENAME, lambda text, asked: rename(text, asked.position, asked.new_name), None),
 )
-"""Requests about one text that are answered at once, and their results if the text is not open."""
+"""Requests about one text that are answered immediately, and their results if the text is not open."""
 
 CHECKED: tuple[tuple[str, Answer, object], ...] = (
     (types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT, lambda text, asked: highlights(text, asked.position), []),
@@ -221,7 +221,7 @@ CHECKED: tuple[tuple[str, Answer, object], ...] = (
     (types.TEXT_DOCUMENT_INLAY_HINT, lambda text, asked: hints(text, asked.range), []),
     (types.TEXT_DOCUMENT_CODE_ACTION, lambda text, asked: fixes(text, asked.range), []),
 )
-"""Requests that are answered once the check of the text is done."""
+"""Requests that are answered after the check of the text."""
 
 OPTIONS = {
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: LEGEND,
@@ -247,7 +247,7 @@ def _answer_checked(server: Server, method: str, answer: Answer, absent: object)
 def _views(server: Server) -> None:
     @server.feature(types.WORKSPACE_SYMBOL)
     async def answer_workspace(params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
-        """In a thread of its own, for it reads files."""
+        """Answer in a thread of its own, since it reads files."""
         search, texts = server.symbols.search, dict(server.open)
         return await asyncio.to_thread(search, params.query, server.folders(), texts, server.encoding)
 
@@ -262,7 +262,7 @@ def _views(server: Server) -> None:
 
     @server.feature("missionc/scene")
     async def answer_scene(params: Any) -> Json | None:
-        """What the map of a text shows, with the version that it is of; in a thread, for areas take their time."""
+        """Map of a text with its version; in a thread, since areas are slow."""
         text = server.open.get(params.textDocument.uri)
         if text is None:
             return None
@@ -271,7 +271,7 @@ def _views(server: Server) -> None:
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def did_change_files(params: types.DidChangeWatchedFilesParams) -> None:
-        """A client that watches plans is told to ask again for what is said of them."""
+        """Tell a client that watches plans to refresh its code lenses."""
         wanted = server.client_capabilities.workspace
         if wanted and wanted.code_lens and wanted.code_lens.refresh_support:
             server.workspace_code_lens_refresh(None)

@@ -1,4 +1,4 @@
-"""Help on the language's words, in Markdown: from the operators, predicates, forms and figures themselves."""
+"""Help on the language's words, in Markdown: from the operators, predicates, forms and parameters themselves."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ assert STATE_MEANINGS.keys() == STATES
 
 
 def meaning(token: Token, before: Token | None = None) -> str:
-    """What a word says; empty where there is nothing to say. ``before`` is the word before it."""
+    """Meaning of a word; empty if there is none. ``before`` is the word before it."""
     if token.kind == UNIT:
         return _of_unit(token.text)
     if before is not None and before.word == "vehicle" and token.text in profiles():
@@ -75,14 +75,14 @@ def _of_operator(word: str) -> str:
 
 
 def figure(name: str) -> str:
-    """What a figure of a vehicle says."""
+    """Meaning of a vehicle parameter."""
     known = FIGURES[name]
     relation = f" {known.relation} " if known.relation == "<=" else " "
     return _entry(f"{known.dimension.value} of a vehicle", name, known.says, f"{name}{relation}{example(known)}")
 
 
 def vehicle(name: str) -> str:
-    """Every figure of a profile."""
+    """All parameters of a profile."""
     figures = "\n".join(f"{figure} {text}" for figure, text in figures_of(profiles()[name]) if text)
     return f"`{name}`: a vehicle\n\n```\n{figures or 'no limits'}\n```"
 

@@ -1,6 +1,6 @@
 """Document and workspace symbols: the declarations of a text, and of all missions in the open folders.
 
-Workspace symbols cover missions that are open as well as those that lie in the open folders.
+Workspace symbols cover open missions and those in the open folders.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ KINDS = {
 
 
 def symbols(text: OpenText) -> list[types.DocumentSymbol]:
-    """What this text itself declares; where a declaration cannot be read, the name that it seems to declare."""
+    """Declarations in this text; for unreadable ones, the name that they seem to declare."""
     symbols: list[types.DocumentSymbol] = []
     for declaration in text.outline.declarations:
         if declaration.span.source.name != text.source.name:
@@ -62,7 +62,7 @@ def symbols(text: OpenText) -> list[types.DocumentSymbol]:
 
 
 def _shown(name: ast.Name) -> str:
-    """A name, of a family with its indices: ``w[i in 0..9]``."""
+    """Name; for a family, with its indices: ``w[i in 0..9]``."""
     return name.whole_span.text if isinstance(name, ast.FamilyName) else name.text
 
 
@@ -73,15 +73,15 @@ def _symbol(
 
 
 MOST_FILES = 300
-"""Missions of the open folders that are read."""
+"""Maximum number of missions in the open folders that are read."""
 MOST_ENTRIES = 20_000
-"""Files and folders that are looked at to find them."""
+"""Maximum number of files and folders that are searched for them."""
 MOST_SYMBOLS = 1_000
-"""Declarations that one answer holds."""
+"""Maximum number of declarations in one answer."""
 
 
 class WorkspaceSymbols:
-    """What the files of the open folders declare, each read again when it has changed."""
+    """Declarations in the files of the open folders; files are read again when they change."""
 
     def __init__(self) -> None:
         self._known: dict[Path, tuple[tuple[int, int], list[types.DocumentSymbol], str]] = {}
@@ -89,13 +89,13 @@ class WorkspaceSymbols:
     def search(
         self, query: str, folders: Iterable[Path], texts: Mapping[str, OpenText], encoding: str
     ) -> list[types.WorkspaceSymbol]:
-        """The declarations with the letters of the query in their names, in that order, in either case.
+        """Declarations whose names contain the letters of the query in order, ignoring case.
 
         Args:
-            query: the letters; all match where there are none.
-            folders: that are open.
-            texts: that are open, by their URIs; they are taken as they are now.
-            encoding: the units in which the client counts columns.
+            query: letters of the query; empty matches all.
+            folders: open folders.
+            texts: open texts by URI, in their current version.
+            encoding: units in which the client counts columns.
         """
         found: list[types.WorkspaceSymbol] = []
         for uri, declared, mission in self._files(folders, texts, encoding):
@@ -131,7 +131,7 @@ def _declared(uri: str, source: Source, encoding: str) -> list[types.DocumentSym
 
 
 def _missions(folders: Iterable[Path]) -> Iterator[tuple[Path, os.stat_result]]:
-    """The missions in and below some folders; none in a hidden folder, and none in one that the compiler wrote."""
+    """Missions in and below some folders, except in hidden folders and those written by the compiler."""
     files = entries = 0
     waiting = [*folders]
     while waiting:
@@ -153,7 +153,7 @@ def _missions(folders: Iterable[Path]) -> Iterator[tuple[Path, os.stat_result]]:
                     files += 1
                     yield Path(entry.path), entry.stat()
             except OSError:
-                continue  # it went while it was looked at
+                continue  # it was deleted in the meantime
 
 
 def _fits(query: str, name: str) -> bool:

@@ -1,1 +1,1 @@
-"""Replay of an output folder from its files alone: verified, flown in simulation and drawn again."""
+"""Replay of an output folder from its files alone: verification, simulation and redrawing."""

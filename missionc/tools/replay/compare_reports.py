@@ -1,7 +1,7 @@
-"""The report of two folders of one mission: both plans on one page, on one line of time.
+"""The report of two folders of one mission: both plans on one page, with one time line.
 
 in   two Reverified
-out  the page's bytes, or why they are not plans of one mission
+out  the page's bytes, or the reason why they are plans of different missions
 says MC716
 """
 
@@ -20,7 +20,7 @@ from missionc.tools.replay.reverify import Reverified
 
 
 def compare_reports(first: Reverified, second: Reverified) -> bytes | Diagnostic:
-    """The page, with the first plan as A and the second as B; both folders could be read."""
+    """Page with the first plan as A and the second as B; both folders must be readable."""
     assert first.opened is not None
     assert second.opened is not None
     different = _difference(first.opened, second.opened)
@@ -38,18 +38,18 @@ def compare_reports(first: Reverified, second: Reverified) -> bytes | Diagnostic
 
 
 def _short_names(first: Path, second: Path) -> tuple[str, str]:
-    """Their own names; with the folders that they lie in, where these are the same."""
+    """Names of the folders, with their parent folders if the names are equal."""
     if first.name != second.name:
         return first.name, second.name
     return str(first), str(second)
 
 
 def _difference(first: OutputFolder, second: OutputFolder) -> str:
-    """How the missions differ, the first place that does; empty where they are one."""
+    """First difference between the missions; empty if they are equal."""
     if first.mission.name != second.mission.name:
         return f"the first is a plan of `{first.mission.name}`, the second of `{second.mission.name}`"
     ours, theirs = texts(first.checked), texts(second.checked)
-    # The mission's own file may have been called otherwise.
+    # The mission's own file may have had another name.
     if [name for name, _ in ours[1:]] != [name for name, _ in theirs[1:]]:
         return f"the first has the files {_listed(ours)}, the second {_listed(theirs)}"
     for (name, text), (_, changed) in zip(ours, theirs, strict=True):
@@ -60,7 +60,7 @@ def _difference(first: OutputFolder, second: OutputFolder) -> str:
 
 
 def _of_values(first: OutputFolder, second: OutputFolder) -> str:
-    """What was set on the command line shows in how long the mission is, and in who takes part."""
+    """Difference in command-line values, found from the length of the mission and its agents."""
     ours, theirs = first.mission, second.mission
     if (ours.step, ours.steps) != (theirs.step, theirs.steps):
         times = [f"{mission.steps} steps of {mission.step:g} s" for mission in (ours, theirs)]

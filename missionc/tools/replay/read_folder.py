@@ -4,7 +4,7 @@
     out  FolderFiles, then OutputFolder, or the obstacle
     says MC004 MC708, and the findings on the files in it
 
-Only the folder's own files are read, each once and through no symbolic link, and none of them is trusted. Rebuilding
+Only the folder's own files are read, each once and without symbolic links, and none of them is trusted. Rebuilding
 tests whether they belong together; verification tests whether the plan is right.
 """
 
@@ -42,13 +42,13 @@ from missionc.verification.flight.way_missions import Ways
 from missionc.verification.monitoring.read_trace import read_trace
 
 STRETCH, VEHICLE = "stretch", "vehicle"
-"""How many times slower than planned a plan may be flown."""
+"""Names of the manifest's entries for the time scale and the vehicle."""
 
 UNLISTED = "not listed in the manifest"
 
 
 class Listed(Protocol):
-    """A folder's files, those that are not what the manifest says, and those that it does not list."""
+    """Files of a folder, with those that differ from the manifest and those that it does not list."""
 
     @property
     def files(self) -> Mapping[str, bytes]: ...
@@ -62,12 +62,12 @@ class Listed(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FolderFiles:
-    """What lies in a folder of the compiler's.
+    """Contents of a folder of the compiler.
 
     Args:
-        manifest: what its ``manifest.json`` says; its ``inputs`` and ``files`` are names and texts.
-        lying: everything that lies in it, by its name relative to the folder.
-        files: every file that the manifest lists, its mission's among them.
+        manifest: contents of ``manifest.json``; its ``inputs`` and ``files`` are names and texts.
+        lying: everything in the folder, by relative name.
+        files: every file that the manifest lists, including its mission's.
     """
 
     path: Path
@@ -77,18 +77,18 @@ class FolderFiles:
 
     @property
     def differing(self) -> tuple[str, ...]:
-        """The names of the files whose content is not what the manifest says."""
+        """Names of the files whose content differs from the manifest."""
         listed = names_and_hashes(self.manifest["files"])
         return tuple(name for name in self.files if listed.get(name) != hashlib.sha256(self.files[name]).hexdigest())
 
     @property
     def unlisted(self) -> tuple[str, ...]:
-        """What lies beside them, files and folders without any."""
+        """Unlisted files, and folders without listed files."""
         return unlisted_of(self.lying, [*self.files, file_names.MANIFEST])
 
 
 def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagnostic:
-    """The files of a folder, the wanted one among them; or why they cannot be read."""
+    """Read the files of a folder with the wanted one, or return the reason why they are unreadable."""
     lying = lying_in(folder, limits)
     if isinstance(lying, Diagnostic):
         return lying
@@ -112,7 +112,7 @@ def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagn
 
 
 def file_checks(found: Listed) -> tuple[Check, ...]:
-    """That every file is the one that was written, and that no other one lies beside them."""
+    """Checks that every file is unchanged and that there are no others."""
     detail = "the SHA-256 matches the manifest"
     listed = (
         Check("manifest", name, 0.0, "", 0.0, name not in found.differing, detail=detail)
@@ -123,10 +123,10 @@ def file_checks(found: Listed) -> tuple[Check, ...]:
 
 
 def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -> Checked | Diagnostic:
-    """The mission in a folder, checked as the command line had it; or what in the manifest is not to be understood.
+    """Mission in a folder, checked as on the original command line, or an error in the manifest.
 
     Args:
-        of_plan: the mission lasts as long as the plan in the folder, which may be slower than it was planned.
+        of_plan: if true, the mission has the duration of the plan in the folder, which may be slower than planned.
     """
     folder, inputs = found.path, names_and_hashes(found.manifest["inputs"])
     stretch = _stretch(found.manifest)
@@ -160,7 +160,7 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
 
 
 def _rest(found: FolderFiles, checked: Checked, limits: Limits) -> Checked | Diagnostic:
-    """The mission that begins after what was flown of it."""
+    """Mission that begins after its flown part."""
     past = read_past(found.files[file_names.PAST].decode("utf-8", errors="replace"), limits.magnitude)
     if isinstance(past, str):
         return unusable(found.path, f"invalid `{file_names.PAST}`: {past}")
@@ -168,7 +168,7 @@ def _rest(found: FolderFiles, checked: Checked, limits: Limits) -> Checked | Dia
 
 
 def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnostic | None:
-    """What the manifest says that agents were measured at, one of its inputs; None where it says nothing."""
+    """Measured positions named in the manifest, one of its inputs; None if there are none."""
     name = option(found.manifest, POSES)
     if name is None:
         return None
@@ -181,7 +181,7 @@ def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnos
 
 
 def lying_in(folder: Path, limits: Limits) -> dict[str, os.stat_result] | Diagnostic:
-    """Everything in the folder, where it is no more than may be read and holds no link."""
+    """Everything in the folder, if it is within the limits and contains no link."""
     if not folder.is_dir():
         return unusable(folder, "it is not a folder")
     try:
@@ -202,7 +202,7 @@ def lying_in(folder: Path, limits: Limits) -> dict[str, os.stat_result] | Diagno
 
 
 def _misspelt(names: Iterable[str]) -> str:
-    """The first name that is not spelt in the one way, or that another one only differs from in case."""
+    """First name that is not in normal form, or that another one equals except for case."""
     seen: dict[str, str] = {}
     for name in names:
         if not is_normal(name):
@@ -214,7 +214,7 @@ def _misspelt(names: Iterable[str]) -> str:
 
 
 def _absent(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> str:
-    """The first name of no file in the folder."""
+    """First name without a file in the folder."""
     for name in names:
         if name not in lying or not stat.S_ISREG(lying[name].st_mode):
             return f"`{name}`, which is missing"
@@ -222,7 +222,7 @@ def _absent(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> str:
 
 
 def unlisted_of(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
-    """What lies in the folder and is none of these files."""
+    """Everything in the folder that is not one of these files."""
     return tuple(sorted(set(lying) - set(names)))
 
 
@@ -230,7 +230,7 @@ def unlisted_of(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
 
 
 def manifest_in(folder: Path, limits: Limits) -> dict[str, object] | Diagnostic:
-    """The manifest, of whatever shape within."""
+    """Manifest, without a check of its contents."""
     content = read_inside(folder, file_names.MANIFEST, limits.trace_bytes)
     return content if isinstance(content, Diagnostic) else parsed(folder, content)
 
@@ -243,26 +243,26 @@ def parsed(folder: Path, content: bytes) -> dict[str, object] | Diagnostic:
 
 
 def names_and_hashes(listed: object) -> dict[str, str]:
-    """Names and hashes; empty where something else stands there."""
+    """Names and hashes; empty if they are malformed."""
     if not isinstance(listed, dict) or not all(isinstance(value, str) for value in listed.values()):
         return {}
     return listed
 
 
 def option(manifest: Mapping[str, object], name: str) -> str | None:
-    """What the command line gave; absent where it gave nothing, or where no text stands there."""
+    """Command-line option; None if it was not given or is not a text."""
     value = options(manifest).get(name)
     return value if isinstance(value, str) else None
 
 
 def options(manifest: Mapping[str, object]) -> dict[str, object]:
-    """Everything that the command line gave."""
+    """All command-line options."""
     given = manifest.get("options")
     return given if isinstance(given, dict) else {}
 
 
 def _stretch(manifest: Mapping[str, object]) -> float | None:
-    """How much slower than planned the plan is; None where something else stands there."""
+    """Time scale of the plan; None if it is malformed."""
     if STRETCH not in options(manifest):
         return 1.0
     try:
@@ -273,7 +273,7 @@ def _stretch(manifest: Mapping[str, object]) -> float | None:
 
 
 def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:
-    """The parameters and settings that the command line gave, with ``-D`` and ``--set``."""
+    """Parameters and settings from the command line, with ``-D`` and ``--set``."""
     given = ((*name.partition(" "), text) for name, text in options(manifest).items())
     return {name: text for flag, _, name, text in given if flag in ("-D", "--set") and isinstance(text, str)}
 
@@ -292,19 +292,19 @@ PLAN, CERTIFICATE = "plan.json", "certificate.json"
 
 @dataclass(frozen=True, eq=False)
 class OutputFolder:
-    """An output folder, read: everything that it holds.
+    """Output folder with all of its contents.
 
     Args:
-        path: the folder.
-        manifest: what its ``manifest.json`` says; its ``inputs`` and ``files`` are names and texts.
-        files: every file that the manifest lists, by its name relative to the folder.
-        differing: the names of those whose content is not what the manifest says.
-        unlisted: what lies in the folder beside them, files and folders without any.
-        checked: its mission, without an error.
+        path: path of the folder.
+        manifest: contents of ``manifest.json``; its ``inputs`` and ``files`` are names and texts.
+        files: every file that the manifest lists, by relative name.
+        differing: names of the files whose content differs from the manifest.
+        unlisted: other files in the folder, and folders without listed files.
+        checked: its mission, without errors.
         trace: its plan.
-        flights: the text of each agent's polynomials, by the agent's name; empty where the file is missing.
-        ways: likewise of the ways from the floor and back to it, those that the folder holds any file of.
-        alternatives: the folders of further plans in it, by their names relative to it.
+        flights: text of each agent's polynomials, by the agent's name; empty if the file is missing.
+        ways: texts of the transfers from and to the floor that have a file in the folder.
+        alternatives: folders of further plans in it, by relative name.
     """
 
     path: Path
@@ -322,26 +322,26 @@ class OutputFolder:
 
     @property
     def stops(self) -> Mapping[str, str]:
-        """The text of what each agent flies until the plan begins, by the agent's name; empty where that is nothing."""
+        """Text of each agent's trajectory until the plan begins, by the agent's name; empty if there is none."""
         return file_names.stops_in(self.mission.agents, self.files)
 
     @property
     def in_flight(self) -> bool:
-        """Whether the plan begins in the air: something was flown before it."""
+        """True if the plan begins in the air, after an earlier flight."""
         return file_names.PAST in self.files
 
     @cached_property
     def plan_document(self) -> Any:
-        """The content of ``plan.json``; its numbers need not be finite."""
+        """Contents of ``plan.json``; its numbers need not be finite."""
         return parse_json(self.text(PLAN), finite=False)
 
     def text(self, name: str) -> str:
-        """A file as text; empty where there is none."""
+        """File as text; empty if there is none."""
         return self.files.get(name, b"").decode("utf-8", errors="replace")
 
 
 def read_folder(folder: Path, limits: Limits | None = None) -> OutputFolder | tuple[Diagnostic, ...]:
-    """The folder's mission, plan and polynomials; or every reason why they cannot be read."""
+    """Read the folder's mission, plan and polynomials, or return all reasons why they are unreadable."""
     limits = limits or Limits()
     found = read_files(folder, limits, PLAN)
     if isinstance(found, Diagnostic):
@@ -353,7 +353,7 @@ def read_folder(folder: Path, limits: Limits | None = None) -> OutputFolder | tu
 def _with_alternatives(
     opened: OutputFolder, lying: Mapping[str, os.stat_result], limits: Limits
 ) -> OutputFolder | tuple[Diagnostic, ...]:
-    """The folder with those of further plans, each read from the files that are in hand."""
+    """Folder with the folders of further plans, each read from the files in memory."""
     inside: dict[str, OutputFolder] = {}
     for rank in range(2, file_names.MOST_ALTERNATIVES + 1):
         name = f"{file_names.ALTERNATIVES_FOLDER}/{rank}"
@@ -384,7 +384,7 @@ def _with_alternatives(
 
 
 def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic, ...]:
-    """The same, of files that are in hand."""
+    """The same for files in memory."""
     folder, files = found.path, found.files
     checked = check_mission(found, limits)
     if isinstance(checked, Diagnostic):

@@ -1,8 +1,8 @@
-"""The report redrawn from a folder's files; and simulated flights, laid into the folder beside them.
+"""The report redrawn from a folder's files, and simulated flights added to the folder.
 
 in   Reverified; or a folder and the text of a simulation
 out  the page's bytes; the folder with both, and with a manifest that lists them
-says MC701 MC708, and why a file cannot be written
+says MC701 MC708, and errors of writing
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from missionc.tools.replay.reverify import Reverified, plans_of, reverify_opened
 
 
 def render_report(reverified: Reverified) -> bytes:
-    """The page's bytes; none where the folder could not be read.
+    """Bytes of the page; empty if the folder is unreadable.
 
-    What fails of the files is on the page, but for the page that it takes the place of.
+    Failed checks are on the page, except those of the page that it replaces.
     """
     opened, certificate, flown = reverified.opened, reverified.certificate, reverified.flown
     if opened is None or certificate is None or flown is None:
@@ -41,11 +41,11 @@ def render_report(reverified: Reverified) -> bytes:
 
 
 def add_simulation(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:
-    """Write a simulation and the page that shows it, and list both; no other entry of the manifest is touched.
+    """Write a simulation and its report, and list both; other entries of the manifest stay unchanged.
 
-    The folder is replaced as a whole where all in it is the compiler's, so that it holds all three or none. Else, and
-    where nothing may be put beside it, they are written one after the other. A file that was changed by hand is still
-    not the one that was written. A simulation or a page that is not the one that was written is left alone.
+    The folder is replaced as a whole if all of its contents are the compiler's, so that all three files change or none.
+    Otherwise, or if the parent folder is not writable, they are written one by one. Files changed by hand still count
+    as changed. A changed simulation or page is not replaced.
     """
     before = read_folder(folder, limits)
     if not isinstance(before, OutputFolder):
@@ -62,14 +62,14 @@ def add_simulation(folder: Path, simulation: bytes, limits: Limits | None = None
 
 
 def _with_simulation(opened: OutputFolder, simulation: bytes) -> OutputFolder:
-    """The folder as it is read once the simulation lies in it, and is listed."""
+    """Folder as it is read once it contains and lists the simulation."""
     manifest = json.loads(relisted(opened.manifest, {SIMULATION: simulation}))
     differing = tuple(name for name in opened.differing if name != SIMULATION)
     return replace(opened, manifest=manifest, files={**opened.files, SIMULATION: simulation}, differing=differing)
 
 
 def _replaceable(opened: OutputFolder) -> bool:
-    """Whether the folder may be replaced as a whole: nobody works in it, and nothing in it is anybody else's."""
+    """Return whether the folder may be replaced as a whole: it is not in use, and all contents are the compiler's."""
     works_in_it = Path(os.path.realpath(os.curdir)).is_relative_to(os.path.realpath(opened.path))
     return not works_in_it and refuse(opened.path, force=True) is None
 
@@ -79,12 +79,12 @@ def _replaced(opened: OutputFolder, new: Mapping[str, bytes]) -> Diagnostic | No
 
 
 def _one_by_one(folder: Path, new: Mapping[str, bytes]) -> Diagnostic | None:
-    """The manifest last: what it does not list as it is yet is told by it."""
+    """Write the files one by one, the manifest last, so that unlisted files stay detectable."""
     return next(filter(None, (write_inside(folder, name, content) for name, content in new.items())), None)
 
 
 def _foreign(opened: OutputFolder, name: str) -> bool:
-    """Whether something stands under this name that the manifest does not list as it is."""
+    """Return whether the file with this name differs from the manifest."""
     path = opened.path / name
     if path.is_symlink():
         return True

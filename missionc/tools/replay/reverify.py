@@ -1,11 +1,11 @@
 """Re-verification of a folder with a plan, or with a proof that there is none, from its files alone.
 
     in   OutputFolder, or the path of a folder with a proof
-    out  Reverified: the Certificate of the files as they are, and that of the plan and its flight; or the checks of
-         the proof, and its statement
+    out  Reverified: the Certificate of the files, and that of the plan and its flight; or the checks of the proof, and
+    its statement
     says MC709 MC713 MC714
 
-Neither a backend nor the fit of polynomials is imported here.
+No backend and no polynomial fit is imported here.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ from missionc.verification.impossibility.cover_document import COVER
 from missionc.verification.verify_plan import verify, verify_between, verify_polynomials, with_delays
 
 MOST_REASONS = 8
-"""Failed checks that a message names; the first of them are the ones to look at."""
+"""Maximum number of failed checks in a message."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reverified:
-    """The verification of a folder's files; ``certificate`` is absent where they could not be read.
+    """Verification of a folder's files; ``certificate`` is None if they are unreadable.
 
-    ``flown`` is the part of it that is about the plan and its flight, and about no file.
+    ``flown`` is the part about the plan and its flight, without the checks of files.
     """
 
     folder: Path
@@ -66,9 +66,9 @@ class Reverified:
     certificate: Certificate | None = None
     flown: Certificate | None = None
     others: tuple[Reverified, ...] = ()
-    """The further plans in the folder, in the order of their ranks."""
+    """Further plans in the folder, by rank."""
     proven: str = ""
-    """What the files prove, of a folder that holds a proof in the place of a plan: a sentence."""
+    """Statement that the files prove, for a folder with a proof instead of a plan."""
 
     @property
     def passed(self) -> bool:
@@ -76,12 +76,12 @@ class Reverified:
 
     @property
     def undecided(self) -> bool:
-        """Nothing is wrong, and something cannot be judged here."""
+        """True if nothing is wrong, but a part cannot be verified here."""
         return self.certificate is not None and _undecided(self.certificate)
 
 
 def reverify(folder: Path, limits: Limits | None = None) -> Reverified:
-    """Judge the plan and the polynomials that a folder holds, and everything else that lies in it."""
+    """Verify the plan and the polynomials in a folder, and all of its other contents."""
     opened = read_folder(folder, limits)
     return (
         reverify_opened(opened, limits or Limits()) if isinstance(opened, OutputFolder) else Reverified(folder, opened)
@@ -89,7 +89,7 @@ def reverify(folder: Path, limits: Limits | None = None) -> Reverified:
 
 
 def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
-    """``reverify``, of what was read already; without limits a simulation is not flown once more."""
+    """Verify a folder in memory; without limits, simulations are not repeated."""
     others = tuple(reverify_opened(each, limits) for each in opened.alternatives.values())
     mission, kernel, trace = opened.mission, opened.kernel, opened.trace
     flown = verify(mission, kernel, trace)
@@ -119,7 +119,7 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
 
 
 def _safe_end(opened: OutputFolder) -> Certificate:
-    """The safe ends of a flight, which was verified."""
+    """Verified safe ends of a flight."""
     mission = opened.mission
     stops = read_safe_end(opened.text(SAFE_END), mission)
     if isinstance(stops, str):
@@ -129,19 +129,19 @@ def _safe_end(opened: OutputFolder) -> Certificate:
 
 
 def plans_of(others: tuple[Reverified, ...]) -> list[Judged]:
-    """The further plans with what was verified of each."""
+    """Further plans with their certificates."""
     return [(each.opened, each.flown) for each in others if each.opened is not None and each.flown is not None]
 
 
 def _of_other(name: str, other: Reverified) -> Check:
-    """That a further plan passes every check of a folder of its own; the first one that fails, where it does not."""
+    """Check that a further plan passes all checks of its own folder; reports the first failure."""
     failures = other.certificate.failures if other.certificate else ()
     say = unjudged if other.undecided else verdict
     return say(name, _plan_failure_text(failures[0]) if failures else "")
 
 
 def _stated(opened: OutputFolder, flown: Certificate) -> tuple[Check, ...]:
-    """That the folder's certificate states what its files come to."""
+    """Checks that the folder's certificate agrees with its files."""
     plan = hashlib.sha256(opened.files[PLAN]).hexdigest()
     return tuple(check_certificate(opened.text(CERTIFICATE), plan, flown))
 
@@ -173,7 +173,7 @@ def _plan_refused(folder: Path, certificate: Certificate) -> Diagnostic:
 
 
 def _plan_failure_text(check: Check) -> str:
-    """One failed check in words: what, of whom, by how much and when."""
+    """Failed check in words: quantity, agents, amount and time."""
     if check.name == "manifest":
         why = check.detail if check.detail == UNLISTED else "its content has changed"
         return f"file `{printable(check.subject)}`: {why}"
@@ -188,7 +188,7 @@ def _plan_failure_text(check: Check) -> str:
 
 
 def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified | None:
-    """Judge the proof that a folder holds; None where it is not of that kind."""
+    """Verify the proof in a folder; None if it contains none."""
     limits = limits or Limits()
     manifest = manifest_in(folder, limits)
     if isinstance(manifest, Diagnostic) or manifest.get("holds") != PROOF:
@@ -221,7 +221,7 @@ def _proven(conflict: tuple[str, ...] | None) -> str:
 
 
 def _given(found: FolderFiles) -> str:
-    """What the command line changed of the mission, for whoever reads the mission and not the manifest."""
+    """Changes of the mission from the command line, for readers of the mission."""
     given = [f"{name}={value}" for name, value in options(found.manifest).items() if name.startswith("-D ")]
     return f", with {all_listed([f'`{each}`' for each in given])}" if given else ""
 

@@ -1,6 +1,6 @@
 """Simulation of a compiled folder, from its files alone.
 
-in   the folder's path, how to fly
+in   the folder's path, the flight conditions
 out  Simulated
 says MC404 MC708 MC709 MC730
 """
@@ -28,14 +28,14 @@ from missionc.tools.replay.read_folder import OutputFolder, read_folder
 from missionc.verification.monitoring.monitor import monitor
 
 SHOWN = 5
-"""Agents whose names a message tells."""
+"""Maximum number of agent names in a message."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Simulated:
-    """What the flights of a folder came to; ``trials`` is absent where its files could not be flown.
+    """Result of a folder's flights; ``trials`` is None if its files could not be flown.
 
-    ``planned`` is how the plan keeps them.
+    ``planned`` has the verdicts on the plan.
     """
 
     folder: Path
@@ -50,11 +50,11 @@ class Simulated:
 
 
 Fly: TypeAlias = Callable[[OutputFolder, list[Pieces], Trial, Callable[[int], None]], Trials]
-"""Flies the polynomials of a folder that was read; the listener hears how many flights are over."""
+"""Function that flies the polynomials of a folder; the listener gets the number of finished flights."""
 
 
 def fly_here(opened: OutputFolder, pieces: list[Pieces], trial: Trial, listen: Callable[[int], None]) -> Trials:
-    """All flights in this process."""
+    """Fly all flights in this process."""
     return run(opened.mission, opened.kernel, pieces, trial, listen)
 
 
@@ -65,7 +65,7 @@ def simulate(
     listen: Callable[[int], None] = nobody,
     fly: Fly = fly_here,
 ) -> Simulated:
-    """Fly what lies in a folder. It is flown as it is; ``verify`` says whether it may be."""
+    """Fly the contents of a folder without verification, which is the task of ``verify``."""
     absent = engines.missing(trial.engine)
     if absent:
         return Simulated(folder, (absent,))
@@ -93,7 +93,7 @@ def simulate(
 
 @np.errstate(over="ignore", invalid="ignore")
 def _beyond(mission: Mission, pieces: list[Pieces], limits: Limits) -> dict[str, str]:
-    """Whose polynomials ask for what no arithmetic follows, and why."""
+    """Agents whose polynomials exceed the range of arithmetic, with the reason."""
     times = sample_times(mission.horizon)
     sizes = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
     why = f"exceed {limits.magnitude:g} m, m/s or m/s^2"

@@ -1,4 +1,4 @@
-"""The studio: a page on this machine in which a mission is written, seen and compiled.
+"""The studio: a local page for writing, viewing and compiling a mission.
 
 pieces         shapes as written → what of them a drag may edit
 scene          a text → what the map shows

@@ -1,8 +1,8 @@
-"""Compilations of a page's text: start, progress and end of the planner process, and the plan folder to keep.
+"""Compilations of a page's text: start, progress and end of the planner process, and the saved plan folder.
 
     says MC701 MC702
 
-One compilation runs at a time, in a thread beside the page.
+One compilation runs at a time, in a separate thread.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from missionc.tools.studio.planner import LOOK_EVERY, Ended, NewPlanner, Planner
 from missionc.tools.studio.workplace import Workplace
 
 DONE = 0
-"""The exit status of a compilation with a plan."""
+"""Exit status of a compilation with a plan."""
 
 
 class Planning:
-    """A context in which texts are compiled, in a thread.
+    """Context in which texts are compiled in a thread.
 
     Args:
         planner: as in ``Workplace``.
-        tell: called in the thread with each new line of how far the request under way is.
-        ended: called in the thread with its end; not of one that was stopped.
+        tell: called in the thread with each new line of progress.
+        ended: called in the thread at the end of a request that was not stopped.
     """
 
     def __init__(self, planner: NewPlanner, tell: Callable[[str], None], ended: Callable[[Ended], None]) -> None:
@@ -50,7 +50,7 @@ class Planning:
         self._thread.join()
 
     def start(self, source: Source, output: Path, backend: str) -> None:
-        """Compile a text into a folder, and leave the one before."""
+        """Compile a text into a folder, and abandon the one before."""
 
         def order(planner: Planner) -> bool:
             planner.compile(source, output, backend)
@@ -59,7 +59,7 @@ class Planning:
         self._orders.put(order)
 
     def stop(self) -> None:
-        """Leave what is under way."""
+        """Stop the current compilation."""
 
         def order(planner: Planner) -> bool:
             planner.stop()
@@ -79,7 +79,7 @@ class Planning:
                     self._ended(ended)
 
     def _carried_out(self, planner: Planner) -> bool:
-        """The next order, where one comes within a moment; whether to go on."""
+        """Carry out the next order if one arrives soon; returns whether to continue."""
         try:
             order = self._orders.get(timeout=LOOK_EVERY)
         except queue.Empty:
@@ -89,7 +89,7 @@ class Planning:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A compilation that has ended: where its files are, and how its mission is called."""
+    """Finished compilation: its files, and the name of its mission."""
 
     folder: Path
     mission: str
@@ -97,11 +97,11 @@ class Kept:
 
 
 class Compilation:
-    """A context in which texts are compiled, the newest counts.
+    """Context in which texts are compiled; a new one replaces the one before.
 
     Args:
-        tell: called in the loop's thread with how far it is, in a line.
-        ended: called there with the end, and the name under which the report can be had; empty where there is none.
+        tell: called in the loop's thread with a line of progress.
+        ended: called there with the end, and the name of the report, or an empty text.
     """
 
     def __init__(self, workplace: Workplace, tell: Callable[[str], None], ended: Callable[[Ended, str], None]) -> None:
@@ -125,7 +125,7 @@ class Compilation:
         self._drop()
 
     def start(self, source: Source, mission: str, backend: str) -> None:
-        """Compile a text as it stands, in a folder of the studio's own."""
+        """Compile the current text in a folder of the studio."""
         self._begun = Kept(self._workplace.folder(), mission, False)
         self._planning.start(source, self._begun.folder, backend)
 
@@ -134,7 +134,7 @@ class Compilation:
         self._planning.stop()
 
     def keep(self, force: bool) -> Path | Diagnostic | None:
-        """Write the last plan to ``build/NAME``; where to, or what forbids it, or nothing where there is no plan."""
+        """Save the last plan to ``build/NAME``; returns the path, an error, or None without a plan."""
         if self._kept is None or not self._kept.planned:
             return None
         target = Path("build") / self._kept.mission
@@ -150,7 +150,7 @@ class Compilation:
         self._ended(end, self._report)
 
     def _drop(self) -> None:
-        """Nothing is left of the plan before."""
+        """Remove everything of the previous plan."""
         if self._kept is not None:
             shutil.rmtree(self._kept.folder, ignore_errors=True)
         self._workplace.withdraw(self._report)

@@ -1,4 +1,4 @@
-"""The studio's server: its page, reports, and a socket for each open page, on this machine alone."""
+"""The studio's server: its page, reports, and a socket for each open page, on this machine only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from missionc.tools.studio.workplace import Workplace
 ASSETS = Path(__file__).resolve().parent / "assets"
 KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 FILES = {"": "index.html", "studio.js": "studio.js", "studio.css": "studio.css", "icon.svg": "icon.svg"}
-"""The files of the page, by what they are asked for as: nothing else is looked for on the disk."""
+"""Files of the page by request path: no others are read from the disk."""
 SOCKET = "socket"
 NONCE = "%%NONCE%%"
 
@@ -31,18 +31,18 @@ PAGE = (
     "img-src 'self' data:; frame-src 'self'; connect-src 'self' ws://127.0.0.1:{port} ws://localhost:{port}; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""The policy of the page.
+"""Content security policy of the page.
 
-What CodeMirror says of colours and sizes carries the nonce; browsers themselves style words that are put into a text.
+CodeMirror's styles carry the nonce; browsers themselves style inserted words.
 """
 
 REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
-"""The policy of a report, beside its own: of no origin, so that it can ask this server for nothing."""
+"""Additional policy of a report: no origin, so that it cannot send requests to this server."""
 
 MOST_PAGES = 8
-"""Pages that are open at once, each with a language server."""
+"""Maximum number of open pages, each with a language server."""
 LONGEST_MESSAGE = 1 << 20
-"""Bytes: a text of the largest size, every character of it written out, and room for what goes with it."""
+"""Maximum bytes of a message: a text of maximum size with all characters escaped, and some overhead."""
 
 log = logging.getLogger(__name__)
 log.addHandler(logging.NullHandler())
@@ -50,7 +50,7 @@ log.propagate = False
 
 
 class LocalServer:
-    """Answers requests of those whom the guard lets in."""
+    """Server that answers requests accepted by the guard."""
 
     def __init__(self, workplace: Workplace) -> None:
         self._workplace = workplace
@@ -60,7 +60,7 @@ class LocalServer:
 
     @asynccontextmanager
     async def serving(self) -> AsyncIterator[None]:
-        """Within, the page can be had at the guard's ``address``."""
+        """Context in which the page is available at the guard's ``address``."""
         async with serve(
             self._speak,
             NAMES[0],
@@ -78,7 +78,7 @@ class LocalServer:
             yield
 
     def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
-        """A page, or a refusal; nothing where a socket may be opened."""
+        """Page or rejection; None if a socket may be opened."""
         name = self.guard.path(request.path, request.headers)
         if name is None:
             return _answer(HTTPStatus.FORBIDDEN, b"forbidden\n", "text/plain")
@@ -98,7 +98,7 @@ class LocalServer:
         return _answer(HTTPStatus.NOT_FOUND, b"not found\n", "text/plain")
 
     async def _speak(self, socket: ServerConnection) -> None:
-        """Everything between one page and its session."""
+        """Exchange messages between one page and its session."""
         outgoing: asyncio.Queue[str] = asyncio.Queue()
 
         async def send() -> None:

@@ -1,4 +1,4 @@
-"""Missions that can be opened: those in the folder, those of the gallery, and the templates; each by a plain name."""
+"""Missions to open: those in the folder, in the gallery, and the templates, each by name."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from missionc.tools.studio.text_file import TextFile, fresh, opened_text
 
 SUFFIX = ".mission"
 MOST = 500
-"""Missions of one folder that are listed."""
+"""Maximum number of listed missions in one folder."""
 
 Shelf = Literal["folder", "gallery", "template"]
 SHELVES: tuple[Shelf, ...] = ("folder", "gallery", "template")
 
 
 def listed(shelf: Shelf, home: Path) -> list[dict[str, str]]:
-    """The missions of a shelf: each one's name, and what it says of itself in its first words."""
+    """Missions on a shelf: the name of each, and its description from its first comment."""
     match shelf:
         case "folder":
             return [{"name": path.name, "about": ""} for path in _missions(home)]
@@ -32,7 +32,7 @@ def listed(shelf: Shelf, home: Path) -> list[dict[str, str]]:
 
 
 def taken(shelf: Shelf, name: str, home: Path, limits: Limits) -> TextFile | Diagnostic:
-    """A mission from a shelf; one that is not from the folder is a text without a file.
+    """Mission from a shelf; one that is not from the folder is a text without a file.
 
     A text from the gallery keeps its path there, so that what it includes is found.
     """
@@ -50,14 +50,14 @@ def taken(shelf: Shelf, name: str, home: Path, limits: Limits) -> TextFile | Dia
 
 
 def _missions(place: Path) -> Iterator[Path]:
-    """The missions in a folder; a link that leads out of it is none."""
+    """Missions in a folder, without links that lead out of it."""
     root = place.resolve()
     found = (path for path in sorted(place.glob(f"*{SUFFIX}")) if path.is_file() and path.resolve().parent == root)
     yield from (path for path, _ in zip(found, range(MOST), strict=False))
 
 
 def _about(path: Path) -> str:
-    """The first sentence of the comment that a mission begins with."""
+    """First sentence of the comment at the beginning of a mission."""
     lines = []
     for line in path.read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):

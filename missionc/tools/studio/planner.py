@@ -1,4 +1,4 @@
-"""Planner of the studio: what ``missionc studio`` gives it, for compilations in a process of their own."""
+"""Interface of the studio's planner: ``missionc studio`` passes one for compilations in a separate process."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Protocol
 from missionc import Diagnostic, Source
 
 LOOK_EVERY = 0.1
-"""Seconds between two looks at a compilation."""
+"""Seconds between two checks of a compilation."""
 
 
 class Ended(Protocol):
@@ -27,20 +27,20 @@ class Ended(Protocol):
 
 
 class Planner(Protocol):
-    """One compilation at a time; a new one ends the one before."""
+    """Planner for one compilation at a time; a new one ends the one before."""
 
     @property
     def progress(self) -> str:
-        """Stage of the compilation, in a line; empty if that is not known."""
+        """Stage of the compilation in one line; empty if unknown."""
 
     def compile(self, source: Source, output: Path, backend: str) -> None:
         """Compile a text into a folder."""
 
     def ended(self) -> Ended | None:
-        """The end of the compilation under way, once it has ended."""
+        """End of the current compilation, once it has ended."""
 
     def stop(self) -> None:
-        """End the compilation under way."""
+        """End the current compilation."""
 
 
 NewPlanner = Callable[[], AbstractContextManager[Planner]]

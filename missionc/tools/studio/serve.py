@@ -17,20 +17,20 @@ from missionc.tools.studio.text_file import TextFile
 from missionc.tools.studio.workplace import Workplace
 
 PREFIX = "missionc-studio-"
-"""The beginning of the name of the folder for plans, in the system's folder for temporary files."""
+"""Prefix of the folder for plans, in the system's folder for temporary files."""
 
 
 def serve(home: Path, first: TextFile, planner: NewPlanner, ready: Callable[[str], None]) -> None:
-    """Serve until a signal comes.
+    """Serve until a signal arrives.
 
     Args:
-        home: the one folder that missions are opened from and saved to.
-        first: the text that a page begins with.
+        home: the only folder for opening and saving missions.
+        first: initial text of a page.
         planner: as in ``Workplace``.
-        ready: called with the page's address once it can be had.
+        ready: called with the page's address once it is available.
 
     Raises:
-        Stopped: always, in the end; nothing is left of the folder for plans by then.
+        Stopped: always, at the end; the folder for plans is removed by then.
     """
     with tempfile.TemporaryDirectory(prefix=PREFIX) as plans:
         number = asyncio.run(_serve(Workplace(home, first, Path(plans), planner), ready))
@@ -38,7 +38,7 @@ def serve(home: Path, first: TextFile, planner: NewPlanner, ready: Callable[[str
 
 
 async def _serve(workplace: Workplace, ready: Callable[[str], None]) -> int:
-    """The number of the signal that ended it."""
+    """Serve, and return the number of the signal that ended it."""
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[int] = loop.create_future()
 
@@ -48,7 +48,7 @@ async def _serve(workplace: Workplace, ready: Callable[[str], None]) -> int:
         ended.set_result(number)
 
     for number in HANDLED:
-        if signal.getsignal(number) != signal.SIG_IGN:  # as that of hanging up is under `nohup`
+        if signal.getsignal(number) != signal.SIG_IGN:  # like the hang-up signal under `nohup`
             loop.add_signal_handler(number, end, number)
     server = LocalServer(workplace)
     async with server.serving():

@@ -3,10 +3,9 @@
     says MC002 MC004 MC702
 
 Messages are those of JSON-RPC. The session answers methods that begin with ``studio/``. The language server of the
-page, which knows the one open text, answers all others, and reports what the map shows.
+page, which knows the one open text, answers all others, and reports the contents of the map.
 
-Only ``studio/save`` writes the text of the page to a file. The words that the page colours are the compiler's own
-keywords.
+Only ``studio/save`` writes the text of the page to a file. The page colours the compiler's own keywords.
 """
 
 from __future__ import annotations
@@ -71,11 +70,11 @@ COLOURS = {
     "a part of `prefer`": "propertyName",
     "a part of `tolerate`": "propertyName",
 }
-"""CodeMirror's tag for each kind of word, by what the table of words says it is."""
+"""CodeMirror's tag for each kind of word, by its description in the table of words."""
 
 
 def session_words() -> Json:
-    """What colours words: ``kinds`` by word and short form, ``free`` those that may be names, and what declares one."""
+    """Data for colouring: ``kinds`` by word and short form, ``free`` words that may be names, and declaring words."""
     spelt = [(spelling, word) for word in WORDS for spelling in (word.text, word.letter) if spelling.isalpha()]
     return {
         "kinds": {spelling: COLOURS[word.says] for spelling, word in spelt},
@@ -87,13 +86,13 @@ def session_words() -> Json:
 
 
 LONGEST = 200
-"""Bytes of a file's name."""
+"""Maximum bytes of a file's name."""
 ANOTHER_NAME = "another name, in this folder"
 
 
 @dataclass(slots=True)
 class OpenMission:
-    """``home`` is the one folder that is read and written."""
+    """Text of a page; ``home`` is the only folder that is read and written."""
 
     home: Path
     file: TextFile
@@ -101,11 +100,11 @@ class OpenMission:
 
     @property
     def uri(self) -> str:
-        """How the language server calls the text."""
+        """URI of the text for the language server."""
         return self.file.path.as_uri()
 
     def described(self) -> Json:
-        """The text as a page opens it."""
+        """Data of the text for a page."""
         return {
             "uri": self.uri,
             "name": self.file.path.name,
@@ -116,7 +115,7 @@ class OpenMission:
         }
 
     def open(self, shelf: Shelf, name: str) -> Json | Diagnostic:
-        """Another text, in the place of this one."""
+        """Open another text instead of this one."""
         file = taken(shelf, name, self.home, self.limits)
         if isinstance(file, Diagnostic):
             return file
@@ -124,7 +123,7 @@ class OpenMission:
         return self.described()
 
     def reload(self) -> Json | Diagnostic:
-        """The text as its file has it now."""
+        """Load the text from its file again."""
         file = opened_text(self.file.path, self.limits)
         if isinstance(file, Diagnostic):
             return file
@@ -132,11 +131,11 @@ class OpenMission:
         return self.described()
 
     def save(self, text: str, name: str, replace: bool) -> Json | Diagnostic:
-        """Save the text: under its own name, or under another one in the folder.
+        """Save the text, under its own name or another one in the folder.
 
-        ``problem`` says what has to be asked first: for a name where it has none yet (``unnamed``), whether to replace
-        a file that is there (``exists``), or one that somebody else has saved meanwhile (``changed``).
-        ``beside`` are the files that were saved along, which a text from the gallery includes.
+        ``problem`` is a question for the user: a missing name (``unnamed``), an existing file (``exists``), or a file
+        that another program has changed (``changed``). ``beside`` are the included files of a text from the gallery
+        that were saved as well.
         """
         size = len(text.encode("utf-8"))
         if size > self.limits.file_bytes:
@@ -164,7 +163,7 @@ class OpenMission:
         return {"problem": "", "beside": list(missing), **self.described()}
 
     def _included(self, text: str) -> dict[str, bytes]:
-        """The files that a text from elsewhere names, relative to the text: they go along where that is saved."""
+        """Files that a text from elsewhere includes, relative to it, which are saved with it."""
         path = self.file.path
         find = loader(path, str(path), self.limits)
         found: dict[str, bytes] = {}
@@ -180,7 +179,7 @@ class OpenMission:
 
 
 def refused_name(home: Path, path: Path) -> Diagnostic | None:
-    """Why a text cannot be saved under a name; absent where it can."""
+    """Reason why a text cannot be saved under a name, or None."""
     name = path.name
     plain = path.parent == home and name.isprintable() and not name.startswith(".") and "\\" not in name
     if not plain or len(os.fsencode(name)) > LONGEST:
@@ -191,9 +190,11 @@ def refused_name(home: Path, path: Path) -> Diagnostic | None:
 
 
 class StudioLsp(Server):
-    """Args:
-    allowed: whether a text is the one that is open; of others nothing is read, nor what they would include.
-    show: called with each version of the text and its scene, in the loop's thread.
+    """Language server of one page.
+
+    Args:
+        allowed: whether a text is the open one; others and their includes are not read.
+        show: called with each version of the text and its scene, in the loop's thread.
     """
 
     def __init__(self, allowed: Callable[[str], bool], show: Callable[[OpenText, Json | None], None]) -> None:
@@ -211,7 +212,7 @@ class StudioLsp(Server):
         task.add_done_callback(self._tasks.discard)
 
     async def _draw(self, text: OpenText) -> None:
-        """The scene of a text, unless there is a newer version by then."""
+        """Draw the scene of a text, unless there is a newer version by then."""
 
         def made_scene() -> Json | None:
             return scene(text.source, text.outline.declarations, LIMITS)
@@ -225,13 +226,13 @@ log = logging.getLogger(__name__)
 
 OWN = "studio/"
 LEFT_OUT = ("exit", "shutdown")
-"""What ends a language server, which ends with its page."""
+"""Methods that end a language server, which instead ends with its page."""
 UNKNOWN_METHOD, WRONG_PARAMETERS, DEFECT = -32601, -32602, -32603
-"""Codes of JSON-RPC."""
+"""Error codes of JSON-RPC."""
 
 
 class WrongRequest(Exception):
-    """A request that no page of ours sends; ``code`` is that of JSON-RPC."""
+    """Error for a request that our pages never send; ``code`` is that of JSON-RPC."""
 
     def __init__(self, code: int = WRONG_PARAMETERS) -> None:
         super().__init__(code)
@@ -239,7 +240,7 @@ class WrongRequest(Exception):
 
 
 class Session:
-    """A context in which a page is answered; ``send`` takes each message to it, in the loop's thread."""
+    """Context in which a page is answered; ``send`` takes each message to it, in the loop's thread."""
 
     def __init__(self, workplace: Workplace, send: Callable[[str], None]) -> None:
         self._workplace, self._send = workplace, send
@@ -268,7 +269,7 @@ class Session:
         self._compilation.__exit__(*exception)
 
     def receive(self, data: str | bytes) -> None:
-        """Answer one message; what is none is passed over."""
+        """Answer one message; invalid ones are ignored."""
         try:
             message = json.loads(data)
         except (ValueError, RecursionError):
@@ -280,7 +281,7 @@ class Session:
             self._hand_on(data)
 
     def _hand_on(self, data: str | bytes) -> None:
-        """Have the language server answer."""
+        """Forward a message to the language server."""
         protocol = self._lsp.protocol
         try:
             protocol.handle_message(json.loads(data, object_hook=protocol.structure_message))
@@ -314,7 +315,7 @@ class Session:
         return self._open.save(_text(params, "text"), _text(params, "name"), params.get("replace") is True)
 
     def _compile(self, params: Json) -> Json:
-        """Begin to compile the text as the language server has it."""
+        """Start compiling the language server's current text."""
         text = self._lsp.open.get(self._open.uri)
         if text is None:
             raise WrongRequest
@@ -368,12 +369,12 @@ class Session:
 
 @cache
 def _converter() -> Converter:
-    """What makes plain values of the protocol's."""
+    """Converter from protocol values to plain values."""
     return get_converter()
 
 
 class _Writer:
-    """What the language server writes to."""
+    """Output stream of the language server."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
         self._send = send
@@ -382,7 +383,7 @@ class _Writer:
         self._send(data.decode("utf-8"))
 
     def close(self) -> None:
-        """The page's socket is closed by the page."""
+        """Do nothing: the page closes its own socket."""
 
 
 def _text(params: Json, name: str) -> str:

@@ -1,7 +1,7 @@
-"""The file behind a text: read as it is, compared with what is on the disk, and saved on request alone.
+"""The file of a text: read unchanged, compared with the disk, and saved on request only.
 
-A page has lines that end in one character; which characters end them on the disk, and whether a byte order mark
-begins the file, is kept here, so that saving changes nothing but what somebody changed.
+Lines of a page end in one character. The line ends on the disk and the byte order mark are stored here, so that saving
+changes edited parts only.
 
     says MC002 MC004 MC009 MC702
 """
@@ -20,9 +20,9 @@ from missionc.output.folder.write_file import write_file
 
 @dataclass(frozen=True, slots=True)
 class TextFile:
-    """A text with the path it is called by.
+    """Text with its path.
 
-    ``disk`` are the bytes that its file held last, None where it has none; ``named`` says that somebody chose the path,
+    ``disk`` is the last known content of its file, None without a file; ``named`` means that the user chose the path,
     so that it can be saved there without a question.
     """
 
@@ -35,23 +35,23 @@ class TextFile:
 
     @property
     def saved(self) -> bool:
-        """Whether it has a file."""
+        """True if it has a file."""
         return self.disk is not None
 
     def changed(self, limits: Limits) -> bool:
-        """Whether its file holds something else now than when it was read or saved last."""
+        """Return whether its file has changed since it was last read or saved."""
         now = read_bytes(self.path, str(self.path), limits.file_bytes)
         return now != self.disk if isinstance(now, bytes) else self.saved or os.path.lexists(self.path)
 
     def save(self, path: Path, text: str) -> TextFile | Diagnostic:
-        """The text, written to a path; what went wrong, if anything did."""
+        """Write the text to a path; returns an error, if any."""
         content = self.mark + text.replace("\n", self.newline).encode("utf-8")
         wrong = write_file(path, content)
         return wrong or replace(self, path=path, text=text, disk=content, named=True)
 
 
 def opened_text(path: Path, limits: Limits) -> TextFile | Diagnostic:
-    """The text in a file."""
+    """Read the text of a file."""
     content = read_bytes(path, str(path), limits.file_bytes)
     if isinstance(content, Diagnostic):
         return content
@@ -64,7 +64,7 @@ def opened_text(path: Path, limits: Limits) -> TextFile | Diagnostic:
 
 
 def fresh(folder: Path, name: str) -> Path:
-    """A path in the folder that nothing stands at: ``name.mission``, or with a number."""
+    """Unused path in the folder: ``name.mission``, or with a number."""
     numbers = iter(range(2, 10_000))
     path = folder / f"{name}.mission"
     while os.path.lexists(path):

@@ -1,4 +1,4 @@
-"""The workplace that the pages of a studio share: its folder for plans, the reports that can be had, the planner."""
+"""The workplace that the pages of a studio share: its folder for plans, reports and planner."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from missionc.tools.studio.text_file import TextFile
 
 @dataclass(slots=True)
 class Workplace:
-    """Args:
-    home: the one folder that missions are opened from and saved to.
-    first: the text that a page begins with.
-    plans: a folder of the studio's own, for what it compiles.
-    planner: a context whose value compiles texts, one at a time.
+    """State shared by the pages of a studio.
+
+    Args:
+        home: the only folder for opening and saving missions.
+        first: initial text of a page.
+        plans: folder of the studio for its compilations.
+        planner: context whose value compiles texts, one at a time.
     """
 
     home: Path
@@ -25,15 +27,15 @@ class Workplace:
     plans: Path
     planner: NewPlanner
     reports: dict[str, bytes] = field(default_factory=dict)
-    """Pages by a name that nobody guesses."""
+    """Pages by a random name."""
     _numbers: count[int] = field(default_factory=count)
 
     def folder(self) -> Path:
-        """A folder for one more plan, which is not there yet."""
+        """Unused path of a folder for another plan."""
         return self.plans / f"plan-{next(self._numbers)}"
 
     def publish(self, page: bytes) -> str:
-        """From now on the page can be had, by this name."""
+        """Make a page available, and return its name."""
         name = f"report/{secrets.token_urlsafe(12)}.html"
         self.reports[name] = page
         return name

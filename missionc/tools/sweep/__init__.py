@@ -1,1 +1,1 @@
-"""Sweeps: one mission compiled for every combination of some parameters' values and every seed, into one table."""
+"""Sweeps: one mission compiled for all combinations of parameter values and all seeds, into one table."""

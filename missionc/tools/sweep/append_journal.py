@@ -1,9 +1,9 @@
-"""An append-only journal: lines that are never changed, in a file that is locked by who is at work on it.
+"""An append-only journal: lines that are never changed, in a file that its user locks.
 
 in   the file's path, lines
 out  the same lines
 
-A process that is killed may leave half a line at its end: nobody believes it, and whoever writes next cuts it off.
+A killed process may leave half a line at the end, which is ignored, and removed by the next writer.
 """
 
 from __future__ import annotations
@@ -21,45 +21,45 @@ from missionc.output.folder.ownership import cannot_write, reason, shown
 from missionc.output.folder.write_file import NOT_REGULAR
 
 LARGEST = 1 << 30
-"""Bytes of a journal that is read."""
+"""Maximum bytes of a journal that is read."""
 FLAGS = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
-"""How it is opened: no link is followed, and no pipe is waited for."""
+"""Flags for opening: no link is followed, and pipes do not block."""
 BLOCK = 4096
-"""Bytes that are looked at together for the end of the last line."""
+"""Bytes of a block in the search for the end of the last line."""
 
 
 class Journal:
-    """The journal, open to be added to. Each line is on its way to the disk before the next one is written."""
+    """Journal, open for appending. Each line is flushed before the next one is written."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
 
     @property
     def size(self) -> int:
-        """Bytes, those of half a line included."""
+        """Size in bytes, including half a line."""
         return os.fstat(self._handle).st_size
 
     def read(self) -> bytes:
-        """All that is there: lines, each with its end, and perhaps half of one.
+        """Read everything: lines, each with its end, and possibly half of one.
 
         Raises:
-            OSError: it cannot be read.
+            OSError: the file cannot be read.
         """
         with open(os.dup(self._handle), "rb") as file:
             file.seek(0)
             return file.read()
 
     def cut(self) -> None:
-        """Cut off half a line at the end."""
+        """Remove half a line at the end."""
         end = self._end()
         if end < self.size:
             os.ftruncate(self._handle, end)
 
     def add(self, line: bytes) -> None:
-        """Add a line; its end is written with it.
+        """Append a line with its end.
 
         Raises:
-            OSError: there is no room for it.
+            OSError: the disk is full.
         """
         if os.write(self._handle, line + b"\n") < len(line) + 1:
             raise OSError(28, "No space left on device")
@@ -68,7 +68,7 @@ class Journal:
         os.fsync(self._handle)
 
     def _end(self) -> int:
-        """Where the last whole line ends."""
+        """Offset of the end of the last whole line."""
         end = self.size
         while end:
             begin = max(0, end - BLOCK)
@@ -81,11 +81,11 @@ class Journal:
 
 @contextmanager
 def locked(path: Path, of: Path, another: str) -> Iterator[Journal | Diagnostic]:
-    """The journal at a path for whoever is the only one at work on it, made where there is none; else why not.
+    """Journal at a path for its only user, created if necessary, or the reason why it is locked.
 
     Args:
-        of: what messages say that somebody is at work in.
-        another: how another one is named, in words.
+        of: the folder in messages.
+        another: text on how to name another one.
     """
     try:
         handle = os.open(path, FLAGS, 0o666)

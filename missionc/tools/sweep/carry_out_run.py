@@ -1,10 +1,9 @@
-"""One run of a sweep: a mission compiled within its limits, flown where that is asked for, and what came of it.
+"""One run of a sweep: a mission compiled within its limits, flown on request, and the result.
 
 in   Request
 out  RunResult
 
-The mission's files are put into a folder of their own first. It is this
-process's working directory from then on.
+The mission's files are first written to a folder of their own, which becomes this process's working directory.
 """
 
 from __future__ import annotations
@@ -37,13 +36,13 @@ if TYPE_CHECKING:
     from missionc.flight.simulation.trials import Trials
 
 SAID = 300
-"""Characters of a message that a table holds."""
+"""Maximum characters of a message in a table."""
 DIGITS = 9
-"""Decimals of figures."""
+"""Decimals of numbers."""
 
 
 def carry_out(request: Request) -> RunResult:
-    """Compile, and fly what was planned."""
+    """Compile, and fly the plan."""
     settings = request.settings
     with TemporaryDirectory(prefix="missionc-run-", ignore_cleanup_errors=True) as folder:
         put_files(Path(folder), settings.files)
@@ -73,7 +72,7 @@ def carry_out(request: Request) -> RunResult:
 
 
 def put_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """A mission's files in a folder; what is a link to another of them is one again."""
+    """Write a mission's files to a folder; links between them stay links."""
     for name, content in files.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -85,7 +84,7 @@ def put_files(folder: Path, files: Mapping[str, bytes]) -> None:
 
 
 def _of_compilation(compiled: Compiled) -> dict[str, Value]:
-    """The columns of a compilation."""
+    """Columns of a compilation."""
     mission, outcome = compiled.checked.mission, compiled.outcome
     errors = [finding for finding in compiled.findings if has_errors([finding])]
     says = errors or list(compiled.findings)
@@ -126,7 +125,7 @@ def _finite(value: float) -> float | None:
 
 
 def _flown(compiled: Compiled, outcome: Verified, flights: Flights, request: Request) -> dict[str, Value]:
-    """The columns of the flights, in as much time as a compilation may take; without figures where that ended."""
+    """Columns of the flights, within the time limit of a compilation; empty after a timeout."""
     deadline = time.monotonic() + request.settings.time_limit
     began = time.monotonic()
     with limited(request.settings.memory_limit):

@@ -1,11 +1,11 @@
-"""A sweep from beginning to end: checks, start or resumption, runs, tables, a page, and the remaining time.
+"""A sweep from beginning to end: checks, start or resumption, runs, tables, page, and remaining time.
 
     in   SweepRequest
     out  SweepResult
     says MC404 MC701 MC702 MC730 MC760 MC761 MC762 MC763 MC764 MC765 MC766, and the codes of ``check``
 
 Every combination is checked before any is planned. A finding that several combinations share appears once. The
-remaining time is an interval estimated from the finished runs, or is absent if these are too few.
+remaining time is an interval estimated from the finished runs, or unknown if there are too few.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ from missionc.tools.sweep.sweep_folder import PLANS, Row, SweepFolder, at_work, 
 from missionc.tools.sweep.sweep_html import Page, place_of, sweep_html
 
 SHOWN = 4
-"""Combinations that a finding names."""
+"""Maximum number of combinations in a finding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedGrid:
-    """What was checked of each combination, in the grid's order, and the findings of all."""
+    """Results of the checks of all combinations, in the grid's order, and all findings."""
 
     each: Mapping[Combination, Checked]
     findings: tuple[Diagnostic, ...]
@@ -66,7 +66,7 @@ def check_combinations(
     limits: Limits,
     listen: Callable[[int], None],
 ) -> CheckedGrid:
-    """Check them all; ``listen`` hears how many are."""
+    """Check all combinations; ``listen`` gets the number of finished ones."""
     each: dict[Combination, Checked] = {}
     for values in grid.combinations:
         overrides = {**fixed, **dict(values)}
@@ -76,7 +76,7 @@ def check_combinations(
 
 
 def _told_once(each: Mapping[Combination, Checked]) -> tuple[Diagnostic, ...]:
-    """Each finding once, with the combinations that have it, where those are not all."""
+    """Findings without duplicates, each with its combinations unless those are all."""
     found: dict[object, tuple[Diagnostic, list[Combination]]] = {}
     for values, checked in each.items():
         for finding in checked.findings:
@@ -94,22 +94,21 @@ def _with_combinations(finding: Diagnostic, of: list[Combination], all_there_are
 
 
 NORMAL_95 = 1.959963984540054
-"""The standard normal distribution lies within plus and minus this with a probability of 95 %."""
+"""Bound of the symmetric interval with 95 % of the standard normal distribution."""
 
 LEAST = 5
-"""Runs that have to be over before anything is said."""
+"""Minimum number of finished runs for an estimate."""
 
 
 class RemainingTime:
-    """What is known of how long runs take; those before this command, too, where their seconds are in the journal.
+    """Estimate of run times, including runs before this command with times in the journal.
 
-    Runs of one combination are alike. Of combinations of which none is over,
-    nothing is known but what runs take on the whole: the interval says so by
-    its width.
+    Runs of one combination are similar. For combinations without finished runs, the estimate uses all runs, which
+    widens the interval.
 
     Args:
-        left: how many runs of each combination are still to be done.
-        rows: runs that are over already.
+        left: number of remaining runs of each combination.
+        rows: finished runs.
     """
 
     def __init__(self, left: Mapping[Combination, int], rows: Mapping[Run, Row]) -> None:
@@ -119,14 +118,14 @@ class RemainingTime:
             self._took.setdefault(run.values, []).append(_seconds(row))
 
     def over(self, row: Row) -> None:
-        """One more run is over."""
+        """Record a finished run."""
         self._left[row.run.values] = self._left.get(row.run.values, 1) - 1
         self._took.setdefault(row.run.values, []).append(_seconds(row))
 
     def left(self, workers: int) -> tuple[float, float] | None:
-        """Seconds, the least and the most that 95 of 100 such sweeps still take.
+        """95 % interval of the remaining seconds.
 
-        None where too few runs are over to say so, or where nobody is at work.
+        None if too few runs are finished, or if there are no workers.
         """
         known = [seconds for own in self._took.values() for seconds in own]
         if len(known) < LEAST or not workers:
@@ -153,7 +152,7 @@ def _moments(sample: list[float] | tuple[float, ...]) -> tuple[float, float]:
 
 
 def every(seconds: Seconds, work: Callable[[], object]) -> Callable[[], None]:
-    """A function that does the work where so many seconds have passed, and ten times as many as it takes."""
+    """Function that does the work at most every ``seconds``, and at most a tenth of the time."""
     due = time.monotonic() + seconds
 
     def perhaps() -> None:
@@ -169,25 +168,25 @@ def every(seconds: Seconds, work: Callable[[], object]) -> Callable[[], None]:
 
 PAGE = "sweep.html"
 AGAIN = Seconds(60.0)
-"""Seconds after which tables and page are made anew while runs go on."""
+"""Seconds after which tables and page are updated during the runs."""
 
 
 def unheard(*told: object) -> None:
-    """The listener of those who do not watch."""
+    """Listener that ignores everything."""
 
 
 @dataclass(frozen=True, slots=True)
 class SweepRequest:
-    """A sweep as it was asked for.
+    """Request for a sweep.
 
     Args:
-        settings: of all runs; its files and versions are filled in.
-        workers: opens whoever does the runs.
-        compare: the folder of an older sweep.
-        plot: where the figure goes as a file of its own, and how wide it is.
-        checked: told how many combinations are checked.
-        began: told the runs that are left, and those that are over.
-        ended: told of each that is over, and of the number of workers.
+        settings: settings of all runs; files and versions are filled in.
+        workers: opens the pool of workers.
+        compare: folder of an older sweep.
+        plot: file and width of a separate figure.
+        checked: called with the number of checked combinations.
+        began: called with the remaining and the finished runs.
+        ended: called with each finished run and the number of workers.
     """
 
     file: Path | Source
@@ -204,15 +203,15 @@ class SweepRequest:
 
 @dataclass(frozen=True, slots=True)
 class SweepResult:
-    """What a sweep came to.
+    """Result of a sweep.
 
     Args:
-        mission: its name; empty where it could not be read.
-        total: how many runs it has.
-        rows: those that are over.
-        groups: the same, by combination.
-        done: how many of them were done now.
-        interrupted: somebody asked to end it.
+        mission: name of the mission; empty if it is unreadable.
+        total: total number of runs.
+        rows: finished runs.
+        groups: finished runs by combination.
+        done: number of runs done by this command.
+        interrupted: True if it was interrupted.
     """
 
     findings: tuple[Diagnostic, ...]
@@ -230,13 +229,13 @@ class SweepResult:
 
     @property
     def sound(self) -> bool:
-        """Whether nothing was wrong: no finding is an error, no run was refused, and none ended by itself."""
+        """True if no finding is an error, and no run was refused or crashed."""
         bad = {row.result.outcome for row in self.rows.values()} & {"refused", "unverified", ERROR}
         return not bad and not has_errors(list(self.findings))
 
 
 def carry_out_sweep(request: SweepRequest) -> SweepResult:
-    """Do what is left of it."""
+    """Do the remaining runs."""
     large = too_many(len(request.grid))
     if large:
         return SweepResult((large,))
@@ -272,7 +271,7 @@ def carry_out_sweep(request: SweepRequest) -> SweepResult:
 
 
 def _refused(request: SweepRequest, found: CheckedGrid) -> Diagnostic | None:
-    """What forbids the sweep, besides what is wrong with the mission."""
+    """Errors of the sweep, apart from those of the mission."""
     lost = request.settings.flights.lost if request.settings.flights else ()
     return (plot.missing() if request.plot else None) or next(
         filter(None, (_not_there(each.mission, lost) for each in found.each.values() if each.mission)), None
@@ -293,7 +292,7 @@ def _not_there(mission: Mission, lost: tuple[tuple[str, float], ...]) -> Diagnos
 def _at_work(
     request: SweepRequest, found: CheckedGrid, mission: Mission, old: SweepFolder | None, journal: Journal
 ) -> SweepResult:
-    """The runs that are left, as the only one in the folder."""
+    """Do the remaining runs, as the only process in the folder."""
     read = read_sweep(request.folder)
     if isinstance(read, Diagnostic):
         return SweepResult((*found.findings, read))
@@ -336,7 +335,7 @@ def _at_work(
 
 @dataclass(frozen=True, slots=True)
 class _Outputs:
-    """What is made of the rows: tables, the page, a figure of its own, and the comparison."""
+    """Outputs made from the rows: tables, page, separate figure, and comparison."""
 
     request: SweepRequest
     mission: str
@@ -344,7 +343,7 @@ class _Outputs:
     old: SweepFolder | None
 
     def all(self, rows: Mapping[Run, Row]) -> tuple[list[Group], list[Comparison], list[Diagnostic]]:
-        """Write everything, each file whole."""
+        """Write all files, each atomically."""
         grid, folder = self.request.grid, self.request.folder
         ordered = {run: rows[run] for run in grid.runs() if run in rows}
         compared = compare_sweeps(self.old, ordered) if self.old and ordered else []
@@ -381,7 +380,7 @@ class _Outputs:
         return f"{PLANS}/{row.run.name}/{REPORT}" if there else ""
 
     def _command(self, row: Row) -> str:
-        """The command that does a run again, by itself."""
+        """Command that repeats a run separately."""
         settings, file = self.request.settings, self.request.file
         words = ["missionc", "compile", file.name if isinstance(file, Source) else str(file)]
         for name, value in {**settings.fixed, **dict(row.run.values)}.items():

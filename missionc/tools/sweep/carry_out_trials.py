@@ -17,15 +17,15 @@ from missionc.tools.sweep.run_answer import RunResult
 from missionc.tools.sweep.trial_request import TrialRequest
 
 FLOWN = "flown"
-"""The outcome of flights."""
+"""Outcome of flights."""
 RECORDS = "flights.json"
 
 
 def fly_trials(request: TrialRequest) -> RunResult:
-    """Fly them.
+    """Fly the requested flights.
 
     Raises:
-        ValueError: the files are none that can be flown; whoever asks has seen that they are.
+        ValueError: the files cannot be flown, which the requester has already checked.
     """
     checked = check_mission(FolderFiles(Path("folder"), request.manifest, {}, request.files), request.limits)
     mission, kernel = getattr(checked, "mission", None), getattr(checked, "kernel", None)

@@ -1,14 +1,12 @@
-"""The comparison of two sweeps: what became better or worse, and whether a test can tell it from noise.
+"""The comparison of two sweeps: improvements and regressions, with statistical tests.
 
     in   the rows of an old and of a new sweep
-    out  a Comparison for each figure, of all runs and of each combination
+    out  a Comparison for each quantity, for all runs and for each combination
     says MC766
 
-Runs are paired by their values and their seed. Whether there is a plan is
-compared by McNemar's exact test, every other figure by Wilcoxon's signed-rank
-test over the pairs in which both have a plan. As many tests are made, their
-p-values are adjusted by Holm's method, those of all runs and those of the
-combinations each among themselves.
+Runs are paired by their values and their seed. Success is compared with McNemar's exact test, every other quantity with
+Wilcoxon's signed-rank test over the pairs in which both have a plan. The p-values are adjusted with Holm's method,
+separately for all runs and for the combinations.
 
 Source:
     McNemar, "Note on the sampling error of the difference between correlated proportions" (1947).
@@ -32,23 +30,23 @@ from missionc.tools.sweep.run_grid import Combination, Grid, Run
 from missionc.tools.sweep.sweep_folder import Row, SweepFolder
 
 LEVEL = 0.05
-"""Below this p-value a difference is none that noise makes."""
+"""Significance level of p-values."""
 MCNEMAR, WILCOXON = "McNemar's exact test", "Wilcoxon's signed-rank test"
 SUCCESS = Measure("planned", "runs with a plan", "", True)
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """One figure of the runs of one combination, or of all.
+    """Comparison of one quantity over the runs of one combination, or of all.
 
     Args:
-        values: the combination; None for all runs.
-        pairs: runs that both sweeps have, and that count.
-        old, new: the share of runs with a plan, or the median.
-        test: its name.
-        p: adjusted.
-        direction: above 0 where the new runs mostly have more.
-        tellable: whether so many pairs could make a difference that noise does not.
+        values: combination; None for all runs.
+        pairs: number of runs in both sweeps that count.
+        old, new: success rate, or median.
+        test: name of the test.
+        p: adjusted p-value.
+        direction: positive if the new runs mostly have higher values.
+        tellable: True if that number of pairs can be significant.
     """
 
     measure: Measure
@@ -63,7 +61,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """``better``, ``worse``, ``the same``, ``noise``, or that there are too few pairs to tell."""
+        """Verdict as text: ``better``, ``worse``, ``the same``, ``noise``, or too few pairs."""
         if self.p < LEVEL:
             return "better" if (self.direction > 0) == self.measure.more_is_better else "worse"
         if self.p == 1 and self.direction == 0:
@@ -84,10 +82,10 @@ class Comparison:
 
 
 def compare_sweeps(old: SweepFolder, rows: Mapping[Run, Row]) -> list[Comparison] | Diagnostic:
-    """All comparisons, those of all runs first; or that there is nothing to compare.
+    """All comparisons, those of all runs first, or a finding that there is nothing to compare.
 
     Args:
-        rows: of the new sweep.
+        rows: rows of the new sweep.
     """
     both = [(old.rows[run], row) for run, row in rows.items() if run in old.rows]
     both = [pair for pair in both if ERROR not in (pair[0].result.outcome, pair[1].result.outcome)]
@@ -102,7 +100,7 @@ def compare_sweeps(old: SweepFolder, rows: Mapping[Run, Row]) -> list[Comparison
 
 
 def refuse(old: SweepFolder, grid: Grid) -> Diagnostic | None:
-    """What to say, before any run, where the sweeps can have none in common."""
+    """Finding, before any run, if the sweeps can have no run in common."""
     return None if any(run in old.rows for run in grid.runs()) else _nothing(old)
 
 
@@ -122,7 +120,7 @@ def _compared(values: Combination | None, pairs: Sequence[tuple[Row, Row]]) -> l
 
 
 def _success(values: Combination | None, pairs: Sequence[tuple[Row, Row]]) -> Comparison:
-    """McNemar's exact test: of the pairs in which one has a plan, each sweep has it in half."""
+    """McNemar's exact test: among pairs with a plan in one sweep only, each sweep has half of them."""
     from scipy.stats import binomtest
 
     planned = [(old.result.outcome == "planned", new.result.outcome == "planned") for old, new in pairs]
@@ -135,7 +133,7 @@ def _success(values: Combination | None, pairs: Sequence[tuple[Row, Row]]) -> Co
 
 
 def _ranks(measure: Measure, values: Combination | None, pairs: Sequence[tuple[float, float]]) -> Comparison:
-    """Wilcoxon's signed-rank test: differences lie around 0. Those that are 0 are left out."""
+    """Wilcoxon's signed-rank test that differences are symmetric around 0; zero differences are dropped."""
     from scipy.stats import rankdata, wilcoxon
 
     old, new = np.array(pairs).T
@@ -148,7 +146,7 @@ def _ranks(measure: Measure, values: Combination | None, pairs: Sequence[tuple[f
 
 
 def _adjusted(found: list[Comparison]) -> list[Comparison]:
-    """The same with p-values by Holm's method: none is a chance hit among many."""
+    """Comparisons with p-values adjusted by Holm's method for multiple tests."""
     order = sorted(range(len(found)), key=lambda number: found[number].p)
     least, adjusted = 0.0, list(found)
     for rank, number in enumerate(order):

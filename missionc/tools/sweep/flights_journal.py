@@ -1,12 +1,12 @@
 """The journal of Monte Carlo trials: records of finished flights, from which an interrupted command resumes.
 
-    in   the path of the file, the settings that the flights follow from
+    in   the path of the file, the settings that determine the flights
     out  the finished flights, by number; a further line for the next ones
     says MC706 MC707 MC763
 
-The first line states the settings. Each further line has the records of some flights with consecutive numbers. A
-record is JSON from which the report of trials can be made. It leaves out the states at the steps: only shown flights
-need them.
+The first line states the settings. Each further line has the records of some flights with consecutive numbers. A record
+is JSON from which the report of trials can be made. It omits the states at the steps, which only displayed flights
+need.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ from missionc.verification.certificate import Check
 
 
 def flights_text(flights: Iterable[Flight], curves: bool) -> bytes:
-    """The records; every number reads back as the same double.
+    """Records of flights; every number reads back as the same double.
 
     Args:
-        curves: whether the error over time is among them.
+        curves: if true, include the error over time.
     """
     return json.dumps([_record(each, curves) for each in flights], separators=(",", ":")).encode("ascii")
 
 
 def parse_flights(content: bytes, trace: Trace) -> list[Flight]:
-    """The flights of some records; ``trace`` stands for the states of each."""
+    """Parse the flights in some records; ``trace`` stands for the states of each."""
     return read_flights(parse_json(content, finite=False), trace)
 
 
 def read_flights(records: Iterable[dict[str, Any]], trace: Trace) -> list[Flight]:
-    """The same, of records that were read as JSON before.
+    """Parse flights from JSON values.
 
     Raises:
-        ValueError, KeyError, TypeError: one is none of a flight.
+        ValueError, KeyError, TypeError: a record is not a valid flight.
     """
     return [_flight(each, trace) for each in records]
 
@@ -88,7 +88,7 @@ ANOTHER = "another file with `--journal`"
 
 
 class FlightsJournal:
-    """The journal, open to be added to; ``over`` has the flights that it holds, by their numbers."""
+    """Journal, open for appending; ``over`` has its flights by number."""
 
     def __init__(self, path: Path, journal: Journal) -> None:
         self._path = path
@@ -96,10 +96,12 @@ class FlightsJournal:
         self.over: dict[int, Flight] = {}
 
     def begin(self, of: Identity, like: Flight) -> Diagnostic | None:
-        """Read what is there, and write the first line where nothing is; or say why it is no such journal.
+        """Read the contents, and write the first line of an empty file.
+
+        Returns an error for another kind of journal.
 
         Args:
-            like: a flight of the same folder: others have as many agents, and the same requirements.
+            like: a flight of the same folder, with the same agents and requirements.
         """
         try:
             if self._journal.size > LARGEST:
@@ -118,7 +120,7 @@ class FlightsJournal:
         return None
 
     def add(self, first: int, records: bytes, flights: Iterable[Flight]) -> Diagnostic | None:
-        """Some flights more, and their records; ``first`` is the number of the first."""
+        """Append some flights with their records; ``first`` is the number of the first."""
         try:
             self._journal.add(b'{"first":%d,"flights":%s}' % (first, records))
             self._journal.sync()
@@ -144,7 +146,7 @@ class FlightsJournal:
 
 @contextmanager
 def opened(path: Path) -> Iterator[FlightsJournal | Diagnostic]:
-    """The journal for whoever is the only one at work on it, not yet begun; else what is to be said."""
+    """Journal for its only user, not yet begun, or a finding."""
     real = Path(os.path.realpath(path))
     with locked(real, path, ANOTHER) as journal:
         yield FlightsJournal(path, journal) if isinstance(journal, Journal) else journal
@@ -155,7 +157,7 @@ def _first(of: Identity) -> bytes:
 
 
 def _not_of(line: bytes, of: Identity) -> str:
-    """Why a first line is one of other flights; empty where it is not."""
+    """Reason why a first line belongs to other flights; empty if it does not."""
     document = parse_record(line)
     if document["schema"] != SCHEMA:
         return f"its schema is `{str(document['schema'])[:40]}`, not `{SCHEMA}`"
@@ -164,7 +166,7 @@ def _not_of(line: bytes, of: Identity) -> str:
 
 
 def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
-    """The flights of a line, by their numbers."""
+    """Flights of a line, by number."""
     document = parse_json(line, finite=False)
     first, flights = document["first"], read_flights(document["flights"], like.trace)
     if type(first) is not int or not all(_alike(each, like) for each in flights):
@@ -173,7 +175,7 @@ def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
 
 
 def _alike(flight: Flight, like: Flight) -> bool:
-    """Whether two flights can be counted together: they have the same entries, with values of the same types."""
+    """Return whether two flights have the same entries with values of the same types."""
     own, other = (_entries(each) for each in (flight, like))
     return (
         len(flight.error) == len(like.error)
@@ -193,7 +195,7 @@ def _entries(flight: Flight) -> list[Error | Judgement | Check]:
 
 
 def _is_like(value: object, like: object, *, optional: bool) -> bool:
-    """Whether values are of one type; all numbers are, and None is allowed if the value is optional."""
+    """Return whether two values have the same type; all numbers match, and None if the value is optional."""
     if value is None:
         return optional
     if isinstance(like, bool | str):

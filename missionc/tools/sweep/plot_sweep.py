@@ -1,8 +1,7 @@
-"""The figure of a sweep: success rates with intervals, medians with quartiles, and every run, as small multiples.
+"""The figure of a sweep: success rates with intervals, medians with quartiles, and all runs, as small multiples.
 
-The first parameter that is varied is the horizontal axis, the second one has
-lines of its own, the third one panels beside each other; runs that differ in
-further ones are drawn together. A row of panels for each figure.
+The first varied parameter is the horizontal axis, the second one distinguishes lines, the third one panels; runs that
+differ in further ones are merged. Each quantity has a row of panels.
 """
 
 from __future__ import annotations
@@ -23,30 +22,30 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 AXES = 3
-"""Parameters that a figure tells apart."""
+"""Maximum number of parameters that a figure distinguishes."""
 MOST_LINES = 8
 MOST_BESIDE = 6
-"""Panels beside each other; a parameter with more values has them drawn together."""
+"""Maximum number of panels in a row; values of a parameter with more are merged."""
 ACROSS = {"single": 2, "double": 3}
-"""Figures beside each other, in a picture that is as wide as a paper's column, or as two."""
+"""Number of figures in a row, in a picture as wide as one or two columns of a paper."""
 TALL = 1.25
-"""Inches of a panel."""
+"""Height of a panel, inches."""
 DODGE = 0.16
-"""By how much lines are beside each other, of the distance between two values."""
+"""Horizontal offset between lines, as a ratio of the distance between two values."""
 TIMES = 30.0
-"""An axis of times is logarithmic where the longest is so many times the shortest."""
+"""Ratio of the longest to the shortest time from which the axis is logarithmic."""
 
 
 def sweep_figure(
     names: Sequence[str], groups: Sequence[Group], kind: str, width: str = "", link: Callable[[Row], str] | None = None
 ) -> bytes:
-    """The figure as a file's bytes, the same each time; matplotlib is there.
+    """Figure as the bytes of a file, reproducible; needs matplotlib.
 
     Args:
-        names: of the parameters that are varied.
+        names: names of the varied parameters.
         kind: ``svg``, ``png`` or ``pdf``.
-        width: a name of ``WIDTHS``; that of two columns where it is empty.
-        link: where the point of a run leads, in an SVG.
+        width: name in ``WIDTHS``; two columns if empty.
+        link: link target of a run's point, in an SVG.
     """
     return rendered(lambda figure: _draw(figure, names, groups, width, link), kind, exact=True)
 
@@ -81,7 +80,7 @@ def _draw(
 
 
 def _panels(figure: Figure, measures_: int, beside: int, width: str) -> list[list[Axes]]:
-    """The panels of each figure, beside each other; where that is one, figures stand beside each other themselves."""
+    """Panels of each quantity in a row; with a single panel each, the quantities are in a row."""
     across = beside if beside > 1 else ACROSS[width]
     down = measures_ if beside > 1 else -(-measures_ // across)
     figure.set_size_inches(WIDTHS[width] / INCH, (TALL + 0.2) * down + 0.6)
@@ -104,7 +103,7 @@ def _panels(figure: Figure, measures_: int, beside: int, width: str) -> list[lis
 
 
 def _told_apart(groups: Sequence[Group], parameters: int) -> int:
-    """How many parameters, the first ones, have axis, lines and panels of their own."""
+    """Number of leading parameters with their own axis, lines or panels."""
     told = min(parameters, AXES)
     if told > 2 and len(_values(groups, 2)) > MOST_BESIDE:
         told = 2
@@ -116,7 +115,7 @@ def _values(groups: Sequence[Group], place: int) -> list[str]:
 
 
 def _places(values: Sequence[str]) -> dict[str, float]:
-    """Where each value of the first parameter is: at its number, where all are numbers of one unit."""
+    """Position of each value of the first parameter: its number, if all are numbers with one unit."""
     numbers = [number_of(value) for value in values]
     units = {number and number[1] for number in numbers}
     if len(units) == 1 and None not in units:
@@ -157,7 +156,7 @@ def _draw_lines(
 
 
 def _point(group: Group, measure: Measure | None) -> tuple[float, float, float] | None:
-    """The lower end of the bar, the mark, and the upper end."""
+    """Lower end of the bar, the marker, and the upper end."""
     if measure is None:
         rate = group.success
         return None if rate is None else (rate.low, rate.share, rate.high)
@@ -168,7 +167,7 @@ def _point(group: Group, measure: Measure | None) -> tuple[float, float, float] 
 def _draw_runs(
     axes: Axes, group: Group, measure: Measure, x: float, colour: str, link: Callable[[Row], str] | None
 ) -> None:
-    """Every run as a faint dot, which leads to it."""
+    """Draw every run as a faint dot with a link to it."""
     found = [(figure, row) for row in group.rows if (figure := measure.of(row)) is not None]
     if not found:
         return
@@ -183,7 +182,7 @@ def _label(measure: Measure | None) -> str:
 
 
 def _below(axes: Axes, names: Sequence[str], places: dict[str, float], told: int) -> None:
-    """The horizontal axis: a tick for each value."""
+    """Set the horizontal axis, with a tick for each value."""
     if not told:
         axes.set_xticks([])
         return
@@ -200,7 +199,7 @@ def _below(axes: Axes, names: Sequence[str], places: dict[str, float], told: int
 
 
 def _scale(axes: Axes, measure: Measure | None) -> None:
-    """The vertical axis: shares from none to all, times in decades where they differ by that much, the rest from 0."""
+    """Set the vertical axis: rates from 0 to 1, times in decades if they vary much, others from 0."""
     from matplotlib.ticker import PercentFormatter
 
     if measure is None or measure.name == SHARE:

@@ -1,8 +1,7 @@
 """The table of a sweep: a row for each run in the grid's order, as CSV and Parquet, and group statistics.
 
-The columns in ``OF_THE_MACHINE`` depend on the machine. All others are the same wherever a run was done and however
-many ran beside it, unless it was cut short. Statistics of each combination are success rates with intervals, medians
-and spreads.
+The columns in ``OF_THE_MACHINE`` depend on the machine. All others are independent of machine and parallelism, unless
+the run was cut short. Statistics of each combination are success rates with intervals, medians and spreads.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from missionc.tools.sweep.sweep_folder import Row
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """A figure of a run: its name, what it is called and measured in, and whether more of it is better."""
+    """Quantity of a run: its name, title and unit, and whether higher is better."""
 
     name: str
     says: str
@@ -38,7 +37,7 @@ class Measure:
         return f"{self.says} ({self.unit})" if self.unit else self.says
 
     def of(self, row: Row) -> float | None:
-        """The figure of a planned run; None where it has none."""
+        """Value for a planned run, or None."""
         if row.result.outcome != "planned":
             return None
         values = row.result.values
@@ -58,12 +57,12 @@ MEASURES = (
     Measure(SHARE, "successful flights", "", True),
     Measure("tracking_error", "tracking error", "m", False),
 )
-"""In the order in which they are shown; those that no run has are left out."""
+"""Quantities in display order; those without values are omitted."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """The median of some figures, and the quartiles around it."""
+    """Median and quartiles of some values."""
 
     count: int
     low: float
@@ -73,12 +72,12 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """The runs of one combination.
+    """Runs of one combination.
 
     Args:
-        outcomes: how many runs had each outcome.
-        success: the share of those that ended by themselves that has a plan; None where none did.
-        spreads: of each measure's name, over the planned runs.
+        outcomes: number of runs with each outcome.
+        success: success rate among runs that ended normally, or None.
+        spreads: spread of each measure by name, over the planned runs.
     """
 
     values: Combination
@@ -89,7 +88,7 @@ class Group:
 
 
 def groups(combinations: Sequence[Combination], rows: Mapping[Run, Row]) -> list[Group]:
-    """One for each combination, in this order, those without a run among them."""
+    """One group for each combination, in order, including empty ones."""
     of: dict[Combination, list[Row]] = {values: [] for values in combinations}
     for run, row in rows.items():
         if run.values in of:
@@ -98,7 +97,7 @@ def groups(combinations: Sequence[Combination], rows: Mapping[Run, Row]) -> list
 
 
 def pooled(found: Sequence[Group], first: int) -> list[Group]:
-    """Those that agree in so many parameters, the first ones, together."""
+    """Groups merged by equal values of the ``first`` leading parameters."""
     of: dict[Combination, list[Row]] = {}
     for group in found:
         of.setdefault(group.values[:first], []).extend(group.rows)
@@ -106,13 +105,13 @@ def pooled(found: Sequence[Group], first: int) -> list[Group]:
 
 
 def measures(rows: Iterable[Row]) -> list[Measure]:
-    """Those that any of these runs has."""
+    """Quantities that any of these runs has."""
     found = list(rows)
     return [measure for measure in MEASURES if any(measure.of(row) is not None for row in found)]
 
 
 def counts(rows: Iterable[Row]) -> dict[str, int]:
-    """How many runs had each outcome; in the order of ``OUTCOMES``, all of them."""
+    """Number of runs with each outcome, for all of ``OUTCOMES`` in order."""
     found = [row.result.outcome for row in rows]
     return {outcome: found.count(outcome) for outcome in OUTCOMES}
 
@@ -161,7 +160,7 @@ COLUMNS: dict[str, type] = {
     "says": str,
     "host": str,
 }
-"""Those of every table, after the parameters and before the sizes, and what is in them where anything is."""
+"""Columns of every table, after the parameters and before the sizes, with their meaning."""
 OF_THE_MACHINE = ("seconds", "flown_in", "cpu_seconds", "peak_bytes", "host", "size_solver_bytes")
 
 
@@ -195,7 +194,7 @@ class Table:
         return {name: _of_type(cells.get(name), kind) for name, kind in self.types.items()}
 
     def csv(self) -> bytes:
-        """In UTF-8, with a head; nothing stands where there is no value."""
+        """CSV in UTF-8 with a header; missing values are empty."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.types)
@@ -203,7 +202,7 @@ class Table:
         return text.getvalue().encode("utf-8", "replace")
 
     def parquet(self) -> bytes:
-        """With a type for each column; pyarrow is there."""
+        """Parquet with a type for each column; needs pyarrow."""
         import pyarrow
         from pyarrow import parquet
 
@@ -215,7 +214,7 @@ class Table:
 
 
 def missing_writer() -> Diagnostic | None:
-    """What to say where no Parquet can be written; absent where it can."""
+    """Finding if Parquet cannot be written, or None."""
     if find_spec("pyarrow"):
         return None
     message = "a table in Parquet needs the package pyarrow, which is not installed"
@@ -227,12 +226,12 @@ def _size_column(size: str) -> str:
 
 
 def _column(name: str, unit: str | None) -> str:
-    """The column of a parameter: its name, and the unit of its values where they are numbers with one."""
+    """Column of a parameter: its name, with the unit of numeric values."""
     return f"{name} [{unit}]" if unit else f"param_{name}" if name in COLUMNS or name == "run" else name
 
 
 def _unit(values: list[str]) -> str | None:
-    """The unit that all of these numbers have, empty for none; None where they are no numbers of one unit."""
+    """Common unit of all of these numbers, empty for none; None if they are not numbers with one unit."""
     units = {None if number is None else number[1] for number in map(number_of, values)}
     return units.pop() if len(units) == 1 else None
 
@@ -243,7 +242,7 @@ def _number(text: str, kind: type) -> Value:
 
 
 def _of_type(value: Value, kind: type) -> Value:
-    """The value as one of the column's type; nothing where it is none."""
+    """Value in the column's type, or None if it does not fit."""
     if value is None or kind is str:
         return None if value is None else str(value)
     try:

@@ -19,22 +19,22 @@ from missionc.base.strict_json import parse_record
 from missionc.output.folder.manifest import versions
 
 ERROR = "error"
-"""The outcome of a run that the compiler did not bring to an end: a defect, or a process that did not last."""
+"""Outcome of a run that the compiler did not finish: a defect, or a process that died."""
 OUTCOMES = ("planned", "impossible", "undecided", "unverified", "refused", ERROR)
-"""All there are; ``refused`` is input that is wrong."""
+"""All outcomes; ``refused`` is invalid input."""
 
 Value: TypeAlias = str | int | float | None
 
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What came of a run.
+    """Result of a run.
 
     Args:
         outcome: one of ``OUTCOMES``.
-        values: everything else that a table has of it, by the name of the column; None of what there is none of.
-        sizes: of what was solved, by name.
-        files: of its plan, where they are to be kept.
+        values: other columns of the table by name; None for missing values.
+        sizes: sizes of the solved problem, by name.
+        files: files of its plan, if they are kept.
     """
 
     outcome: str
@@ -44,20 +44,20 @@ class RunResult:
 
 
 def one_line(document: Mapping[str, Any]) -> str:
-    """The text of a document."""
+    """Text of a document on one line."""
     return json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
 
 
 def sent(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Files, by their names, as a document holds them."""
+    """Files by name, encoded for a document."""
     return {name: base64.b64encode(content).decode("ascii") for name, content in files.items()}
 
 
 def received(files: Mapping[str, str]) -> dict[str, bytes]:
-    """Files as ``sent`` has written them.
+    """Files decoded from ``sent``.
 
     Raises:
-        ValueError: a text is none of a file.
+        ValueError: a text is not an encoded file.
     """
     return {name: base64.b64decode(content, validate=True) for name, content in files.items()}
 
@@ -67,11 +67,11 @@ SCHEMA = "missionc.answer/1"
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What came of a run, or that a worker with other versions refused it.
+    """Result of a run, or a refusal by a worker with other versions.
 
     Args:
-        host: the machine that answered.
-        versions: of the worker that refused; empty where none did.
+        host: machine that answered.
+        versions: versions of the worker that refused; otherwise empty.
     """
 
     result: RunResult
@@ -81,12 +81,12 @@ class Answer:
 
 @cache
 def versions_here() -> dict[str, str]:
-    """The versions of everything that may change a result, of the interpreter too."""
+    """Versions of everything that may change a result, including the interpreter."""
     return {**versions(), "python": platform.python_version()}
 
 
 def run_answer_text(result: RunResult) -> str:
-    """The text of a result, on one line."""
+    """Text of a result, on one line."""
     files = sent({name: zlib.compress(content) for name, content in result.files})
     return _text(
         {"outcome": result.outcome, "values": dict(result.values), "sizes": dict(result.sizes), "files": files}
@@ -94,27 +94,27 @@ def run_answer_text(result: RunResult) -> str:
 
 
 def failed(why: str) -> str:
-    """The answer where no run came to an end by itself."""
+    """Answer for a run that did not end normally."""
     return _text({"outcome": ERROR, "values": {"says": why}, "sizes": {}, "files": {}})
 
 
 def other_versions(here: Mapping[str, str]) -> str:
-    """The answer of a worker whose versions are not those that were asked for."""
+    """Answer of a worker with other versions than requested."""
     return _text({"outcome": ERROR, "values": {}, "sizes": {}, "files": {}, "versions": dict(here)})
 
 
 def with_usage(text: str, seconds: float, size: int) -> str:
-    """An answer with the processor time that its process took, and the most memory it had, bytes."""
+    """Answer with the processor time and the maximum memory (bytes) of its process."""
     document = parse_record(text, SCHEMA)
     document["values"] |= {"cpu_seconds": round(seconds, 4), "peak_bytes": size}
     return one_line(document)
 
 
 def read_run_answer(text: str) -> Answer:
-    """The answer in a text.
+    """Parse the answer in a text.
 
     Raises:
-        ValueError, KeyError, TypeError: the text is none.
+        ValueError, KeyError, TypeError: the text is not an answer.
     """
     document = parse_record(text, SCHEMA)
     files = tuple((name, zlib.decompress(each)) for name, each in received(document["files"]).items())

@@ -1,11 +1,11 @@
-"""The grid of a sweep: every combination of parameter values, with every seed, in one order.
+"""The grid of a sweep: all combinations of parameter values, with all seeds, in a fixed order.
 
     in   ``N=3,5,8`` or ``R=1..2/0.25 m``
     out  Varied: the name and the texts of its values, in the order written; the grid of their combinations
     says MC760
 
-A list has commas between its values. A range has its first value, two dots, its last value, and after a slash its
-step, which is 1 by default. A unit after a range applies to all its values.
+A list has commas between its values. A range has its first value, two dots, its last value, and after a slash its step,
+which is 1 by default. A unit after a range applies to all its values.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ from missionc.base.diagnostics.code import SWEPT_VALUES
 from missionc.base.diagnostics.model import Diagnostic
 
 MOST_VALUES = 10_000
-"""Values of one parameter."""
+"""Maximum number of values of one parameter."""
 MOST_RUNS = 1_000_000
-"""Runs of one sweep."""
+"""Maximum number of runs of one sweep."""
 NUMBER = r"[+-]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d+)?"
 RANGE = re.compile(rf"\s*({NUMBER})\s*\.\.\s*({NUMBER})\s*(?:/\s*({NUMBER})\s*)?([^\W\d][\w/^*]*)?\s*")
 PLAIN = re.compile(rf"\s*({NUMBER})\s*([^\W\d].*)?")
 DIGITS = 40
-"""Characters of a value that a message shows."""
+"""Maximum characters of a value in a message."""
 
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """A parameter and the texts of the values that it takes."""
+    """Parameter with the texts of its values."""
 
     name: str
     values: tuple[str, ...]
 
 
 def read_varied(pairs: Sequence[tuple[str, str]], fixed: Sequence[str]) -> tuple[Varied, ...] | list[Diagnostic]:
-    """Every parameter that is varied; or all that is wrong with how they are written.
+    """Parse all varied parameters, or return all errors.
 
     Args:
-        pairs: names and texts, as written.
-        fixed: names that are given one value, with ``-D`` or ``--set``.
+        pairs: pairs of name and text, as written.
+        fixed: names with one value, from ``-D`` or ``--set``.
     """
     found: list[Varied] = []
     wrong: list[Diagnostic] = []
@@ -62,20 +62,20 @@ def read_varied(pairs: Sequence[tuple[str, str]], fixed: Sequence[str]) -> tuple
 
 
 def number_of(text: str) -> tuple[float, str] | None:
-    """The number that a value begins with, and the unit after it; None of what is no plain number."""
+    """Number at the beginning of a value, and its unit; None if it is not a plain number."""
     match = PLAIN.fullmatch(text)
     return (float(match[1]), (match[2] or "").strip()) if match else None
 
 
 def too_many(runs: int) -> Diagnostic | None:
-    """What to say of more runs than a sweep may have."""
+    """Finding for more runs than a sweep may have."""
     if runs <= MOST_RUNS:
         return None
     return _refused(f"the sweep has {runs:,} runs; the limit is {MOST_RUNS:,}", "use fewer values or seeds")
 
 
 def _values(text: str) -> tuple[str, ...] | str:
-    """The values of a text, or what is wrong with it."""
+    """Values in a text, or the error in it."""
     values: list[str] = []
     for part in text.split(","):
         if ".." in part:
@@ -116,7 +116,7 @@ def _range(part: str) -> list[str] | str:
 
 
 def _plain(number: Decimal) -> str:
-    """The number without zeros at its end, ``1.5`` and not ``1.50``; 0 has no sign."""
+    """Number without trailing zeros, ``1.5`` rather than ``1.50``; 0 has no sign."""
     text = f"{number:f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return "0" if text == "-0" else text
@@ -130,23 +130,23 @@ def _refused(message: str, way_out: str) -> Diagnostic:
 
 
 LONGEST_NAME = 120
-"""Characters of a run's name: a folder of so long a name can be made everywhere."""
+"""Maximum characters of a run's name, which must be a valid folder name everywhere."""
 ODD = re.compile(r"[^A-Za-z0-9._=+-]+")
 
 Combination = tuple[tuple[str, str], ...]
-"""Parameters and the texts of their values."""
+"""Parameters with the texts of their values."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One compilation of a sweep: by its values and its seed it is told from all others."""
+    """One compilation of a sweep, identified by its values and its seed."""
 
     values: Combination
     seed: int
 
     @property
     def name(self) -> str:
-        """The name of its folder, ``N=3_R=1.25_seed=0``; of what no file name should hold a hash stands in it."""
+        """Name of its folder, ``N=3_R=1.25_seed=0``; unsuitable characters are replaced by a hash."""
         whole = "_".join([*(f"{name}={_short(value)}" for name, value in self.values), f"seed={self.seed}"])
         plain = ODD.sub("-", whole)
         if plain == whole and len(whole) <= LONGEST_NAME:
@@ -156,13 +156,13 @@ class Run:
 
 
 def _short(value: str) -> str:
-    """``1.5m``: a number and its unit without room between them; two values of a sweep are never that alike."""
+    """Value without spaces, such as ``1.5m``; two values of a sweep stay distinct."""
     return value if number_of(value) is None else "".join(value.split())
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """All runs: the last parameter's value changes soonest, and of one combination the seeds."""
+    """All runs: the last parameter varies first, and within a combination the seed."""
 
     varied: tuple[Varied, ...]
     seeds: int
@@ -191,5 +191,5 @@ class Grid:
 
 
 def words(values: Sequence[tuple[str, str]]) -> str:
-    """``N=3 R=1.25``; of nothing that is varied ``as written``."""
+    """Text of a combination: ``N=3 R=1.25``, or ``as written`` without varied parameters."""
     return " ".join(f"{name}={value}" for name, value in values) or "as written"

@@ -1,7 +1,6 @@
-"""The request for one run, as it goes over the wire: a text in JSON, whichever process or machine carries it out.
+"""The request for one run, as JSON text for any process or machine.
 
-No object of ours goes there, and nothing that could be more than data: the
-mission's files, texts, numbers and names.
+It contains only data: the mission's files, texts, numbers and names, and no Python objects.
 """
 
 from __future__ import annotations
@@ -19,17 +18,17 @@ from missionc.tools.sweep import run_answer
 
 SCHEMA = "missionc.run/1"
 TIME_LIMIT = Seconds(600.0)
-"""The limit of a run, where nobody says otherwise."""
+"""Default time limit of a run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Flights:
-    """How a plan is flown.
+    """Flights of a plan.
 
     Args:
-        trials: so many flights.
-        disturbance: what they meet, by the fields of ``simulate.disturbance``.
-        lost: whose motors stop, and when, s.
+        trials: number of flights.
+        disturbance: disturbances, by the fields of ``simulate.disturbance``.
+        lost: agents whose motors stop, with the time, s.
     """
 
     trials: int
@@ -39,14 +38,14 @@ class Flights:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Everything that all runs of a sweep have in common.
+    """Settings that all runs of a sweep share.
 
     Args:
-        files: the mission's files, by their names relative to its folder, the mission first.
-        fixed: parameters that have one value in all runs.
-        flights: how each plan is flown; None for not at all.
-        keep: whether the files of each plan come back.
-        versions: of the packages that may change a plan: a worker with others refuses the run.
+        files: the mission's files, by relative name, the mission first.
+        fixed: parameters with one value in all runs.
+        flights: flights of each plan, or None.
+        keep: if true, the files of each plan are returned.
+        versions: versions of the packages that may change a plan: a worker with others refuses the run.
     """
 
     files: Mapping[str, bytes]
@@ -64,7 +63,7 @@ class Settings:
 
     @property
     def shared(self) -> dict[str, object]:
-        """For JSON: what changes results, but for the files; the same for every run."""
+        """JSON record of all settings that change results, except the files; the same for every run."""
         return {
             "fixed": dict(self.fixed),
             "limits": asdict(self.limits),
@@ -81,10 +80,10 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """One run: what it shares with the others, the values of its parameters, and its seed.
+    """One run: its shared settings, parameter values and seed.
 
     Args:
-        engines: that may plan it, so that a process can be made ready for them; empty for all.
+        engines: engines that may plan it, which a process preloads; empty for all.
     """
 
     settings: Settings
@@ -94,7 +93,7 @@ class Request:
 
 
 def run_request_text(request: Request) -> str:
-    """The text of a request, on one line."""
+    """Text of a request, on one line."""
     settings = request.settings
     document = {
         "schema": SCHEMA,
@@ -110,10 +109,10 @@ def run_request_text(request: Request) -> str:
 
 
 def read_run_request(text: str) -> Request:
-    """The request in a text of ``written``.
+    """Parse the request in a text of ``written``.
 
     Raises:
-        ValueError, KeyError, TypeError: the text is none.
+        ValueError, KeyError, TypeError: the text is not a request.
     """
     document = parse_record(text, SCHEMA)
     settings = Settings(

@@ -1,14 +1,13 @@
-"""The process beside a worker that has everything loaded, and makes a copy of itself for each run of a sweep.
+"""The server process of a worker, which has everything loaded and forks for each run of a sweep.
 
 in   on standard input a request on each line (``run_request``, ``trial_request``)
 out  on standard output a line for each: the answer (``run_answer``)
 
-A run has a process to itself: it cannot leave anything to the next one, the
-limits of time and memory are its own, and whatever happens to it is an answer.
-This process has one thread, so that a copy of it is whole. Where whoever asks
-goes away, it ends, with the run under way; a copy ends with this process.
+Each run has its own process, with its own limits of time and memory; runs cannot affect each other, and every end of a
+run is an answer. This process has one thread, so that forks are safe. If the requester goes away, it ends with its
+current run; a fork ends with this process.
 
-Run as ``python -m missionc.tools.sweep.run_server FOLDER``; the folder, for temporary files, goes when it ends.
+Run as ``python -m missionc.tools.sweep.run_server FOLDER``; the folder, for temporary files, is removed at the end.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from missionc.tools.sweep import run_answer, run_request, trial_request
 from missionc.tools.sweep.run_answer import RunResult
 
 GRACE = 30.0
-"""Seconds that a run may take beyond its limits; then its process is killed."""
+"""Seconds that a run may exceed its limits before its process is killed."""
 READ = 1 << 16
 
 
@@ -78,11 +77,11 @@ KINDS: dict[str, Callable[[str], RunResult]] = {
     run_request.SCHEMA: _carry_out_run,
     trial_request.SCHEMA: _carry_out_trials,
 }
-"""What is done with a request, by the form that it says it has."""
+"""Handler of a request, by its schema."""
 
 
 def _load(schema: str, engines: Sequence[str]) -> None:
-    """Have what these requests need, before any copy is made; what is missing is the run's to say."""
+    """Load the modules for these requests before any fork; missing ones are reported by the run."""
     if schema == trial_request.SCHEMA:
         from missionc.tools.sweep import carry_out_trials
 
@@ -100,7 +99,7 @@ def _load(schema: str, engines: Sequence[str]) -> None:
 
 
 def _forked(text: str, carry_out: Callable[[str], RunResult], seconds: float, requests: int) -> str:
-    """The answer of a copy of this process, which has so many seconds."""
+    """Answer of a fork of this process within ``seconds``."""
     read_end, write_end = os.pipe()
     alive, life = os.pipe()
     gc.freeze()
@@ -120,7 +119,7 @@ def _forked(text: str, carry_out: Callable[[str], RunResult], seconds: float, re
         answer, late = _heard(read_end, requests, began + 1.05 * seconds + GRACE)
     finally:
         with suppress(OSError):
-            os.killpg(child, signal.SIGKILL)  # whoever it left behind
+            os.killpg(child, signal.SIGKILL)  # processes that it left behind
         os.close(read_end)
         os.close(life)
         _, status, usage = os.wait4(child, 0)
@@ -132,7 +131,7 @@ def _forked(text: str, carry_out: Callable[[str], RunResult], seconds: float, re
 
 
 def _alone(alive: int, requests: int) -> None:
-    """For the copy: a session and standard streams of its own, and an end where the one it is a copy of ends."""
+    """In the fork: create its own session and standard streams, and end with the parent."""
     os.setsid()
     leave_signals()
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -156,14 +155,14 @@ def _carried_out(text: str, carry_out: Callable[[str], RunResult]) -> str:
 
 
 def _heard(read_end: int, requests: int, deadline: float) -> tuple[bytes, bool]:
-    """What the copy says, and whether it was too late to say more."""
+    """Output of the fork, and whether it was too late for more."""
     heard = bytearray()
     while not heard.endswith(b"\n"):
         left = deadline - time.monotonic()
         ready = select.select([read_end, requests], [], [], max(0.0, left))[0]
         if not ready:
             return bytes(heard), True
-        if requests in ready:  # nobody asks while an answer is awaited: they are gone
+        if requests in ready:  # the requester is gone
             raise SystemExit
         more = os.read(read_end, READ)
         if not more:
@@ -178,7 +177,7 @@ def _ended(status: int) -> str:
 
 
 def main() -> None:
-    """Serve on the standard streams, which nothing else writes to."""
+    """Serve on the standard streams, which no other output uses."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     answers = os.dup(1)
     os.dup2(2, 1)

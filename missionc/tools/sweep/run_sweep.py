@@ -1,6 +1,6 @@
-"""The runs of a sweep: executors, the process that a worker asks, and the journal of rows as they come back.
+"""The runs of a sweep: executors, worker processes, and the journal of returned rows.
 
-    in   the grid, the settings, the rows that are there, a Pool, the Journal
+    in   the grid, the settings, the existing rows, a Pool, the Journal
     out  Swept: all rows, and the reason for an early end
     says MC404 MC702 MC764 MC765, and the codes of writing a plan
 
@@ -8,9 +8,9 @@ Each run is a function of its text, so neither the number of workers nor the ord
 except its run time.
 
 An executor is a ``concurrent.futures.Executor``: processes of this machine, or a Dask cluster. It takes a text and
-returns a text, so that nothing else has to travel. Dask's scheduler assigns runs to free workers, and reassigns those
-of a worker that dies. A worker thread has a process of its own (``run_server``), which stays for the next run. If it
-dies, another process repeats the run, once.
+returns a text, so nothing else is transferred. Dask's scheduler assigns runs to free workers, and reassigns those of a
+worker that dies. A worker thread has a process of its own (``run_server``), which stays for the next run. If it dies,
+another process repeats the run, once.
 """
 
 from __future__ import annotations
@@ -51,23 +51,23 @@ if TYPE_CHECKING:
 
 
 TRIES = 2
-"""Processes that a run is given to, one after the other, where they die."""
+"""Maximum number of processes that try a run, if they die."""
 PROCESS_PATIENCE = 5.0
-"""Seconds that a process may take to end once nobody asks it any more."""
+"""Seconds for a process to end once its requests are over."""
 SERVER = "missionc.tools.sweep.run_server"
 HOME = Path(__file__).resolve().parents[2]
-"""Where this package lies: the process is to have the same one."""
+"""Path of this package, which the process must use as well."""
 
 
 class RunProcess:
-    """A process that answers requests one after the other; it is started with the first."""
+    """Process that answers requests one by one; started with the first."""
 
     def __init__(self) -> None:
         self._room = TemporaryDirectory(prefix="missionc-sweep-", ignore_cleanup_errors=True)
         self._process = _started_process(self._room.name)
 
     def ask(self, request: str) -> str:
-        """The answer; empty where the process died first."""
+        """Return the answer; empty if the process died first."""
         process = self._process
         assert process.stdin is not None
         assert process.stdout is not None
@@ -80,7 +80,7 @@ class RunProcess:
         return line.decode("ascii").removesuffix("\n") if line.endswith(b"\n") else ""
 
     def end(self) -> None:
-        """End it, with the run under way; from whichever thread."""
+        """End it with its current run, from any thread."""
         process = self._process
         process.terminate()
         try:
@@ -96,7 +96,7 @@ class RunProcess:
 
 
 class RunProcesses:
-    """The processes of some threads, one each: none before its thread asks, and none once they are ended."""
+    """Processes of some threads, one each, started at a thread's first request and none after the end."""
 
     def __init__(self) -> None:
         self._own = threading.local()
@@ -105,7 +105,7 @@ class RunProcesses:
         self._ended = False
 
     def answer_to(self, request: str) -> str:
-        """The answer to a request (``run_request.written``), as a text that ``run_answer.read`` reads."""
+        """Answer to a request (``run_request.written``), as a text for ``run_answer.read``."""
         for _ in range(TRIES):
             process = self._of_this_thread()
             if process is None:
@@ -117,7 +117,7 @@ class RunProcesses:
         return run_answer.failed(f"the process of the run ended unexpectedly {TRIES} times")
 
     def end(self) -> None:
-        """End them all, with the runs under way."""
+        """End all of them, with their current runs."""
         with self._lock:
             self._ended = True
             left, self._all = self._all, set()
@@ -151,7 +151,7 @@ def _started_process(room: str) -> subprocess.Popen[bytes]:
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         env={**os.environ, "PYTHONPATH": path, "TMPDIR": room},
-        start_new_session=True,  # Ctrl-C is the parent's to act on
+        start_new_session=True,  # the parent handles Ctrl-C
     )
 
 
@@ -159,50 +159,50 @@ _here = RunProcesses()
 
 
 def answer_to(request: str) -> str:
-    """``RunProcesses.answer_to`` of this process, for a worker that is told no more than a function's name."""
+    """Call ``RunProcesses.answer_to`` of this process, for workers that get only a function's name."""
     return _here.answer_to(request)
 
 
 LOCAL = re.compile(r"local:(\d+)")
 ADDRESS = re.compile(r"[a-z][a-z+]*://\S+")
 MOST_WORKERS = 1024
-"""Processes that are started here."""
+"""Maximum number of processes that are started here."""
 UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "500 ms"}
-"""Settings of a cluster that is started here: nobody looks at a profile of workers that wait for a process."""
+"""Settings of a cluster that is started here: profiles of waiting workers are not needed."""
 AGAIN = 4
-"""Times that a request is given to a cluster once more that gave it up."""
+"""Number of times that a request is repeated on a cluster that gave it up."""
 CONNECTION_PATIENCE = 10.0
 """Seconds to reach a scheduler, and then for its first worker."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pool:
-    """An executor, what it is to call, and how many runs it has under way at once now."""
+    """Executor, the function that it calls, and its current number of parallel runs."""
 
     executor: Executor
     answer_to: Callable[[str], str]
     workers: Callable[[], int]
 
     def submit(self, text: str) -> Future[str]:
-        """The answer to be, to a request."""
+        """Future of the answer to a request."""
         return self.executor.submit(self.answer_to, text)
 
 
 def abandoned(done: Future[str]) -> bool:
-    """Whether Dask gave a request up, since as many workers as it allows died while they had it.
+    """Return whether Dask gave up a request because too many workers died with it.
 
-    Most of them had not begun with it: it is worth another try.
+    Most of them had not started it, so it is tried again.
     """
     return not done.cancelled() and type(done.exception()).__name__ == "KilledWorker"
 
 
 def processors() -> int:
-    """Processors that this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def understood(cluster: str) -> bool:
-    """Whether this names a cluster: ``local:8``, the address of a scheduler, or a file that has it."""
+    """Return whether this names a cluster: ``local:8``, the address of a scheduler, or a file with it."""
     local = LOCAL.fullmatch(cluster)
     if local:
         return 1 <= int(local[1]) <= MOST_WORKERS
@@ -211,7 +211,7 @@ def understood(cluster: str) -> bool:
 
 @contextmanager
 def on_this_machine(count: int) -> Iterator[Pool]:
-    """So many threads, each of which waits for a process of its own; they end with this."""
+    """Pool of threads, each with a process of its own; they end with the context."""
     processes = RunProcesses()
     executor = ThreadPoolExecutor(count, thread_name_prefix="run")
     try:
@@ -223,7 +223,7 @@ def on_this_machine(count: int) -> Iterator[Pool]:
 
 
 def missing() -> Diagnostic | None:
-    """What to say where there is no Dask; absent where there is."""
+    """Finding if Dask is not installed, or None."""
     if find_spec("distributed"):
         return None
     message = "`--cluster` needs the package distributed, which is not installed"
@@ -233,7 +233,7 @@ def missing() -> Diagnostic | None:
 
 @contextmanager
 def on_cluster(cluster: str) -> Iterator[Pool | Diagnostic]:
-    """The workers of a Dask cluster; of one that is started here, they end with this."""
+    """Pool of the workers of a Dask cluster; a cluster that is started here ends with the context."""
     from distributed import Client
 
     _silence()
@@ -254,7 +254,7 @@ def on_cluster(cluster: str) -> Iterator[Pool | Diagnostic]:
     finally:
         own = client.cluster
         for each in (client, own):
-            with suppress(Exception):  # whatever is wrong with it, nobody asks it any more
+            with suppress(Exception):  # errors no longer matter
                 if each is not None:
                     each.close(timeout=CONNECTION_PATIENCE)
 
@@ -267,7 +267,7 @@ def _connected(cluster: str) -> Client:
 
 
 def _started(count: int) -> Client:
-    """Workers in processes of this machine, which leave Ctrl-C to this one."""
+    """Start workers in processes of this machine, which leave Ctrl-C to this one."""
     import dask
     from distributed import Client, LocalCluster
 
@@ -291,12 +291,12 @@ def _started(count: int) -> Client:
 def _threads(client: Client) -> int:
     try:
         return sum(map(int, client.nthreads().values()))
-    except Exception:  # it is just now away
+    except Exception:  # it has just gone away
         return 0
 
 
 def _silence() -> None:
-    """Keep what Dask says of workers that come and go from standing between lines of ours; its own logs have it."""
+    """Keep Dask's messages about workers out of our output; its own logs have them."""
     for name in ("distributed", "tornado.application"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
 
@@ -310,28 +310,28 @@ def _unreachable(cluster: str, why: str) -> Diagnostic:
 
 
 def not_done(why: str) -> Diagnostic:
-    """What to say where a worker did not bring to an end what it was given."""
+    """Finding for a request that a worker did not finish."""
     help_ = "run the same command again"
     return Diagnostic(CLUSTER_UNREACHABLE, "a worker did not finish its run", None, notes=(why,), help=help_)
 
 
 def lost(why: str) -> Diagnostic:
-    """What to say where the scheduler is no longer there."""
+    """Finding for a lost scheduler."""
     help_ = "run the same command again; finished runs are kept"
     return Diagnostic(CLUSTER_UNREACHABLE, "the connection to the cluster was lost", None, notes=(why,), help=help_)
 
 
 AHEAD = 4
-"""Runs for each worker that are given to the executor before the first of them is over."""
+"""Number of runs for each worker that are submitted in advance."""
 EVERY = 0.2
-"""Seconds after which somebody looks whether to go on."""
+"""Seconds between two checks for a stop."""
 SYNCED = 1.0
-"""Seconds after which what was written is on the disk."""
+"""Seconds between two flushes of written data to the disk."""
 
 
 @dataclass(slots=True)
 class Swept:
-    """What was done; ``finding`` is what ended it before all was."""
+    """Result of the runs; ``finding`` is the reason for an early end."""
 
     rows: dict[Run, Row]
     finding: Diagnostic | None = None
@@ -350,13 +350,13 @@ def run_sweep(
     stop: Callable[[], bool],
     listen: Callable[[Row, int], None],
 ) -> Swept:
-    """Do the runs that are left.
+    """Do the remaining runs.
 
     Args:
-        left: the runs to do, in their order.
-        rows: those that are over; more are added.
-        stop: asked again and again whether to leave it there.
-        listen: told of every run that is over, and how many workers there are.
+        left: remaining runs, in order.
+        rows: finished runs; new ones are added.
+        stop: called regularly; True to stop.
+        listen: called with every finished run and the number of workers.
     """
     answers: queue.SimpleQueue[tuple[Run, Future[str]]] = queue.SimpleQueue()
     swept = Swept(rows)
@@ -408,16 +408,16 @@ def run_sweep(
 
 
 def _row(run: Run, done: Future[str], settings: Settings) -> Row | Diagnostic:
-    """What came back: a row, or why nothing more will."""
+    """Row of a finished run, or the reason why no more will come."""
     answer = received_answers(done, settings.versions)
     return answer if isinstance(answer, Diagnostic) else Row(run, answer.result, answer.host)
 
 
 def received_answers(done: Future[str], asked: Mapping[str, str]) -> Answer | Diagnostic:
-    """What a worker answered, an error among others; or why no worker will answer.
+    """Answer of a worker, possibly an error, or the reason why no worker will answer.
 
     Args:
-        asked: the versions that were asked for.
+        asked: requested versions.
     """
     try:
         answer = run_answer.read_run_answer(done.result())
@@ -439,7 +439,7 @@ def received_answers(done: Future[str], asked: Mapping[str, str]) -> Answer | Di
 
 
 def _written(row: Row, journal: Journal, folder: Path, keep: bool) -> Diagnostic | None:
-    """The plan first, then the line that says that it is there."""
+    """Write the plan first, then the line that refers to it."""
     try:
         if keep and row.result.files:
             wrong = linked(folder, PLANS) or write_folder(folder / PLANS / row.run.name, row.result.files, True)

@@ -1,11 +1,10 @@
-"""Trials that are spread over an executor: the first flights are flown here, the others wherever there is time.
+"""Trials distributed over an executor: the first flights are flown here, the others by any worker.
 
-    in   a Pool, the folder, how to fly
-    out  Trials: those of one process, number by number
+    in   a Pool, the folder, the flight conditions
+    out  Trials, identical to those of one process
 
-Everything that is drawn for a flight follows from the seed and its number, so
-that it is the same whoever flies it, and with whichever others. So what a
-journal has of them need not be flown again.
+All random values of a flight follow from the seed and its number, so that it does not depend on the worker or on other
+flights. Flights in a journal are therefore not repeated.
 """
 
 from __future__ import annotations
@@ -35,15 +34,15 @@ from missionc.tools.sweep.run_sweep import Pool, received_answers
 from missionc.tools.sweep.trial_request import TrialRequest
 
 MOST_TOGETHER = 1000
-"""Flights of one request: each costs a worker as much time as a hundred flights, however few are in it."""
+"""Maximum number of flights in one request: each request costs a worker the time of about a hundred flights."""
 
 
 MOST_LOST = 400
-"""Likewise where a journal keeps them: those under way are lost with a process that is killed."""
+"""The same with a journal: flights in progress are lost with a killed process."""
 
 
 class NotFlown(Exception):
-    """A worker did not fly what it was given; ``finding`` says why."""
+    """Error for flights that a worker did not fly; ``finding`` is the reason."""
 
     def __init__(self, finding: Diagnostic) -> None:
         super().__init__(finding.message)
@@ -52,11 +51,11 @@ class NotFlown(Exception):
 
 @dataclass(frozen=True, slots=True)
 class SpreadTrials:
-    """What ``simulate_folder.simulate`` flies with, on the workers of a pool.
+    """Flight function for ``simulate_folder.simulate`` on the workers of a pool.
 
     Args:
-        curves: whether the error over time of each flight is wanted, for a picture.
-        journal: what holds the flights that are over, and is given more.
+        curves: if true, include the error over time of each flight, for a picture.
+        journal: journal of finished flights, which is extended.
     """
 
     pool: Pool
@@ -67,10 +66,10 @@ class SpreadTrials:
     def __call__(
         self, opened: OutputFolder, pieces: list[Pieces], trial: Trial, listen: Callable[[int], None]
     ) -> Trials:
-        """Fly.
+        """Fly the trials.
 
         Raises:
-            NotFlown: a worker cannot, or the journal is of other flights.
+            NotFlown: a worker fails, or the journal belongs to other flights.
         """
         here = trial.kept
         if trial.engine != QUADROTOR or not trial.disturbance.random or trial.flights <= here:
@@ -91,7 +90,7 @@ class SpreadTrials:
         return replace(first, trial=trial, flights=(*first.flights, *(flights[number] for number in rest)))
 
     def _asked(self, opened: OutputFolder, trial: Trial, gaps: Sequence[range]) -> dict[Future[str], Trial]:
-        """The requests for these flights, as many for every worker, with the flights of each."""
+        """Requests for these flights, as many for every worker, with the flights of each."""
         together = min(MOST_LOST, MOST_TOGETHER) if self.journal else MOST_TOGETHER
         workers = max(1, self.pool.workers())
         count = sum(map(len, gaps))
@@ -112,7 +111,7 @@ class SpreadTrials:
         found: dict[int, Flight],
         listen: Callable[[int], None],
     ) -> None:
-        """Find the flights of all answers, by their numbers."""
+        """Collect the flights of all answers, by number."""
         again: Counter[int] = Counter()
         failed: NotFlown | None = None
         left = set(asked)
@@ -129,7 +128,7 @@ class SpreadTrials:
                 try:
                     found |= enumerate(self._flights(future, part, shown), part.first)
                 except NotFlown as error:
-                    failed = error  # those that are over all the same are kept
+                    failed = error  # finished ones are kept
             listen(len(shown.flights) + len(found))
         if failed:
             raise failed
@@ -148,7 +147,7 @@ class SpreadTrials:
         return flights
 
     def _identity(self, opened: OutputFolder, trial: Trial) -> dict[str, str]:
-        """All that a flight follows from, but for its number."""
+        """Everything that determines a flight, except its number."""
         about = json.dumps([opened.manifest.get("inputs"), opened.manifest.get("options")], sort_keys=True)
         files = "".join(f"{name} {sha256(content)}\n" for name, content in sorted(self._files(opened).items()))
         drawn = {name: str(value) for name, value in asdict(trial.disturbance).items()}
@@ -170,7 +169,7 @@ class SpreadTrials:
 
 
 def _gaps(numbers: range, there: Container[int]) -> list[range]:
-    """The runs of following numbers that are not there."""
+    """Runs of consecutive numbers that are missing."""
     missing = [number for number in numbers if number not in there]
     begins = [number for place, number in enumerate(missing) if not place or missing[place - 1] < number - 1]
     ends = [number + 1 for place, number in enumerate(missing) if missing[place + 1 : place + 2] != [number + 1]]
@@ -178,5 +177,5 @@ def _gaps(numbers: range, there: Container[int]) -> list[range]:
 
 
 def _needed(name: str) -> bool:
-    """Whether a flight follows from this file of the folder."""
+    """Return whether flights depend on this file of the folder."""
     return name.startswith((f"{MISSION}/", "crazyflie/")) or name == PAST

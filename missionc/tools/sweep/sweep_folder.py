@@ -1,10 +1,9 @@
-"""The folder of a parameter sweep: what it is of, a journal of the runs that are over, and who is at work in it.
+"""The folder of a parameter sweep: its definition, a journal of finished runs, and a lock.
 
     says MC701 MC702 MC761 MC762 MC763
 
-``sweep.json`` says what the sweep is of and is written first, whole. The
-journal ``runs.jsonl`` has a line for each run that is over; everything else is
-made of it, and replaced as a whole.
+``sweep.json`` defines the sweep and is written first. The journal ``runs.jsonl`` has a line for each finished run; all
+other files are derived from it, and replaced atomically.
 """
 
 from __future__ import annotations
@@ -33,16 +32,16 @@ SWEEP, SCHEMA = "sweep.json", "missionc.sweep/1"
 JOURNAL = "runs.jsonl"
 AGAIN = "start the sweep in another folder"
 PLANS = "plans"
-"""Where the folders of plans lie, each by the name of its run."""
+"""Folder of the plans' folders, each named after its run."""
 MISSION = "mission"
-"""Where the mission's own files lie."""
+"""Folder of the mission's own files."""
 SHOWN = 3
-"""Differences that a message tells."""
+"""Maximum number of differences in a message."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A run that is over, what came of it, and the machine that it was done on."""
+    """Finished run with its result and machine."""
 
     run: Run
     result: RunResult
@@ -59,13 +58,13 @@ class Row:
         }
 
     def as_line(self) -> bytes:
-        """The line of the journal."""
+        """Line for the journal."""
         return run_answer.one_line(self.as_record()).encode("ascii")
 
 
 @dataclass(frozen=True, slots=True)
 class SweepFolder:
-    """A sweep that was read: what it is of, and the runs that are over, the last of each that is there twice."""
+    """Sweep read from its folder: its definition, and the finished runs, the last of each duplicate."""
 
     path: Path
     about: Mapping[str, Any]
@@ -73,7 +72,7 @@ class SweepFolder:
 
 
 def read_sweep(path: Path) -> SweepFolder | Diagnostic:
-    """A sweep's folder, which is left as it is; or why there is none to be read."""
+    """Read a sweep's folder without changes, or return the reason why it is unreadable."""
     about = _about(path)
     if isinstance(about, Diagnostic):
         return about
@@ -82,16 +81,16 @@ def read_sweep(path: Path) -> SweepFolder | Diagnostic:
 
 
 def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -> Diagnostic | None:
-    """Make the folder, where there is none; or see that it is of this very sweep.
+    """Create the folder, or check that an existing one belongs to this sweep.
 
     Args:
-        about: what the sweep is of; its ``varied`` and ``seeds`` may only grow.
-        files: the mission's files, by their names relative to its folder.
+        about: definition of the sweep; its ``varied`` and ``seeds`` may only grow.
+        files: the mission's files, by relative name.
     """
     document = json.loads(json.dumps({"schema": SCHEMA, **about}))  # as it reads back
     try:
         names = os.listdir(path) if os.path.lexists(path) else []
-        there = sorted(name for name in names if not NAME.fullmatch(name))  # not what a process left that was killed
+        there = sorted(name for name in names if not NAME.fullmatch(name))  # not the remains of a killed process
     except OSError as error:
         return cannot_write(path, reason(error))
     if there and SWEEP not in there:
@@ -116,7 +115,7 @@ def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -
 
 @contextmanager
 def at_work(path: Path) -> Iterator[Journal | Diagnostic]:
-    """The journal for whoever is the only one at work in the folder; else what is to be said."""
+    """Journal for the only user of the folder, or a finding."""
     with locked(path / JOURNAL, path, "another folder with `-o`") as journal:
         if isinstance(journal, Journal):
             journal.cut()
@@ -141,7 +140,7 @@ def _about(path: Path) -> dict[str, Any] | Diagnostic:
 
 
 def _content(path: Path, name: str) -> bytes | Diagnostic | None:
-    """A file of the folder; None if there is none."""
+    """File in the folder; None if there is none."""
     found = read_bytes(path / name, name, LARGEST, SWEEP_UNREADABLE)
     if isinstance(found, Absent):
         return None
@@ -158,7 +157,7 @@ def _rows(path: Path) -> dict[Run, Row] | Diagnostic:
         return content
     rows: dict[Run, Row] = {}
     lines = (content or b"").split(b"\n")
-    for number, line in enumerate(lines[:-1], 1):  # what comes after the last line end is half a line
+    for number, line in enumerate(lines[:-1], 1):  # text after the last line end is half a line
         row = _row(line)
         if isinstance(row, str):
             return _unreadable(path, f"line {number} of its `{JOURNAL}` is not a run: {row}", "remove the line")
@@ -185,12 +184,14 @@ def _row(line: bytes) -> Row | str:
 
 
 def over(rows: Mapping[Run, Row]) -> dict[Run, Row]:
-    """Those that are not to be done again: an error says nothing of the mission."""
+    """Runs that are not repeated: an error says nothing about the mission."""
     return {run: row for run, row in rows.items() if row.result.outcome != ERROR}
 
 
 def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """In what a sweep differs from the one in the folder, in words; nothing where it is the same, or has more runs."""
+    """Differences between a sweep and the one in the folder, in words; none for the same sweep or one
+    with more runs.
+    """
     was, has = _flat(before), _flat(now)
     different = [
         f"`{name}` was {_brief(was.get(name))} and is now {_brief(has.get(name))}"
@@ -212,7 +213,7 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]
 
 
 def _flat(document: Mapping[str, Any]) -> dict[str, Any]:
-    """The entries of a sweep that may not change, those of records by both names: ``options.margin``."""
+    """Entries of a sweep that must not change; nested ones by both names: ``options.margin``."""
     found: dict[str, Any] = {}
     for name, value in document.items():
         if name not in ("varied", "seeds"):

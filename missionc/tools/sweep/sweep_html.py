@@ -1,7 +1,7 @@
-"""The page of a sweep: its figure, a table of its combinations, and every run, each with a link to its report.
+"""The page of a sweep: its figure, a table of its combinations, and all runs with links to their reports.
 
-in   the names of what is varied, groups, comparisons
-out  the bytes of ``sweep.html``: whole, in UTF-8, without a script, without a reference to anything but reports
+in   the names of the varied parameters, groups, comparisons
+out  the bytes of ``sweep.html``, in UTF-8, without scripts and with links to reports only
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from missionc.tools.sweep.run_grid import words
 from missionc.tools.sweep.sweep_folder import Row
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-"""What a browser may do with the page: run nothing, and load nothing."""
+"""Content security policy of the page: run and load nothing."""
 ASSETS = Path(__file__).resolve().parent / "assets"
 MOST_ROWS = 5000
-"""Runs that the page lists; the table has all of them."""
+"""Maximum number of runs that the page lists; the table has all of them."""
 DARK = ':root[data-theme="dark"]'
-"""Where the report's dark colours begin."""
+"""Marker of the report's dark colours."""
 HEAD = re.compile(rb"^.*?(?=<svg)", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """What the page is made of.
+    """Contents of the page.
 
     Args:
-        title: the mission's name.
-        about: one line on what was swept.
-        names: of the parameters that are varied.
-        groups: of each combination.
-        figure: the figure in SVG; empty where nothing draws it.
-        comparisons: with an older sweep; nothing where there is none.
-        command: of a run, the command that does it again.
-        report: of a run, where its report lies, relative to the page; empty where it was not kept.
+        title: name of the mission.
+        about: one line on the sweep.
+        names: names of the varied parameters.
+        groups: groups of all combinations.
+        figure: figure in SVG, or empty.
+        comparisons: comparisons with an older sweep, if any.
+        command: function from a run to the command that repeats it.
+        report: function from a run to its report, relative to the page, or empty.
     """
 
     title: str
@@ -57,7 +57,7 @@ class Page:
 
 
 def sweep_html(page: Page) -> bytes:
-    """The page's bytes, the same each time."""
+    """Bytes of the page, reproducible."""
     rows = [row for group in page.groups for row in group.rows]
     shown = measures(rows)
     figure = HEAD.sub(b"", page.figure).decode("utf-8")
@@ -77,23 +77,23 @@ def sweep_html(page: Page) -> bytes:
 
 
 def _colours() -> str:
-    """The colours of the report, light and dark; without a script the system alone says which."""
+    """Colours of the report, light and dark, selected by the system since there is no script."""
     light, dark = asset("style.css").split("\n* {", 1)[0].split(DARK)
     return f"{light}@media (prefers-color-scheme: dark) {{ :root {dark} }}"
 
 
 def place_of(row: Row, report: str) -> str:
-    """Where the point of a run leads: to its report, or to its line on the page."""
+    """Link target of a run: its report, or its line on the page."""
     return report or f"#{row.run.name}"
 
 
 def percent(rate: Fraction | None) -> str:
-    """``90 % (70–97)``: a share and its interval."""
+    """Rate with its interval: ``90 % (70–97)``."""
     return "" if rate is None else f"{100 * rate.share:.0f} % ({100 * rate.low:.0f}–{100 * rate.high:.0f})"
 
 
 def figures(spread: Spread | None) -> str:
-    """``1.2 (1.1–1.4)``: a median and its quartiles."""
+    """Median with its quartiles: ``1.2 (1.1–1.4)``."""
     return "" if spread is None else f"{_number(spread.median)} ({_number(spread.low)}–{_number(spread.high)})"
 
 

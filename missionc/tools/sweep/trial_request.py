@@ -1,4 +1,4 @@
-"""The request for some of a folder's flights, as it goes over the wire: a text in JSON."""
+"""The request for some of a folder's flights, as JSON text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.tools.sweep import run_answer
 
 SCHEMA = "missionc.trials/1"
 SECONDS = 3600.0
-"""A request may take so long; then its process is killed."""
+"""Time limit of a request in seconds; then its process is killed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,10 +22,10 @@ class TrialRequest:
     """Some flights of a folder.
 
     Args:
-        manifest: what the folder's ``manifest.json`` says.
-        files: those of its files that a flight follows from, by their names relative to it.
-        curves: whether the error over time of each flight is wanted too.
-        versions: of the packages that may change a flight.
+        manifest: contents of the folder's ``manifest.json``.
+        files: files that determine flights, by relative name.
+        curves: if true, include the error over time of each flight.
+        versions: versions of the packages that may change a flight.
     """
 
     manifest: Mapping[str, Any]
@@ -37,7 +37,7 @@ class TrialRequest:
 
 
 def trial_request_text(request: TrialRequest) -> str:
-    """The text of a request, on one line."""
+    """Text of a request, on one line."""
     document = {
         "schema": SCHEMA,
         "seconds": SECONDS,
@@ -53,10 +53,10 @@ def trial_request_text(request: TrialRequest) -> str:
 
 
 def read_trial_request(text: str) -> TrialRequest:
-    """The request in a text of ``written``.
+    """Parse the request in a text of ``written``.
 
     Raises:
-        ValueError, KeyError, TypeError: the text is none.
+        ValueError, KeyError, TypeError: the text is not a request.
     """
     document = parse_record(text, SCHEMA)
     drawn = document["trial"].pop("disturbance")

@@ -1,1 +1,1 @@
-"""Verification between the steps: requirements judged at every moment of a motion."""
+"""Verification between the steps: requirements judged in continuous time."""

@@ -1,8 +1,7 @@
-"""Sign of margins along a motion, proved between samples: the intervals in which predicates and links hold.
+"""Sign of margins along a motion, proved between samples: intervals in which predicates and links hold.
 
-A margin that changes by at most so much per second keeps the sign that it has
-in the middle of a stretch, if it is large enough there; else the stretch is
-halved, down to ``RESOLUTION``. What is left is not decided.
+A margin with a bounded rate keeps the sign of its value in the middle of an interval if it is large enough there. Else
+the interval is halved, down to ``RESOLUTION``. The remaining intervals are undecided.
 
 Source:
     Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems" (1996), section 2.3.
@@ -23,26 +22,26 @@ from missionc.ir.language.margins.view import View
 from missionc.verification.between.interval_sets import STEP, Motion, Signal
 
 RESOLUTION = 1e-4
-"""Seconds: no stretch shorter than this is halved."""
+"""Least length of an interval that is halved, seconds."""
 
 CHUNK = 1 << 17
-"""Stretches looked at together: bounds the memory."""
+"""Number of intervals processed together, which bounds the memory."""
 
 EVALUATIONS = 10_000_000
-"""After so many, for one predicate, nothing more is decided: still sound, only coarser."""
+"""Maximum number of evaluations for one predicate; the rest stays undecided, which is sound but coarser."""
 
 Margin: TypeAlias = Callable[[Indices, Indices, Array], Array]
-"""A margin as a function of items, pieces and the seconds since they began: (count,) three times -> (count,)."""
+"""Margin as a function of items, pieces and seconds since their beginning: (count,) three times -> (count,)."""
 
 
 def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[Signal]:
-    """When a predicate holds at each of these agents; of one about the team, its one signal.
+    """Signals of a predicate for each of these agents; one signal for a predicate about the team.
 
     Args:
-        agents: mission indices, (asked,).
+        agents: mission indices, (agents,).
 
     Raises:
-        ValueError: the predicate is ``connected``; a kernel has routes in its place.
+        ValueError: the predicate is ``connected``; a kernel has routes instead.
     """
     if predicate.about_team:
         agents = np.zeros(1, dtype=np.int64)
@@ -68,7 +67,7 @@ def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[
 
 
 def _of_steps(truth: Flags) -> list[Signal]:
-    """When what changes at steps alone holds, from its truth at each, (agents, steps + 1)."""
+    """Signals from the truth at each step, (agents, steps + 1), of values that change only at steps."""
     items, steps = truth.shape
     item, step = np.divmod(np.arange(items * steps), steps)
     high = np.minimum((step + 1) * STEP, (steps - 1) * STEP)
@@ -76,7 +75,7 @@ def _of_steps(truth: Flags) -> list[Signal]:
 
 
 def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) -> list[Signal]:
-    """When links lead from agents to others, (pairs,) twice."""
+    """Signals of links from agents to others, by indices (pairs,) twice."""
 
     def measured(pair: Indices, piece: Indices, local: Array) -> Array:
         here, there = (motion.position(agent[pair], piece, local) for agent in (first, second))
@@ -100,7 +99,7 @@ def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) 
 
 
 class _Moments(View):
-    """Agents on pieces of their motion: items, pieces and seconds since they began, (count,) each."""
+    """View of agents on pieces of their motion: items, pieces and seconds since their beginning, (count,) each."""
 
     def __init__(self, motion: Motion, agent: Indices, piece: Indices, local: Array) -> None:
         super().__init__(np, motion.mission.dimension)
@@ -132,7 +131,7 @@ class _Moments(View):
 
 
 class _Speeds:
-    """Bounds on each piece of a motion, (agents, pieces); of two agents that are named (1, pieces)."""
+    """Bounds for each piece of a motion, (agents, pieces); for two named agents (1, pieces)."""
 
     larger = staticmethod(np.maximum)
 
@@ -162,14 +161,14 @@ class _Speeds:
 def _signals(
     margin: Margin, rate: Array, motion: Motion, border: int, rest: Flags, slack: float, *, by_step: bool = False
 ) -> list[Signal]:
-    """When each item's margin is surely positive, and when surely negative.
+    """Intervals in which each item's margin is surely positive, and surely negative.
 
     Args:
-        rate: (items, pieces), per second.
-        border: 1 or -1, the sign of a margin that is exactly 0 at ``rest``, as it is at the step.
-        rest: (items, pieces): whether every agent whose position it reads is at rest.
-        slack: the most by which rounding may change a margin.
-        by_step: it may jump at the steps as well as at the joints.
+        rate: (items, pieces), metres per second.
+        border: 1 or -1, the sign of a margin of exactly 0 at ``rest``, as at the step.
+        rest: (items, pieces): True if every agent that the margin reads is at rest.
+        slack: bound on the rounding error of a margin.
+        by_step: True if the margin may jump at steps as well as at joints.
     """
     items, _ = rate.shape
     shortest = max(1, int(RESOLUTION / motion.mission.step * STEP))
@@ -203,7 +202,7 @@ def _signals(
 
 
 def _joined(items: int, item: Indices, low: Indices, high: Indices, sign: Indices) -> list[Signal]:
-    """Stretches of one sign, joined; where the sign jumps, the moment belongs to what begins."""
+    """Join intervals of one sign; at a jump, the time belongs to the later interval."""
     order = np.lexsort((high, low, item))
     item, low, high, sign = item[order], low[order], high[order], sign[order]
     first = np.flatnonzero(np.r_[True, (np.diff(item) != 0) | (np.diff(sign) != 0)])

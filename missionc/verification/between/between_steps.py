@@ -1,10 +1,10 @@
-"""Continuous-time verification: every requirement that holds at the steps, judged at every moment of a motion.
+"""Continuous-time verification: every requirement that holds at the steps, judged over a whole motion.
 
-    in   Mission, its kernel, a Trace that was judged at the steps, the Curves that are flown
-    out  Between, for each requirement that is true at the steps; of a folder's files, in a Certificate
+    in   Mission, its kernel, a Trace judged at the steps, the flown Curves
+    out  Between for each requirement that is true at the steps; for a folder's files, in a Certificate
 
-Nothing here changes what a mission means: that is said by the steps. An operator
-has the same meaning with moments in the place of steps (``docs/semantics.md``).
+The meaning of a mission is defined at the steps and does not change here. An operator has the same meaning with times
+instead of steps (``docs/semantics.md``).
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ __all__ = ["between_steps", "verify_between"]
 
 
 def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mapping[str, str]) -> Certificate:
-    """Judge the polynomials that were found to fly a verified plan.
+    """Judge the fitted polynomials of a verified plan.
 
     Args:
-        files: the text of each agent's file, by the agent's name; as ``verify_polynomials`` has passed them.
+        files: text of each agent's file, by agent name; already accepted by ``verify_polynomials``.
     """
     trajectories = [read(files.get(agent.name, "")) for agent in mission.agents]
     pieces = [own for own in trajectories if isinstance(own, Pieces)]
@@ -41,7 +41,7 @@ def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mappin
 
 
 def between_steps(mission: Mission, kernel: Kernel, trace: Trace, curves: Curves) -> tuple[Between, ...]:
-    """Every requirement that the trace satisfies at its steps, along curves that pass through its states."""
+    """Judge every requirement that the trace satisfies at its steps, along curves through its states."""
     at_steps = truths([goal.formula for goal in kernel.requirements], mission, trace)
     evaluation = TruthOverTime(Motion(mission, curves, trace))
     return tuple(_judged(goal, evaluation, trace) for goal in kernel.requirements if bool(at_steps[goal.formula][0, 0]))

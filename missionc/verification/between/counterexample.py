@@ -1,8 +1,8 @@
-"""Counterexamples in continuous time: the moment, agent and subformula that decide a failure, and their wording.
+"""Counterexamples in continuous time: the time, agent and subformula of a failure, and their wording.
 
-The search goes from the formula down to a predicate or a route. If it has a choice, it follows the values that differ
-from those at the steps around, since the steps do not show these. The wording tells a failure between the steps from
-one that is undecided.
+The search goes from the formula down to a predicate or a route. If it has a choice, it follows values that differ from
+those at the adjacent steps, since the steps do not show these. The wording distinguishes failures between the steps
+from undecided cases.
 """
 
 from __future__ import annotations
@@ -21,14 +21,13 @@ from missionc.verification.between.interval_sets import STEP, Motion, Spans, com
 from missionc.verification.between.truth_over_time import Signals, last_asked
 
 MOST_PARTS = 3
-"""So many of those that decide together are named."""
+"""Maximum number of jointly deciding parts that are named."""
 
 
 class Culprit(Record):
-    """A predicate or route that is (or may be) ``value`` at an agent, from ``low`` to ``high`` (ticks).
+    """A predicate or route that is (or may be) ``value`` for an agent, from ``low`` to ``high`` (ticks).
 
-    ``label`` is the part of the mission's text that it came from, ``says`` what is so of it, and ``team`` whether it is
-    about the team.
+    ``label`` is its source text, ``says`` states its value, and ``team`` is True if it is about the team.
     """
 
     node: Node
@@ -52,7 +51,7 @@ class _Place(Record):
     team: bool = False
 
     def to(self, node: Node, *, agent: int | None = None, tick: int | None = None, value: bool | None = None) -> _Place:
-        """One further down; words that an operator was rewritten from stay those of the whole operator."""
+        """The place one level down; a rewritten operator keeps the span of its original."""
         value = self.value if value is None else value
         same = node.span in (None, self.label.span)
         return _Place(
@@ -67,14 +66,14 @@ class _Place(Record):
 
 
 class Search:
-    """Follows a verdict down.
+    """Search for the cause of a verdict.
 
     Args:
-        known: when each node holds, at whom.
-        truths: what each node is at the steps, (agents or 1, steps + 1 or 1).
-        certain: whether the verdict is that it surely fails; else, that it may.
-        ahead: how many steps ahead each node looks.
-        end: of the mission, in ticks.
+        known: signals of each node, by agent.
+        truths: truth of each node at the steps, (agents or 1, steps + 1 or 1).
+        certain: True if the formula surely fails; False if it may fail.
+        ahead: look-ahead of each node, in steps.
+        end: end of the mission, in ticks.
     """
 
     def __init__(
@@ -88,7 +87,7 @@ class Search:
         self.known, self.truths, self.certain, self.ahead, self.end = known, truths, certain, ahead, end
 
     def culprits(self, root: Node) -> tuple[Culprit, ...]:
-        """Why the formula fails, or may fail, at time 0."""
+        """Parts that decide why the formula fails, or may fail, at time 0."""
         found: list[Culprit] = []
         waiting = [_Place(root, 0, 0, False, root, says_opposite(root))]
         while waiting and len(found) < MOST_PARTS:
@@ -100,7 +99,7 @@ class Search:
         return tuple(found)
 
     def when(self, node: Node, agent: int, value: bool) -> Spans:
-        """When a formula surely is ``value``, or, where the verdict is not certain, may be."""
+        """Times at which a formula surely is ``value``, or may be if the verdict is not certain."""
         signal = self.known[node][agent]
         surely, other = (signal.sure, signal.never) if value else (signal.never, signal.sure)
         if self.certain:
@@ -110,14 +109,14 @@ class Search:
         return tuple((low + 1, high - 1) for low, high in gaps if low + 1 <= high - 1)
 
     def is_new(self, place: _Place) -> bool:
-        """Whether neither of the steps around shows what is so here."""
+        """Return whether neither of the adjacent steps shows the value at this place."""
         truths = self.truths[place.node]
         row = truths[place.agent if len(truths) > 1 else 0]
         steps = {place.tick // STEP, -(-place.tick // STEP)}
         return all(bool(row[step if row.size > 1 else 0]) is not place.value for step in steps)
 
     def _below(self, place: _Place) -> list[_Place]:
-        """What decides it further down; nothing where it decides itself."""
+        """Places of children that decide it; empty if it decides itself."""
         node, value = place.node, place.value
         match node:
             case Not(body):
@@ -140,7 +139,7 @@ class Search:
         return (new or here)[: 1 if one else MOST_PARTS]
 
     def _in_window(self, place: _Place, body: Node, low: int, high: int | None, one: bool) -> list[_Place]:
-        """A moment of the window: the first that differs from the steps; else a step that says otherwise."""
+        """A time of the window: the first that differs from the steps; else a step with the other value."""
         first, last = self._window(place.tick, low, high)
         if first > last:
             return []
@@ -153,7 +152,7 @@ class Search:
         return [moment for moment in moments if self.is_new(moment)][:1] or moments[:1]
 
     def _in_time(self, place: _Place, low: int, high: int | None, one: bool) -> list[_Place]:
-        """A moment of the window, or an earlier one at which what has to hold up to it does not."""
+        """A time of the window, or an earlier one at which the hold condition fails."""
         *holds, end = children(place.node)
         goals = self._in_window(place, end, low, high, one)
         for hold in () if one else holds:
@@ -166,7 +165,7 @@ class Search:
         return goals
 
     def _after(self, place: _Place, hold: Node, first: int) -> list[_Place]:
-        """The last moment from ``first`` on at which what has to hold since then does not."""
+        """The last time from ``first`` on at which the hold condition fails."""
         breaks = common(self.when(hold, place.agent, place.value), ((first, place.tick),))
         return [place.to(hold, tick=breaks[-1][1])] if breaks else []
 
@@ -187,11 +186,11 @@ def _has(spans: Spans, tick: int) -> bool:
 
 
 MOST_LINKS = 2
-"""Links that a sentence names."""
+"""Maximum number of links named in a sentence."""
 
 
 def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Motion) -> str:
-    """The sentence about a requirement that is true at the steps."""
+    """Sentence about a requirement that is true at the steps."""
     first = culprits[0]
     parts = " and ".join(_part(culprit, certain, motion) for culprit in culprits)
     if certain:
@@ -200,13 +199,13 @@ def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Mo
 
 
 def stretch(culprit: Culprit) -> tuple[int, int]:
-    """From when to when, in ticks, between the two steps around."""
+    """Interval in ticks, between the adjacent steps."""
     before, after = culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP
     return max(culprit.low, before), min(culprit.high, after)
 
 
 def agents_of(culprit: Culprit, motion: Motion) -> tuple[int, ...]:
-    """Whom it is about."""
+    """Agents that it concerns."""
     match culprit.node:
         case Atom(predicate) if predicate.formation:
             return predicate.formation.agents
@@ -217,7 +216,7 @@ def agents_of(culprit: Culprit, motion: Motion) -> tuple[int, ...]:
 
 
 def _between(culprit: Culprit, motion: Motion) -> str:
-    """The steps between which it fails; what decides that may itself be at a step, where no two are named."""
+    """Text for the steps between which it fails; for a decision at a step, no two steps are named."""
     before, after = culprit.tick // STEP, -(-culprit.tick // STEP)
     step = motion.mission.step
     return "between samples" if before == after else f"between {before * step:g} s and {after * step:g} s"
@@ -243,7 +242,7 @@ def _text(node: Node) -> str:
 
 
 def _because(culprit: Culprit, motion: Motion) -> str:
-    """The links that this moment has and the steps around it have not, or the other way round."""
+    """Text for the links that exist at this time but not at the adjacent steps, or the reverse."""
     graph, linked = graph_of(culprit.node), culprit.value is not culprit.node.every
     if graph is None:
         return ""
@@ -267,9 +266,9 @@ def _because(culprit: Culprit, motion: Motion) -> str:
 
 
 def _changed_links(graph: Graph, culprit: Culprit, made: bool, motion: Motion) -> list[tuple[int, int, float]]:
-    """Pairs that are linked then alone, or, not ``made``, not linked then alone: those of the agent first.
+    """Pairs that are linked only then, or without ``made`` unlinked only then; those of the agent first.
 
-    With each, its distance in the middle of the stretch.
+    Each has its distance in the middle of the interval.
     """
     low, high = stretch(culprit)
     ticks = np.array([(low + high) // 2, culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP])

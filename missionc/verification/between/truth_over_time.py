@@ -1,9 +1,9 @@
-"""Three-valued truth of kernel formulas at every moment of a motion, with links and routes over time.
+"""Three-valued truth of kernel formulas in continuous time, with links and routes over time.
 
-The truth is sound on both sides. Time is cut wherever a link or an operand may change, into moments and the stretches
-between them. Links and operands are constant in each, so the monitor's own routes judge all of them at once. A result
-that the sure links allow is sure; one that the possible links forbid never holds. Lengths in metres change within a
-stretch too, which is halved until their bounds suffice.
+The truth is sound on both sides. Time is cut at every possible change of a link or operand, into single times and the
+intervals between them. Links and operands are constant in each, so the monitor's routes judge all of them at once. A
+result that follows from the sure links is sure; a result that the possible links exclude is surely false. Lengths in
+metres also change within an interval, which is halved until their bounds suffice.
 """
 
 from __future__ import annotations
@@ -44,16 +44,16 @@ from missionc.verification.monitoring import graph_routes
 from missionc.verification.monitoring.logic import TRUTH
 
 MOST_CELLS = 20_000
-"""Stretches in which lengths are looked at; beyond them nothing more is decided."""
+"""Maximum number of intervals for lengths; the rest stays undecided."""
 
 
 class Links(Record, eq=False):
-    """A graph's links over time.
+    """Links of a graph over time.
 
     Args:
-        first, second: (pairs,): places among ``members``, the first one before the second unless links lead
-            ``one_way``, from the first one to the second.
-        signals: (pairs,): when they are linked.
+        first, second: (pairs,): indices into ``members``, the first smaller unless links are ``one_way``, from
+                the first to the second.
+        signals: (pairs,): times of the links.
     """
 
     members: Indices
@@ -73,14 +73,14 @@ def links_of(graph: Graph, motion: Motion) -> Links:
 
 
 def linked_pairs(links: Links, body: Sequence[Signal], motion: Motion) -> list[Signal]:
-    """When ``body`` holds at some agent linked to each member."""
+    """Signals that ``body`` holds at some agent linked to each member."""
     return _judged(links, (body,), motion, lambda view: graph_routes.nearby(view.linked, view.operands[0]))
 
 
 def reach_over_time(
     hops: int, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion
 ) -> list[Signal]:
-    """When each member has a route of at most so many links."""
+    """Signals that each member has a route of at most ``hops`` links."""
     return _judged(
         links,
         (through, end),
@@ -92,7 +92,7 @@ def reach_over_time(
 def route(
     low: float, high: float, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion
 ) -> list[Signal]:
-    """When each member has a route of a length in metres within the bounds."""
+    """Signals that each member has a route with a length in metres within the bounds."""
 
     def shorter(view: View) -> Flags:
         onward = view.linked & view.operands[0][:, :, None]
@@ -100,9 +100,11 @@ def route(
         return graph_routes.shortest(np.where(onward, lengths, np.inf), view.operands[1]) <= high
 
     def longer(view: View) -> Flags:
-        """A route has fewer links than there are members; each may be so much longer or shorter."""
+        """Flags of members whose route may be too long: it has fewer links than members, each with an
+        inexact length.
+        """
         through, end = view.operands
-        # No agent is away from itself, so one of the two is 0.
+        # No agent is at a distance from itself, so one of the two is 0.
         farthest = (view.spare.max(axis=(1, 2)) + view.spare.min(axis=(1, 2))) * (links.members.size - 1)
         rows = (
             graph_routes.bounded_below(
@@ -120,13 +122,13 @@ def route(
 
 
 class View(Record, eq=False):
-    """How things are in some cells, seen so that more links, truer operands and shorter ways only help.
+    """Truth in some cells, oriented so that more links, truer operands and shorter paths only help.
 
     Args:
-        linked: (cells, members, members).
+        linked: (cells, members, members), boolean.
         operands: (cells, members), each.
         lengths: (cells, members, members), metres, in the middle of the cells.
-        spare: likewise, by how much longer a way is to be taken; below 0, shorter.
+        spare: likewise, addition to the lengths; negative shortens them.
     """
 
     linked: Flags
@@ -142,12 +144,12 @@ def _judged(
     judge: Callable[[View], Flags],
     metres: bool = False,
 ) -> list[Signal]:
-    """When ``judge`` says yes of each member.
+    """Signals of each member from ``judge``.
 
     Args:
-        operands: each of the members' signals.
-        judge: gives (cells, members); more links, truer operands and shorter ways never make it say no.
-        metres: whether it reads lengths.
+        operands: signals of the members, for each operand.
+        judge: gives (cells, members), boolean; monotone in links, operands and shorter lengths.
+        metres: True if it reads lengths.
     """
     columns = (links.signals, *operands)
     ticks = _ticks([signal for column in columns for signal in column], motion, metres)
@@ -164,7 +166,7 @@ def _judged(
             seen, hoped = (_view(links, tables, way, cell[part], lengths) for way in (0, 1))
             yes, no = judge(replace(seen, spare=spare)), ~judge(replace(hoped, spare=-spare))
             if metres and left > 0:
-                # Where the lengths of this moment would do, those of a shorter stretch may.
+                # If the lengths at the middle suffice, those of a shorter interval may.
                 worth = (judge(seen) == judge(hoped)) & ~yes & ~no
                 halve[part] = worth.any(axis=1) & (high[part] - low[part] > shortest)
             sure.add(yes & ~halve[part, None], low[part], high[part])
@@ -177,18 +179,18 @@ def _judged(
 
 
 class _Found:
-    """Stretches at which something was found of members, in no order."""
+    """Intervals found for members, in any order."""
 
     def __init__(self) -> None:
         self.rows: list[tuple[Indices, Indices, Indices]] = []
 
     def add(self, flags: Flags, low: Indices, high: Indices) -> None:
-        """Flags are (stretches, members)."""
+        """Add intervals; flags are (stretches, members)."""
         stretch, member = np.nonzero(flags)
         self.rows.append((member.astype(np.int64), low[stretch], high[stretch]))
 
     def spans(self, members: range) -> list[Spans]:
-        """The spans of each member; stretches that meet are joined."""
+        """Intervals of each member; adjacent ones are joined."""
         member, low, high = (np.concatenate(column) for column in zip(*self.rows, strict=True))
         order = np.lexsort((high, low, member))
         member, low, high = member[order], low[order], high[order]
@@ -202,14 +204,14 @@ class _Found:
 
 
 def _ticks(signals: Sequence[Signal], motion: Motion, metres: bool) -> Indices:
-    """Where something may change; between two of them each agent's motion is one piece, where lengths are asked for."""
+    """Ticks of possible changes; for lengths, each agent's motion is one piece between two of them."""
     ends = {tick for signal in signals for spans in (signal.sure, signal.never) for span in spans for tick in span}
     joints = motion.joints.tolist() if metres else (0, motion.end)
     return np.array(sorted({*ends, *joints}), dtype=np.int64)
 
 
 def _tables(signals: Sequence[Signal], ticks: Indices) -> tuple[Flags, Flags]:
-    """(cells, signals), twice: where each surely holds, and where it may. Every other cell is a moment."""
+    """Flags of sure and of possible truth: (cells, signals), twice. Every other cell is a single time."""
     cells = 2 * ticks.size - 1
 
     def table(sets: list[Spans]) -> Flags:
@@ -224,7 +226,7 @@ def _tables(signals: Sequence[Signal], ticks: Indices) -> tuple[Flags, Flags]:
 
 
 def _view(links: Links, tables: Sequence[tuple[Flags, Flags]], way: int, cell: Indices, lengths: Array) -> View:
-    """What surely holds in some cells (``way`` 0), or may (1), with the lengths in their middle."""
+    """Sure (``way`` 0) or possible (1) truth in some cells, (cells,), with the lengths in their middle, metres."""
     pairs, *operands = (table[way][cell] for table in tables)
     linked = np.zeros((cell.size, links.members.size, links.members.size), dtype=np.bool_)
     linked[:, links.first, links.second] = pairs
@@ -234,12 +236,15 @@ def _view(links: Links, tables: Sequence[tuple[Flags, Flags]], way: int, cell: I
 
 
 def _none(links: Links, cell: Indices) -> tuple[Array, Array]:
-    """Lengths that nobody reads."""
+    """Placeholder lengths, (cells, 1, 1) twice, metres, for judges that read none."""
     return np.zeros((cell.size, 1, 1)), np.zeros((cell.size, 1, 1))
 
 
 def _lengths(links: Links, low: Indices, high: Indices, motion: Motion) -> tuple[Array, Array]:
-    """The lengths of all pairs amid stretches, and their change in them: (cells, members, members) twice, metres."""
+    """Lengths of all pairs in the middle of intervals, and their change.
+
+    Shape: (cells, members, members) twice, metres.
+    """
     middle = (low + high) // 2
     piece = motion.piece_at(middle)
     size = links.members.size
@@ -257,14 +262,14 @@ def _lengths(links: Links, low: Indices, high: Indices, motion: Motion) -> tuple
 
 
 OTHERS = -1
-"""In the place of an agent: all that are not named."""
+"""Key for all agents that are not named."""
 
 Signals: TypeAlias = dict[int, Signal]
-"""When a formula holds at each agent that it is asked of."""
+"""Signals of a formula for each agent that it is evaluated for."""
 
 
 class TruthOverTime(Domain[Signals]):
-    """The domain of signals along one motion; those of predicates and links are worked out once."""
+    """Domain of signals along one motion; those of predicates and links are cached."""
 
     def __init__(self, motion: Motion) -> None:
         self.motion, self.end = motion, motion.end
@@ -275,7 +280,7 @@ class TruthOverTime(Domain[Signals]):
         self.always, self.nowhere = Signal(((0, self.end),), ()), Signal((), ((0, self.end),))
 
     def of(self, root: Node) -> dict[Node, Signals]:
-        """A formula about the team, and whatever is below it, at the agents that it is asked of there."""
+        """Signals of a formula about the team and of its subformulas, for their agents."""
         order = postorder((root,))
         asked = agents_asked(root)
         self.ahead, self.asked = steps_ahead((root,)), defaultdict(set)
@@ -286,7 +291,7 @@ class TruthOverTime(Domain[Signals]):
         return {node: {agent: at(known[node], agent) for agent in sorted(asked[node])} for node in order}
 
     def links(self, graph: Graph) -> Links:
-        """A graph's links."""
+        """Links of a graph."""
         if graph not in self.graphs:
             self.graphs[graph] = links_of(graph, self.motion)
         return self.graphs[graph]
@@ -366,17 +371,17 @@ class TruthOverTime(Domain[Signals]):
         return _signed({OTHERS: self.nowhere} | within, holds)
 
     def _each(self, measure: Callable[..., Signal], *parts: Signals) -> Signals:
-        """What is measured of the parts at each agent that all of them know."""
+        """Apply ``measure`` to the parts for each agent that all of them have."""
         named = set[int]().union(*parts) | ({OTHERS} if not parts else set())
         whom = [agent for agent in sorted(named) if all(agent in part or OTHERS in part for part in parts)]
         return {agent: measure(*(at(part, agent) for part in parts)) for agent in whom}
 
     def _dual(self, every: bool, some: Callable[..., Signals], *below: Signals) -> Signals:
-        """What asks for every one is not to have some that fails."""
+        """Universal node as the negation of an existential one over negated children."""
         return _signed(some(*(_signed(part, not every) for part in below)), not every)
 
     def _of_members(self, graph: Graph, judge: Callable[..., list[Signal]], *below: Signals) -> Signals:
-        """The signals of the graph's agents, from what is below at each of them."""
+        """Signals of the graph's agents, from the signals of children at each of them."""
         operands = [[at(part, agent) for agent in graph.agents] for part in below]
         if not graph.agents:
             return {}
@@ -384,12 +389,12 @@ class TruthOverTime(Domain[Signals]):
 
 
 def at(signals: Signals, agent: int) -> Signal:
-    """The signal of an agent."""
+    """Signal of an agent."""
     return signals[agent if agent in signals else OTHERS]
 
 
 def last_asked(ahead: int, end: int) -> int:
-    """The last moment, in ticks, from which something that looks so many steps ahead does not look past the mission."""
+    """Last time, in ticks, from which a look-ahead of ``ahead`` steps stays within the mission."""
     return end - ahead * STEP
 
 
@@ -402,6 +407,6 @@ def _window(node: WindowNode | UntilNode) -> tuple[int, int | None]:
 
 
 def _window_back(node: WindowNode | UntilNode) -> dict[str, int]:
-    """The window in ticks back, the nearer bound first."""
+    """Window in ticks back, the nearer bound first."""
     assert node.high is not None
     return {"low": -node.high * STEP, "high": -node.low * STEP}

@@ -1,1 +1,1 @@
-"""Verification of flights: every claim about the polynomials that vehicles fly, proved at every moment."""
+"""Verification of flights: every claim about the vehicles' polynomials, proved in continuous time."""

@@ -1,8 +1,7 @@
 """Continuity and fidelity of one agent's polynomials: joints, rest at its ends, and distance from the verified plan.
 
-A jump at a joint, or motion where there should be rest, is measured by how far
-a control point would have to move to explain it: one scale, metres, for every
-derivative and every length of piece. What rounding may hide counts against it.
+A jump at a joint, or motion instead of rest, is measured by the control point movement that would explain it. This
+gives one scale, metres, for every derivative and every duration. Possible rounding errors count against the flight.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ DEGREE = 7
 
 
 def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
-    """Clock, joints, ends and waypoints of an agent's file; altitude in a plane, yaw where that is one angle."""
+    """Check clock, joints, ends and waypoints of an agent's file; in a plane altitude, and constant yaw."""
     times = own.times
     late = abs(float(times[-1]) - mission.step * mission.steps)
     findings = [
@@ -43,7 +42,7 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
 
 
 def check_level(mission: Mission, agent: Agent, own: Pieces) -> list[Check]:
-    """Altitude of a plane mission, and yaw if it is one angle: neither changes in an agent's file."""
+    """Check that altitude in a plane mission, and a constant yaw, do not change in an agent's file."""
     found = []
     if mission.dimension == 2:
         detail = f"the altitude is {agent.altitude:g} m"
@@ -56,16 +55,16 @@ def check_level(mission: Mission, agent: Agent, own: Pieces) -> list[Check]:
 
 
 def _off(own: Pieces, axis: int, wanted: float) -> Array:
-    """Largest distance of an axis from a number in each piece: (pieces,)."""
+    """Largest deviation of an axis from a number in each piece: (pieces,), metres or rad."""
     whole = from_powers(own.coefficients[:, axis : axis + 1], own.duration[:, None])
     return np.asarray((np.abs(whole.points[:, 0] - wanted).max(axis=-1) + whole.radius[:, 0]) * GROWN)
 
 
 def check_smooth(agent: Agent, own: Pieces, *, stops: bool = False) -> list[Check]:
-    """Joints, and rest at both ends, of an agent's file; it begins in its motion where it is in any then.
+    """Check joints, and rest at both ends, of an agent's file, or its given initial motion.
 
     Args:
-        stops: it may come to rest at a joint: snap ends there, as at the end of a flight.
+        stops: True if it may come to rest at a joint, where snap ends as at the end of a flight.
     """
     exact = exactness(own)
     beginning = [_begins(agent, own, exact)] if agent.begins else []
@@ -73,19 +72,19 @@ def check_smooth(agent: Agent, own: Pieces, *, stops: bool = False) -> list[Chec
 
 
 def exactness(own: Pieces) -> float:
-    """Metres that count as none: the firmware's numbers have 24 bits, wherever the world is."""
+    """Metres that count as zero: the firmware's numbers have 24 bits, for any place of the world."""
     return MOTION * max(1.0, float(np.abs(own.coefficients[:, :, 0]).max()))
 
 
 def clock(mission: Mission) -> float:
-    """Seconds by which a flight may be longer or shorter than the plan."""
+    """Tolerance of a flight's duration against the plan, seconds."""
     return CLOCK * max(1.0, mission.step * mission.steps)
 
 
 def _worst(
     agent: Agent, name: str, margin: Array, times: Array, tolerance: float, detail: str, unit: str = "m"
 ) -> Check:
-    """``margin`` in its unit at each of the first of ``times``."""
+    """Check with the worst ``margin``, (count,), in its unit, at each of the first of ``times``, seconds."""
     index = int(margin.argmin())
     return judged(
         name,
@@ -100,14 +99,17 @@ def _worst(
 
 
 def _change(coefficients: Array, order: int) -> Array:
-    """A derivative as ascending powers: (pieces, 4, 8) to (pieces, 4, 8 - order)."""
+    """Derivative as ascending powers: (pieces, 4, 8), metres and seconds, to (pieces, 4, 8 - order)."""
     for _ in range(order):
         coefficients = derivative(coefficients)
     return coefficients
 
 
 def _length(offset: Array, radius: Array | float, unit: Array) -> Array:
-    """(pieces,), metres: of vectors (pieces, 4) that may be off by a radius, over what moving a control point makes."""
+    """Lengths of vectors (pieces, 4) with an error radius, over a control point's effect.
+
+    Shape: (pieces,), metres.
+    """
     return np.asarray(np.linalg.norm(np.abs(offset) + radius, axis=-1) * unit * GROWN)
 
 
@@ -143,7 +145,7 @@ def _rest(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
 
 
 def _begins(agent: Agent, own: Pieces, exact: float) -> Check:
-    """Beside the state in which it was told to be, as at a joint."""
+    """Check that it begins in the given state, with the tolerance of a joint."""
     jump = np.zeros(1)
     for order, state in enumerate(agent.begins):
         off = _change(own.coefficients[:1], order)[:, :, 0] - np.array(state)
@@ -164,7 +166,7 @@ def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Che
 
 
 def tube(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> Claim:
-    """Cut at the steps, every control point is near the verified motion of the step that its piece belongs to."""
+    """Claim that every control point, cut at the steps, is near the verified motion of its step."""
     whole = from_powers(own.coefficients[:, : mission.dimension], own.duration[:, None])[None]
     times = _with_steps(own.times, planned.times, clock(mission))
     level = cut(whole, own.times, times)[0]
@@ -185,12 +187,12 @@ def tube(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> Claim:
 
     detail = f"every control point is within {TUBE:g} m of the verified motion of its step"
     agents = np.array([[agent.index]], dtype=np.int64)
-    # Its control points are those that count: no piece is halved to have others.
+    # Its control points count: pieces are not halved to get others.
     return Claim("tube", agent.name, "m", MOTION, detail, agents, times, lambda item: level[item], judge, np.inf)
 
 
 def _with_steps(times: Array, steps: Array, late: float) -> Array:
-    """The joints and the steps; a step within the clock's tolerance of a joint is at the joint."""
+    """Joints and steps, (count,), seconds; a step within the clock's tolerance of a joint is at the joint."""
     place = np.searchsorted(times, steps)
     nearest = [np.abs(times[np.clip(place - before, 0, times.size - 1)] - steps) for before in (0, 1)]
     inside = (np.minimum(*nearest) > late) & (steps > times[0]) & (steps < times[-1])
@@ -198,10 +200,10 @@ def _with_steps(times: Array, steps: Array, late: float) -> Array:
 
 
 def _stray(points: Array, path: Array, low: Array, high: Array) -> Array:
-    """At least the largest distance of a piece's points to its path from ``low`` to ``high``.
+    """Upper bound of the distance of a piece's points to its path from ``low`` to ``high``, metres.
 
-    (pieces, points, dim), (pieces, dim, degree + 1), (pieces,) twice -> (pieces,).
-    A parabola bulges from its chord by at most |p''| * duration**2 / 8.
+    (pieces, points, dim), (pieces, dim, degree + 1), (pieces,) twice -> (pieces,). A parabola deviates from its chord
+    by at most |p''| * duration**2 / 8.
     """
     start, end = values(path, low), values(path, high)
     along = end - start

@@ -1,4 +1,4 @@
-"""The flights of all agents together, with bounds on their positions and speeds."""
+"""Flights of all agents together, with bounds on their positions and speeds."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, deriva
 from missionc.ir import Mission, Obstacle, Path, Still
 
 HALVINGS = 3
-"""Halvings of a piece, before its control points bound the speed in it."""
+"""Number of halvings of a piece before its control points bound the speed."""
 
 ALLOWANCE = 2.0**-40
-"""The share of its input that the arithmetic of shapes and motion may err by; a thousand roundings are less."""
+"""Relative error bound of the arithmetic of shapes and motion; more than a thousand roundings."""
 
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """All agents' files, on one clock.
+    """All agents' files on one clock.
 
     Args:
         durations: (pieces,), seconds; float32 values.
         coefficients: (agents, pieces, 4, 8) of x, y, z and yaw; float32 values.
-        astray: (pieces,), metres: by how much everybody may be off it, beside what its vehicle misses it by and what a
-            start costs that is late; 0 where it is left out.
+        astray: (pieces,), metres: additional deviation of every agent, besides tracking error and start skew; 0 if
+                left out.
     """
 
     durations: Array
@@ -35,16 +35,16 @@ class Flight:
 
     @cached_property
     def times(self) -> Array:
-        """(pieces + 1,), seconds."""
+        """Times of the joints: (pieces + 1,), seconds."""
         return np.concatenate([[0.0], np.cumsum(self.durations)])
 
     @cached_property
     def position(self) -> Enclosed:
-        """(agents, pieces, 3)."""
+        """Positions: (agents, pieces, 3), metres."""
         return self.derived(0)
 
     def derived(self, order: int, axes: tuple[int, ...] = (0, 1, 2)) -> Enclosed:
-        """A derivative by time of some axes: (agents, pieces, axes)."""
+        """Derivative by time of some axes: (agents, pieces, axes)."""
         own = self.coefficients[:, :, list(axes)]
         for _ in range(order):
             own = derivative(own)
@@ -52,24 +52,27 @@ class Flight:
 
     @cached_property
     def extent(self) -> tuple[Array, Array]:
-        """The corners of a box around each agent's whole flight: (agents, 3) twice, metres."""
+        """Corners of a box around each agent's whole flight: (agents, 3) twice, metres."""
         return extent(self.position)
 
     @cached_property
     def speed(self) -> Array:
-        """(agents, pieces), m/s: nobody is faster within the piece."""
+        """Bounds on the speed within each piece: (agents, pieces), m/s."""
         parts = [self.derived(1)]
         for _ in range(HALVINGS):
             parts = [half for part in parts for half in part.halves()]
         return np.asarray(np.max([root_above(part.squares().high()) for part in parts], axis=0))
 
     def drift(self, skew: Array) -> Array:
-        """(agents, pieces), metres: how far an agent that starts ``skew`` seconds, (agents,), late or early is off."""
+        """Deviation of an agent that starts ``skew`` seconds, (agents,), late or early.
+
+        Shape: (agents, pieces), metres.
+        """
         begin, end = self.times[:-1], self.times[1:]
         off = np.zeros_like(self.speed)
         for agent in np.flatnonzero(skew > 0).tolist():
             reach = skew[agent] * (1 + ALLOWANCE)
-            # (pieces, pieces): the second is flown while the first is due.
+            # (pieces, pieces): the second is flown at a time of the first.
             meets = (begin[None] <= end[:, None] + reach) & (end[None] >= begin[:, None] - reach)
             crossed = (self.times[1:-1] <= end[:, None] + reach) & (self.times[1:-1] >= begin[:, None] - reach)
             jumps = np.where(crossed, self.jumps[agent], 0.0).sum(axis=1)
@@ -78,21 +81,21 @@ class Flight:
 
     @property
     def off(self) -> Array:
-        """``astray`` where it is given: (pieces,)."""
+        """The values of ``astray``, or zeros: (pieces,), metres."""
         return np.zeros(self.durations.size) if self.astray is None else self.astray
 
     @cached_property
     def jumps(self) -> Array:
-        """(agents, pieces - 1), metres: how far it is at most from the end of a piece to where the next begins."""
+        """Bounds on the gap between consecutive pieces: (agents, pieces - 1), metres."""
         before, after = self.position[:, :-1], self.position[:, 1:]
         apart = np.abs(after.points[..., 0] - before.points[..., -1]) + before.radius + after.radius
         return np.asarray(np.linalg.norm(apart, axis=-1) * GROWN)
 
 
 def seen_from(mission: Mission, flight: Flight, obstacle: Obstacle) -> tuple[Array, Enclosed]:
-    """The flight as an obstacle sees it, its own shape at rest: joints in seconds, and (agents, parts, dim).
+    """The flight in the frame of an obstacle: joints in seconds, and (agents, parts, dim), metres.
 
-    Pieces end where the obstacle turns, too. The rounding of its motion is in the radius.
+    Pieces also end where the obstacle turns. The radius includes the rounding of its motion.
     """
     level = flight.position[:, :, : mission.dimension]
     match obstacle.motion:
@@ -112,14 +115,14 @@ def seen_from(mission: Mission, flight: Flight, obstacle: Obstacle) -> tuple[Arr
 
 
 def growing(seen: Enclosed, times: Array, obstacle: Obstacle) -> Enclosed:
-    """The flight as an obstacle sees it, with one more coordinate: by how much the obstacle has grown, metres.
+    """The flight in the frame of an obstacle with its growth, metres, as an additional coordinate.
 
     Args:
         seen: (agents, parts, dim).
         times: (parts + 1,), seconds.
 
     Returns:
-        (agents, parts, dim + 1). The rounding of the growth is in the radius.
+        (agents, parts, dim + 1). The radius includes the rounding of the growth.
     """
     grown = obstacle.growth * (times + obstacle.age)
     ends = np.stack([grown[:-1], grown[1:]], axis=-1)
@@ -131,14 +134,17 @@ def growing(seen: Enclosed, times: Array, obstacle: Obstacle) -> Enclosed:
 
 
 def extent(curves: Enclosed) -> tuple[Array, Array]:
-    """The corners of a box around all of each agent's pieces: (agents, pieces, dim) -> (agents, dim) twice."""
+    """Corners of a box around all of each agent's pieces.
+
+    Shape: (agents, pieces, dim) -> (agents, dim) twice, metres.
+    """
     return curves.low().min(axis=1), curves.high().max(axis=1)
 
 
 def cut(curves: Enclosed, times: Array, joints: Array) -> Enclosed:
-    """The pieces between ``times`` as parts between ``joints``, which hold all of ``times``: (agents, parts, dim).
+    """Cut the pieces at ``joints``, which include all ``times``, in seconds: (agents, parts, dim).
 
-    Each part begins exactly where the one before it ends, and that is at its joint but for rounding.
+    Each part begins exactly at the end of the previous one, which is its joint up to rounding.
     """
     piece = np.searchsorted(times, joints[:-1], side="right") - 1
     count = np.bincount(piece, minlength=times.size - 1)

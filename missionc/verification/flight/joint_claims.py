@@ -1,13 +1,11 @@
 """Claims about all flights in continuous time: the world, clearance of bodies, separation and downwash.
 
-A distance has two values. *Asked* is the distance between bodies that the mission requires. *Needed* is the least
-permitted distance: the extent of the bodies, or the pair distance of their vehicles, with the tracking error of the
-vehicles, and with the deviation if others start before or after.
+A distance has two values. *Asked* is the distance between bodies that the mission requires. *Needed* is the least safe
+distance: the extent of the bodies, or the pair distance of their vehicles, with tracking error and start skew.
 
-The lower bound on the distance of a part of a curve from a body is the better of two. A curve is no further from its
-middle than its control points are: the distance at the middle, less that, bounds the distance everywhere. A plane
-with the body behind it bounds the distance by that of the control points to the plane, which is exact along a
-straight wall, however long the part is.
+The lower bound on the distance of a part of a curve from a body is the better of two. The first is the distance at the
+middle of the curve minus the greatest distance of a control point from the middle. The second is the distance of the
+control points from a plane with the body behind it, which is exact along a straight wall for parts of any length.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ from missionc.verification.proof.proof_boxes import at_least_in_box, between_bou
 
 
 def clear_of(shape: Shape, dimension: int, need: Array) -> Judge:
-    """How much further from the body than ``need``, (items,), metres."""
+    """Judge the distance to the body minus ``need``, (items,), metres."""
     bounds = _distance_bounds(shape, dimension)
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
@@ -42,7 +40,7 @@ def clear_of(shape: Shape, dimension: int, need: Array) -> Judge:
 
 
 def clear_of_growing(judge: Judge) -> Judge:
-    """The same of a body that grows: the last coordinate of a curve, metres, says by how much it has."""
+    """The same for a growing body: the last coordinate of a curve, metres, is its growth."""
 
     def grown(item: Indices, curve: Enclosed) -> Bounds:
         growth = curve[:, -1]
@@ -54,7 +52,7 @@ def clear_of_growing(judge: Judge) -> Judge:
 
 
 def box_clear_of(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], Array]:
-    """How much further from the body than ``need``, metres, all of a box is.
+    """Lower bound of the distance of a whole box to the body minus ``need``, metres.
 
     (parts, dim) twice and (parts,) -> (parts,).
     """
@@ -70,10 +68,10 @@ def box_clear_of(shape: Shape, dimension: int) -> Callable[[Array, Array, Array]
 
 
 def _distance_bounds(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], tuple[Array, Array, Array]]:
-    """Bounds for parts of which a point is known, (parts, dim), and points around them, (parts, dim, points), but for
-    some metres, (parts,).
+    """Bounds for parts with a known point, (parts, dim), and points around them, (parts, dim, points), metres.
 
-    Each gives the least distance to the body, the distance of the point, and what both may err by: (parts,) each.
+    Points may be off by (parts,) metres. Each function gives the least distance to the body, the distance of the point,
+    and the error bound of both: (parts,) each.
     """
     distance, size = solid(shape, dimension), _size(shape)
 
@@ -87,7 +85,9 @@ def _distance_bounds(shape: Shape, dimension: int) -> Callable[[Array, Array, Ar
 
 
 def _beyond_plane(shape: Shape, centre: Array, points: Array) -> Array:
-    """(parts,): a lower bound of the distance to the body from planes; -inf where none separates ``centre`` from it.
+    """Lower bound of the distance to the body from planes: (parts,), metres.
+
+    -inf without a separating plane.
 
     (parts, dim), (parts, dim, points).
     """
@@ -110,7 +110,10 @@ def _beyond_plane(shape: Shape, centre: Array, points: Array) -> Array:
 
 
 def _nearest(shape: Box | Disc | Ball | Polygon, centre: Array) -> Array:
-    """The shape's point nearest to each centre, roughly: (parts, dim). The plane it lays is judged by itself."""
+    """Approximately nearest point of the shape to each centre: (parts, dim), metres.
+
+    Its plane is judged separately.
+    """
     near = centre.copy()
     match shape:
         case Box(low, high):
@@ -133,7 +136,7 @@ def _in_ball(middle: Array, radius: float, points: Array) -> Array:
 
 
 def _in_polygon(corners: Array, points: Array) -> Array:
-    """Points inside stay where they are."""
+    """Nearest points of a polygon, (points, 2), metres; points inside stay unchanged."""
     start, along = corners, np.roll(corners, -1, axis=0) - corners
     offset = points[:, None] - start
     square = (along**2).sum(axis=-1)
@@ -149,7 +152,7 @@ def _in_polygon(corners: Array, points: Array) -> Array:
 
 
 def _support(shape: Box | Disc | Ball | Polygon, normal: Array) -> Array:
-    """How far the body reaches along unit vectors: (parts, dim) -> (parts,)."""
+    """Extent of the body along unit vectors: (parts, dim) -> (parts,), metres."""
     match shape:
         case Box(low, high):
             return np.asarray(sum(_farthest(normal[:, axis], low[axis], high[axis]) for axis in range(len(low))))
@@ -164,13 +167,13 @@ def _support(shape: Box | Disc | Ball | Polygon, normal: Array) -> Array:
 
 
 def _farthest(slope: Array, low: float, high: float) -> Array:
-    """The largest of ``slope * x`` for x from low to high, which may be infinite."""
+    """Largest ``slope * x`` for x from low to high, metres, which may be infinite: (parts,)."""
     end = np.where(slope > 0, high, low)
     return np.where(slope == 0, 0.0, slope * np.where(slope == 0, 0.0, end))
 
 
 def _size(shape: Shape) -> float:
-    """Metres: no number of the shape is larger, but one."""
+    """Upper bound of the magnitudes of the shape's numbers, metres, at least 1."""
     match shape:
         case Union(left, right) | Intersection(left, right) | Difference(left, right):
             return max(_size(left), _size(right))
@@ -192,7 +195,7 @@ def _heights(band: Prism | None) -> tuple[float, ...]:
 
 
 def world(mission: Mission, flight: Flight) -> Claim:
-    """Every centre is in the world, a vehicle's as far in as its fence inset and its tracking margin say."""
+    """Claim that every centre is in the world, with the vehicle's fence inset and tracking margin."""
     inset = np.array([agent.vehicle.fence_inset + agent.vehicle.tracking for agent in mission.agents])
     inset = (inset[:, None] + flight.off).reshape(-1, 1)
     low = np.where(inset > 0, raised(np.array(mission.world.low) + inset), mission.world.low)
@@ -218,7 +221,7 @@ def world(mission: Mission, flight: Flight) -> Claim:
 
 
 def obstacles(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
-    """One for each obstacle: every body keeps its clearance, or only what it needs."""
+    """Claims for each obstacle that every body keeps its clearance, or only the needed distance."""
     return [_obstacle(mission, flight, obstacle, strict) for obstacle in mission.obstacles]
 
 
@@ -250,7 +253,7 @@ def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool
 
 
 def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
-    """Every two bodies keep the separation, or only what they need; none where there are not two."""
+    """Claim that every two bodies keep the separation, or only the needed distance; none for one agent."""
     pairs = _pairs(mission)
     if not len(pairs):
         return []
@@ -268,11 +271,11 @@ def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
 
 
 def downwash(mission: Mission, flight: Flight) -> list[Claim]:
-    """No vehicle is in another's downwash: the difference of their centres over its half axes is at least 1 long.
+    """Claims that no vehicle is in another's downwash: their difference over its half axes has length at least 1.
 
-    The ellipsoid is grown by what both may miss. Every ``p > 0`` gives an ellipsoid that holds the sum of another one
-    and of a ball, with the squared half axes ``(1 + 1 / p) * axis**2 + (1 + p) * radius**2``; here ``p`` is such that
-    sideways it is exactly the sum.
+    The ellipsoid is grown by both tracking errors. Every ``p > 0`` gives an ellipsoid that contains the sum of another
+    one and a ball, with the squared half axes ``(1 + 1 / p) * axis**2 + (1 + p) * radius**2``; here ``p`` makes the
+    horizontal axis exact.
 
     Source:
         Kurzhanski, Vályi, "Ellipsoidal Calculus for Estimation and Control" (1997), section 2.1.
@@ -288,7 +291,7 @@ def downwash(mission: Mission, flight: Flight) -> list[Claim]:
     share = missed / wide
     tall = np.sqrt(raised(high**2 * (1 + share) + missed**2 + missed * wide))
     axes = np.stack([raised(wide + missed)] * 2 + [raised(raised(tall))], axis=-1)
-    # Dividing is multiplying by an inverse that is not too large: rounding makes vehicles nearer, not farther.
+    # Division is multiplication by an inverse that is not too large: rounding brings vehicles nearer, not farther.
     shrink = lowered(lowered(1.0 / raised(axes)))
     detail = "no vehicle is in the downwash of another in continuous time"
     return [_of_pairs("downwash", "", detail, pairs, flight, flight.position, np.ones((len(pairs), 1)), shrink)]
@@ -304,7 +307,10 @@ def _of_pairs(
     need: Array,
     scale: Array | None = None,
 ) -> Claim:
-    """``need``, (pairs, 1 or pieces); the difference of both is multiplied by ``scale``, (pairs, 1 or pieces, dim)."""
+    """Claim for pairs with ``need``, (pairs, 1 or pieces), metres; ``scale`` weights their differences.
+
+    Its shape is (pairs, 1 or pieces, dim).
+    """
     pieces, size = flight.durations.size, curves.points.shape[2]
     factor = None if scale is None else np.broadcast_to(scale, (len(pairs), pieces, size))
     low, high = (corner[:, :size] for corner in flight.extent)
@@ -318,7 +324,7 @@ def _of_pairs(
     def far(pair: Indices) -> Array:
         first, second = pairs[pair].T
         least, greatest = lowered(low[first] - high[second]), raised(high[first] - low[second])
-        if scale is not None:  # the smallest factor makes the vector shortest
+        if scale is not None:  # the smallest factor gives the shortest vector
             shortest = scale.min(axis=1)[pair]
             least, greatest = lowered(least * shortest), raised(greatest * shortest)
         return far_from_origin(least, greatest, most[pair])
@@ -328,7 +334,7 @@ def _of_pairs(
 
 
 def _pairs(mission: Mission) -> Indices:
-    """(pairs, 2)."""
+    """Pairs of agents: (pairs, 2)."""
     return np.stack(np.triu_indices(len(mission.agents), k=1), axis=-1).astype(np.int64)
 
 
@@ -337,8 +343,10 @@ def _skews(mission: Mission) -> Array:
 
 
 def _missed(mission: Mission, flight: Flight, pairs: Indices) -> Array:
-    """(pairs, pieces), metres: by how much two vehicles may be nearer than their trajectories are; (pairs, 1) where
-    nobody misses its own."""
+    """Greatest reduction of two vehicles' distance by tracking errors.
+
+    Shape: (pairs, pieces), metres, or (pairs, 1) if constant.
+    """
     tracking = np.array([agent.vehicle.tracking for agent in mission.agents])
     if not (tracking.any() or _skews(mission).any() or flight.off.any()):
         return np.zeros((len(pairs), 1))

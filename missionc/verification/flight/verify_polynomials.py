@@ -1,11 +1,11 @@
-"""Verification of written polynomials: the verified plan in continuous time, and the claims of each vehicle.
+"""Verification of written polynomials: the verified plan in continuous time, and each vehicle's claims.
 
     in   Mission, the verified Trace, the text of each agent's file
-    out  Certificate, with the boxes that prove it
+    out  Certificate, with the boxes of its proof
 
-The float32 values that the firmware uses are judged in continuous time, with a bound on the rounding of the verifier
-itself. A vehicle's profile gives a claim for every finite limit, at every moment, and checks of what is constant
-along the flight. Each claim becomes a check with the boxes of its proof.
+The float32 values of the firmware are judged in continuous time, with a bound on the rounding of the verifier itself. A
+vehicle's profile gives a continuous-time claim for every finite limit, and checks of constants. Each claim becomes a
+check with the boxes of its proof.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from missionc.verification.proof.branch_and_bound import Claim, Judge, branch_an
 from missionc.verification.proof.proof_boxes import Boxes, at_most, between_bounds, boxes_of, in_band, upright
 
 GRAVITY = 9.81
-"""m/s², as the firmware has it."""
+"""m/s², as in the firmware."""
 
 PIECE_BYTES = 132
-"""What one piece takes of a vehicle's memory (crazyflie-firmware, pptraj.c)."""
+"""Bytes of a vehicle's memory for one piece (crazyflie-firmware, pptraj.c)."""
 
 COMPRESSED_BYTES = {2: 31, 3: 45}
-"""The same in the firmware's compressed format, by the mission's dimension; and 11 more for its start and its end."""
+"""Likewise in the firmware's compressed format, by the mission's dimension; plus 11 for its start and end."""
 
 
 def limits(mission: Mission, flight: Flight) -> list[Claim]:
-    """One claim for each figure that some vehicle limits, about those vehicles."""
+    """Claims for each figure that some vehicle limits, about those vehicles."""
     acceleration = flight.derived(2)
     thrust = acceleration.moved(np.array([0.0, 0.0, GRAVITY]))
     lengths: tuple[tuple[str, str, str, Enclosed, Callable[[Vehicle], float]], ...] = (
@@ -79,7 +79,7 @@ def limits(mission: Mission, flight: Flight) -> list[Claim]:
 
 
 def check_memory(mission: Mission, flight: Flight) -> list[Check]:
-    """That each vehicle's memory holds its pieces; a plain agent's owner is only warned."""
+    """Check that each vehicle's memory holds its pieces; for a plain agent this is only a warning."""
     pieces = flight.durations.size
     raw, compressed = pieces * PIECE_BYTES, pieces * COMPRESSED_BYTES[mission.dimension] + 11
     size = min(raw, compressed)
@@ -100,7 +100,7 @@ def check_memory(mission: Mission, flight: Flight) -> list[Check]:
 
 
 def check_endurance(mission: Mission, flight: Flight) -> list[Check]:
-    """That the flight of each vehicle ends before its battery does."""
+    """Check flight time against battery endurance."""
     seconds = float(flight.durations.sum())
     return [
         Check(
@@ -138,11 +138,11 @@ def _claim(flight: Flight, name: str, unit: str, detail: str, chosen: Indices, c
 
 
 MANY = 20_000
-"""Parts: where the least margin takes more, boxes that prove what is asked are stated, if they are fewer."""
+"""Number of parts above which boxes for the required margin are stated instead of the least margin, if fewer."""
 
 
 def prove(mission: Mission, claim: Claim) -> tuple[Check, Boxes]:
-    """The check, whose margin is the least of its boxes' bounds. The claim has at least one item."""
+    """Prove a claim with at least one item; the check's margin is the least of its boxes' bounds."""
     parts = branch_and_bound(claim)
     slack = claim.tolerance + (claim.gap if isfinite(claim.gap) else 0.0)
     if parts.item.size > MANY and parts.lower.min() >= -slack:
@@ -156,7 +156,7 @@ def prove(mission: Mission, claim: Claim) -> tuple[Check, Boxes]:
         margin=boxes.least,
         unit=claim.unit,
         tolerance=slack,
-        # A witness below the tolerance refutes; between witnesses the proof may be short by the gap.
+        # A witness below the tolerance refutes; between witnesses, the proof may be short by the gap.
         passed=boxes.least >= -slack and parts.least >= -claim.tolerance,
         at=claim.when(piece + parts.moment),
         agents=tuple(mission.agents[agent].name for agent in claim.agents[subject].tolist()),
@@ -166,10 +166,10 @@ def prove(mission: Mission, claim: Claim) -> tuple[Check, Boxes]:
 
 
 MEMORY_BYTES = PLAIN.memory
-"""What the firmware has for all trajectories together."""
+"""Memory of the firmware for all trajectories together, bytes."""
 
 STRONGEST = 12.0
-"""m/s²: a Crazyflie whose thrust is 1.58 times its weight keeps its height up to this: g * sqrt(1.58**2 - 1).
+"""Acceleration, m/s², up to which a Crazyflie with a thrust of 1.58 times its weight keeps its height.
 
 Source:
     crazyflie-firmware, platform defaults: four motors of 0.1125 N lift 29 g.
@@ -178,10 +178,10 @@ Source:
 
 @np.errstate(over="ignore", invalid="ignore")
 def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Mapping[str, str]) -> Certificate:
-    """Judge the polynomials of every agent, and all of them together; the requirements too, at the steps of the flight.
+    """Judge the polynomials of each agent and all together, and the requirements at the steps of the flight.
 
     Args:
-        files: the text of each agent's file, by the agent's name.
+        files: text of each agent's file, by agent name.
     """
     trajectories = {agent.name: read(files.get(agent.name, "")) for agent in mission.agents}
     checks = [check_file(agent, trajectories[agent.name]) for agent in mission.agents]
@@ -212,7 +212,7 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
 
 
 def check_file(agent: Agent, value: Pieces | str) -> Check:
-    """That it could be read."""
+    """Check that the file could be read."""
     detail = (
         value if isinstance(value, str) else "header, columns, at least two rows, finite numbers, positive durations"
     )
@@ -220,7 +220,7 @@ def check_file(agent: Agent, value: Pieces | str) -> Check:
 
 
 def prove_all(mission: Mission, claims: list[Claim], checks: list[Check], boxes: list[Boxes]) -> None:
-    """Adds the check of each claim, and its boxes."""
+    """Add the check of each claim, and its boxes."""
     for claim in claims:
         check, proof = prove(mission, claim)
         checks.append(check)
@@ -228,7 +228,10 @@ def prove_all(mission: Mission, claims: list[Claim], checks: list[Check], boxes:
 
 
 def check_apart(mission: Mission, flight: Flight, checks: list[Check], boxes: list[Boxes]) -> list[str]:
-    """Obstacles and separation; where the flight keeps less than the mission asks, what it needs, and a warning."""
+    """Check obstacles and separation.
+
+    If the flight keeps less than required, check the needed distance and warn.
+    """
     warnings = []
     wishes, needed = (
         [*obstacles(mission, flight, strict), *separation(mission, flight, strict)] for strict in (True, False)
@@ -238,7 +241,7 @@ def check_apart(mission: Mission, flight: Flight, checks: list[Check], boxes: li
         if not check.passed:
             less, short = prove(mission, need)
             if less.passed:
-                # The bodies stay apart, but closer than the plan's do: said, not hidden.
+                # The bodies stay apart, but closer than in the plan: reported, not hidden.
                 together = check.name == "flown separation"
                 who = " and ".join(f"`{name}`" for name in check.agents)
                 what = "each other" if together else f"`{check.subject}`"
@@ -265,10 +268,10 @@ def _thrust(peak: Figure) -> tuple[str, ...]:
 
 
 def _requirements(mission: Mission, kernel: Kernel, trace: Trace, flight: Flight) -> list[Check]:
-    """What the mission asks, with each agent where its polynomials have it at the steps.
+    """Check the mission's requirements with each agent at its polynomials' positions at the steps.
 
-    Velocities and headings are the plan's: those of a flight that comes from rest are others, and the limits of a
-    flight are judged as such.
+    Velocities and headings are those of the plan. A flight from rest has different ones, and its limits are judged
+    separately.
     """
     steps = np.asarray(mission.step * np.arange(mission.steps + 1), dtype=np.float64)
     level = Curves(flight.times, flight.coefficients[:, :, : mission.dimension])
@@ -293,7 +296,7 @@ def _memory(mission: Mission, flight: Flight) -> tuple[str, ...]:
 
 
 def _peak(mission: Mission, flight: Flight, order: int, name: str, unit: str) -> Figure:
-    """The largest norm of a derivative over all agents and times, to a hundredth of its unit."""
+    """Largest norm of a derivative over all agents and times, to a hundredth of its unit."""
     agents, pieces = flight.speed.shape
     curve, judge = of_agents(flight.derived(order)), at_most(np.zeros(agents * pieces))
     claim = Claim(name, name, unit, 0.0, "", everyone(agents), flight.times, curve, judge, 1e-2)

@@ -1,14 +1,13 @@
-"""Verification of safe ends: from moments of a flight to rest, hovering, and straight down in turns, touching nobody.
+"""Verification of safe ends: from times of a flight to rest, hovering, and vertical landing without contact.
 
-    in   Mission, its flight and ways, and the stops that are stated
-    out  Certificate: that each stop begins in the flight, keeps every claim of a flight, and leads to the floor
+    in   Mission, its flight and transfers, and the stated stops
+    out  Certificate: each stop begins in the flight, satisfies every claim of a flight, and leads to the floor
 
-Between two moments that have a stop, the safe end is to fly on to the next one and to stop there: what is flown until
-then is proved with the flight. So the stops at some moments are a safe end for every moment, at most the longest wait
-between them later.
+Between two stop times, the safe end is to continue to the next one and stop there; this part is proved with the flight.
+The stops therefore give a safe end at every time, after at most the longest wait between them.
 
-All stops are judged together, as pieces of one flight that follow each other on a clock of its own. Vehicles that
-started late are off by what they fly in that time at most, which counts as what they may miss.
+All stops are judged together, as consecutive pieces of one flight on a separate clock. Start skew counts as tracking
+error, by the distance that a vehicle travels in that time.
 """
 
 from __future__ import annotations
@@ -44,21 +43,21 @@ from missionc.verification.proof.branch_and_bound import Claim, failing_pieces
 from missionc.verification.proof.proof_boxes import Boxes
 
 HOVER = 1.0
-"""Seconds of hovering that are judged with each stop, before anybody lands."""
+"""Seconds of hovering that are judged with each stop, before any landing."""
 FARTHEST = 1e3
-"""Metres: a margin that is larger, or without bounds where there is nobody else, is stated as so much."""
+"""Metres: a larger or unbounded margin is stated as this number."""
 AT_THE_END = 1e-3
-"""Seconds: a stop so near to the end of the flight is at its end."""
+"""Seconds: a stop this near to the end of the flight is at its end."""
 ROUNDED_UP = 1e-9
-"""The share by which bounds of speeds may be wrong that are computed without rounding them outward."""
+"""Relative error bound of speeds that are computed without outward rounding."""
 WAIT, WITHOUT = "safe end wait", "safe end without"
-"""The figures that say how much later the next stop is at most, and for how long there is none at the end."""
+"""Figures for the longest wait until the next stop, and for the time without a stop at the end."""
 ORDERS = 5
-"""Position, velocity, acceleration, jerk and snap: what a stop takes over from the flight."""
+"""Position, velocity, acceleration, jerk and snap: the state that a stop takes over from the flight."""
 
 
 def has_safe_end(mission: Mission) -> bool:
-    """Whether safe ends are part of its plan: it names a vehicle, or comes from the floor."""
+    """Return whether the plan includes safe ends: the mission names a vehicle or starts on the floor."""
     return is_whole(mission) or any(agent.vehicle != PLAIN for agent in mission.agents)
 
 
@@ -67,12 +66,12 @@ def verify_safe_end(
 ) -> Certificate:
     """Judge the safe ends of a flight, from its beginning to its end.
 
-    Of a flight from the floor there is one for every moment. Another one may have none at its end, which a figure says.
+    A flight from the floor has one at every time. Other flights may have none at their end, which a figure reports.
 
     Args:
-        whole: of each agent, by its name: the way out, the mission and the way home as one; they were verified.
-        before: seconds of it before the mission begins.
-        risen: seconds from the take-off to its beginning; 0 where it begins in the air.
+        whole: by agent name, the verified outbound transfer, mission and return transfer as one.
+        before: seconds before the mission begins.
+        risen: seconds from takeoff to its beginning; 0 if it begins in the air.
     """
     end = float(next(iter(whole.values())).times[-1]) - before
     moments = _moments(stops, before, end, to_the_end=is_whole(mission))
@@ -94,7 +93,10 @@ def verify_safe_end(
 
 
 def judge_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> Certificate:
-    """Judge stops by themselves, arguments as of ``verify_safe_end``; the boxes are on the clock of all in a row."""
+    """Judge only the stops; arguments as for ``verify_safe_end``.
+
+    The boxes use the clock of all in sequence.
+    """
     flown = [whole[agent.name] for agent in mission.agents]
     boxes: list[Boxes] = []
     with np.errstate(over="ignore", invalid="ignore"):
@@ -112,7 +114,7 @@ def judge_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, st
 
 
 def failing_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> set[int]:
-    """The places in their list of those stops that cannot be proved; arguments as of ``verify_safe_end``."""
+    """Indices of the stops that cannot be proved; arguments as for ``verify_safe_end``."""
     flown = [whole[agent.name] for agent in mission.agents]
     tolerance = np.array([4 * exactness(own) for own in flown])
     failing = set(np.flatnonzero((_begin_off(flown, before, stops) > tolerance[:, None]).any(axis=0)).tolist())
@@ -128,7 +130,7 @@ def failing_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, 
 
 
 def _claims(mission: Mission, flight: Flight) -> list[Claim]:
-    """What is claimed of all stops, but for obstacles that move or grow."""
+    """Claims about all stops, except those for moving or growing obstacles."""
     constant = replace(mission, obstacles=tuple(each for each in mission.obstacles if each.constant))
     joint = [world(mission, flight), *separation(mission, flight, False), *downwash(mission, flight)]
     return [*joint, *limits(mission, flight), *obstacles(constant, flight, False)]
@@ -147,7 +149,7 @@ def _on_the_clock(check: Check, flight: Flight, stops: Sequence[Stop]) -> Check:
 
 
 def _moments(stops: Sequence[Stop], before: float, end: float, to_the_end: bool) -> Check:
-    """That they follow each other within the flight, and where they have to, that the last is at its end."""
+    """Check that the stops are in order within the flight, and if required, that the last is at its end."""
     times = [stop.at for stop in stops]
     sound = all(-before - MOTION <= time <= end + AT_THE_END for time in times)
     sound = sound and all(here < after for here, after in pairwise(times))
@@ -159,10 +161,12 @@ def _moments(stops: Sequence[Stop], before: float, end: float, to_the_end: bool)
 
 
 def _begin_off(flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> Array:
-    """(agents, stops), metres: by how much stops do not begin as the flight is there, or do not end at rest.
+    """Deviation of each stop from the flight's state at its beginning, or from rest at its end.
 
-    Derivatives count by as far as a control point of the stop would have to move for them. Where the flight ends, all
-    are at rest up to jerk, and its snap ends too.
+    Shape: (agents, stops), metres.
+
+    Derivatives count by the necessary movement of a control point. At the end of the flight, all agents are at rest up
+    to jerk, and snap ends too.
     """
     times = np.array([stop.at + before for stop in stops])
     here = derivatives_at(curves_of(flown, slice(None)), times, ORDERS)
@@ -184,7 +188,10 @@ def _begin_off(flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) ->
 
 
 def _begins(agent: Agent, flown: Pieces, off: Array, stops: Sequence[Stop]) -> Check:
-    """That each stop begins in the state of the flight, without a jump up to snap, and ends at rest."""
+    """Check that each stop begins in the flight's state, without a jump up to snap, and ends at rest.
+
+    ``off`` is (stops,), metres.
+    """
     worst = int(off.argmax())
     detail = "every stop continues the flight from position to snap and ends at rest"
     margin, when = -float(off[worst]), stops[worst].at
@@ -192,7 +199,7 @@ def _begins(agent: Agent, flown: Pieces, off: Array, stops: Sequence[Stop]) -> C
 
 
 def _as_one(mission: Mission, flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> tuple[Mission, Flight]:
-    """All stops as one flight from which those who started late are astray, and the mission of who starts on time."""
+    """All stops as one flight with deviations for late starts, and the mission without start skew."""
     durations = np.concatenate([stop.pieces[0].duration for stop in stops])
     coefficients = np.stack(
         [np.concatenate([stop.pieces[agent.index].coefficients for stop in stops]) for agent in mission.agents]
@@ -202,7 +209,7 @@ def _as_one(mission: Mission, flown: Sequence[Pieces], before: float, stops: Seq
 
 
 def _late(mission: Mission, flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> Array:
-    """(stops,), metres: what anybody flies in its start skew about the moment of a stop, or in the stop, at most."""
+    """Greatest distance travelled in the start skew around a stop or in it: (stops,), metres."""
     skew = np.array([agent.vehicle.start_skew for agent in mission.agents])
     if not skew.any():
         return np.zeros(len(stops))
@@ -223,7 +230,7 @@ def _late(mission: Mission, flown: Sequence[Pieces], before: float, stops: Seque
 
 
 def _missing(mission: Mission, more: float) -> Mission:
-    """The mission of vehicles that all start at once, and miss their trajectories by so many metres more."""
+    """The mission without start skew, with a tracking error larger by ``more`` metres."""
     agents = (
         replace(agent, vehicle=replace(agent.vehicle, tracking=agent.vehicle.tracking + more, start_skew=0.0))
         for agent in mission.agents
@@ -232,7 +239,7 @@ def _missing(mission: Mission, more: float) -> Mission:
 
 
 def with_turns(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> list[Stop]:
-    """The stops with the turns in which everybody lands who can be sure to do so clear; arguments as elsewhere."""
+    """Add to each stop the turns of the agents that can surely land clear; arguments as above."""
     late = _late(mission, [whole[agent.name] for agent in mission.agents], before, stops)
     return [
         replace(stop, turns=in_turns(_missing(mission, float(more)), stop))
@@ -241,7 +248,7 @@ def with_turns(mission: Mission, whole: Mapping[str, Pieces], before: float, sto
 
 
 def _beside(mission: Mission, flight: Flight, obstacle: Obstacle, number: int, stop: Stop) -> Check:
-    """That nobody touches what moves or grows, at one stop."""
+    """Check that no agent touches a moving or growing obstacle at one stop."""
     alone = replace(mission, obstacles=(_since(obstacle, stop.at, stop.seconds + HOVER),))
     pieces = slice(2 * number, 2 * number + 2)
     own = Flight(flight.durations[pieces], flight.coefficients[:, pieces], flight.off[pieces])
@@ -251,7 +258,7 @@ def _beside(mission: Mission, flight: Flight, obstacle: Obstacle, number: int, s
 
 
 def _since(obstacle: Obstacle, time: float, seconds: float) -> Obstacle:
-    """An obstacle on a clock that begins at a time, for so many seconds, as large as it is after them."""
+    """The obstacle on a clock that begins at ``time``, at its size after ``seconds``."""
     shape = grown_shape(obstacle.shape, obstacle.grown(time + seconds)) if obstacle.growth else obstacle.shape
     if not isinstance(obstacle.motion, Path):
         return replace(obstacle, shape=shape, growth=0.0)
@@ -264,13 +271,13 @@ def _since(obstacle: Obstacle, time: float, seconds: float) -> Obstacle:
 
 
 def _landings(mission: Mission, flight: Flight, number: int, stop: Stop) -> list[tuple[float, float, int]]:
-    """By how much each that lands after a stop is clear, the moment of the stop, and who it is."""
+    """Clearance of each agent that lands after a stop, with the stop's time and the agent."""
     widened = _missing(mission, float(flight.off[2 * number]))
     return [(margin, stop.at, index) for index, margin in landing_margins(widened, stop)]
 
 
 def _landing(mission: Mission, margins: Sequence[list[tuple[float, float, int]]]) -> Check:
-    """That whoever lands touches nobody: who lands with it, who hovers still, who has landed, and what stands there."""
+    """Check that landing agents touch no agent that lands, hovers or has landed, and no obstacle."""
     found = [each for own in margins for each in own]
     if not found:
         return Check("landing", "stops", 0.0, "m", WAYPOINT, True, detail="no agent lands")
@@ -282,16 +289,16 @@ def _landing(mission: Mission, margins: Sequence[list[tuple[float, float, int]]]
 
 
 def last_to_stand(mission: Mission, stop: Stop, aloft: float) -> float:
-    """Seconds after the flight began, at which everybody stands who lands after a stop.
+    """Seconds after the flight's beginning at which every agent has landed after a stop.
 
     Args:
-        aloft: seconds from when it began to the mission's beginning.
+        aloft: seconds from its beginning to the mission's beginning.
     """
     return aloft + stop.at + stop.seconds + sum(stop.landing(mission))
 
 
 def _endurance(mission: Mission, stops: Sequence[Stop], aloft: float) -> list[Check]:
-    """That batteries last until everybody who lands after a stop stands."""
+    """Check that batteries last until every agent that lands after a stop is on the floor."""
     latest = max(last_to_stand(mission, stop, aloft) for stop in stops)
     begun = "takeoff" if is_whole(mission) else "the start of the polynomials"
     return [

@@ -1,10 +1,10 @@
-"""Verification of stops: the polynomials that every agent flies until a plan begins that was made in flight.
+"""Verification of stops: the polynomials of every agent until the beginning of a plan made in flight.
 
-    in   Stops: the mission that begins with that plan, what was flown before it, the polynomials up to its beginning
-    out  Certificate: they begin in the stated state, nothing jumps, every limit is satisfied, and nothing touches
+    in   Stops: the mission from that plan on, the flight before it, the polynomials up to its beginning
+    out  Certificate: correct initial state, no jumps, all limits satisfied, no contact
 
-Only bodies and vehicles count, not the separation and the clearance of the mission: an agent that left its path may be
-nearer than these already.
+Only bodies and vehicles count, not the mission's separation and clearance: an agent off its path may already be nearer
+than these.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from missionc.verification.plan.clearances import check_obstacles, check_separat
 from missionc.verification.proof.proof_boxes import Boxes
 
 ENDS = 1e-3
-"""Metres a second, and metres: an agent that is so slow rests."""
+"""Speed, m/s, and metres below which an agent is at rest."""
 
 
 class Stops(Record, eq=False):
-    """The polynomials that every agent flies until a plan begins.
+    """Polynomials of every agent until a plan begins.
 
     Args:
-        mission: its step 0 is when the stops are over; its vehicles are as fast as before the stops.
-        told: (agents, steps + 1): the states before it, of which the last one is its first.
-        until: seconds after these begin up to which they were flown; those after that are where the stops lead.
-        begins: by the agent's name, the state from position to snap in which its stop begins, (5, 4).
-        files: the text of each agent's polynomials, by the agent's name.
+        mission: its step 0 is the end of the stops; its vehicles have their speeds before the stops.
+        told: (agents, steps + 1): the states before it; the last is its first.
+        until: seconds after their beginning up to which they were flown; later states are those of the stops.
+        begins: by agent name, the initial state of its stop from position to snap, (5, 4).
+        files: text of each agent's polynomials, by agent name.
     """
 
     mission: Mission
@@ -52,7 +52,7 @@ class Stops(Record, eq=False):
 def verify_stops(stops: Stops) -> Certificate:
     """Judge the stops of all agents, each by itself and all together.
 
-    Bodies are judged only if every stop is a flight that its vehicle can fly.
+    Bodies are judged only if every stop is flyable.
     """
     mission = stops.mission
     own = {name: read(text) for name, text in stops.files.items()}
@@ -80,7 +80,7 @@ def verify_stops(stops: Stops) -> Certificate:
 
 
 def vehicle_checks(mission: Mission, pieces: Sequence[Pieces]) -> Certificate:
-    """The centres are in the world, and every vehicle keeps its limits; for stops of the same durations."""
+    """Check that centres are in the world, and vehicle limits, for stops of equal durations."""
     flight = Flight(pieces[0].duration, np.stack([each.coefficients for each in pieces]))
     bare = (replace(each, vehicle=replace(each.vehicle, tracking=0.0, fence_inset=0.0)) for each in mission.agents)
     checks: list[Check] = []
@@ -90,7 +90,7 @@ def vehicle_checks(mission: Mission, pieces: Sequence[Pieces]) -> Certificate:
 
 
 def body_checks(mission: Mission, pieces: Sequence[Pieces]) -> list[Check]:
-    """No bodies touch, and vehicles keep the distance of theirs; for stops of the same durations."""
+    """Check that no bodies touch, and pair distances of vehicles, for stops of equal durations."""
     curves = stop_curves(mission, pieces)
     bare = replace(mission, separation=Metres(0.0), clearance=Metres(0.0))
     return [
@@ -111,7 +111,7 @@ def _smooth(stops: Stops, agent: Agent, own: Pieces) -> list[Check]:
 
 
 def _told(stops: Stops, agent: Agent, own: Pieces) -> Check:
-    """Check that, at each step after the stop began, the agent is where the past has it."""
+    """Check that, at each step after the stop began, the agent is at the position in the past document."""
     position, late = stops.told.position[agent.index], clock(stops.mission)
     times = float(stops.told.step) * np.arange(len(position), dtype=np.float64)
     begin = float(times[-1] - own.times[-1])
@@ -124,7 +124,7 @@ def _told(stops: Stops, agent: Agent, own: Pieces) -> Check:
 
 
 def _end(mission: Mission, agent: Agent, own: Pieces) -> Check:
-    """Check that a stop ends where the plan begins, at rest or in its motion."""
+    """Check that a stop ends in the plan's initial state, at rest or in motion."""
     end = derivatives_at(curves_of([own], slice(None)), np.array([np.inf]), max(2, len(agent.begins)))[0, 0]
     place = end[0, : mission.dimension]
     off = float(np.linalg.norm(place - agent.start.point)) if agent.start.point is not None else np.inf
@@ -135,13 +135,15 @@ def _end(mission: Mission, agent: Agent, own: Pieces) -> Check:
 
 
 def _jump(agent: Agent, end: Array) -> float:
-    """The speed of an end state, (orders, 4); of an agent in motion then, the largest jump of a derivative."""
+    """Speed of an end state, (orders, 4), metres and seconds; for an agent in motion, the largest jump
+    of a derivative.
+    """
     if not agent.begins:
         return float(np.linalg.norm(end[1, :3]))
     return float(np.linalg.norm(end - np.array(agent.begins), axis=-1).max())
 
 
 def stop_curves(mission: Mission, pieces: Sequence[Pieces]) -> Curves:
-    """The motion, its times counted to the mission's step 0, where it ends."""
+    """Motion with times relative to the mission's step 0, at which it ends."""
     times = pieces[0].times - pieces[0].times[-1]
     return Curves(times, np.stack([own.coefficients[:, : mission.dimension] for own in pieces]))

@@ -1,16 +1,16 @@
-"""Verification of a whole flight: its phases, the columns above the pads, the ways to and from them, and landing.
+"""Verification of a whole flight: its phases, the columns above the pads, the transfers, and landing.
 
-    in   Mission, the texts of the polynomials that fly it, those of its ways
-    out  Certificate: the checks of each way, named `out` or `home`, and those of the columns
+    in   Mission, the texts of its polynomials and of its transfers
+    out  Certificate: the checks of each transfer, `out` or `home`, and those of the columns
 
-A way is judged as the mission's own flight is, along its polynomials and by the same claims. In a column a vehicle
-may have any height at any time while all rise or sink. Whole columns are proved clear, and margins are metres of
+A transfer is judged like the mission's own flight, along its polynomials and by the same claims. In a column, a vehicle
+may have any height at any time during takeoff or landing. Whole columns are proved clear, and margins are metres of
 clearance beyond the required one.
 
 After a stop, vehicles land straight down in turns, clear of hovering vehicles, landed vehicles and obstacles.
 
-Each phase, from the floor to the floor, lasts long enough to respect the speed limits. The firmware rises and sinks
-on the polynomial of degree 7 that begins and ends at rest, without acceleration and jerk.
+Each phase, from the floor to the floor, lasts long enough to respect the speed limits. The firmware takes off and lands
+along the polynomial of degree 7 that begins and ends at rest, without acceleration and jerk.
 
 Source:
     crazyflie-firmware, planner.c (``plan_takeoff``, ``plan_land``) and pptraj.c
@@ -41,20 +41,20 @@ from missionc.verification.flight.way_missions import Stage, Way, Ways, has_rise
 from missionc.verification.proof.proof_boxes import Boxes
 
 RISE, SETTLE, GO, SINK = 3.0, 2.0, 4.0, 4.0
-"""Seconds: to take off and to land at least, to hover quietly, to go to the first point."""
+"""Seconds: least duration of takeoff and landing, of hovering to settle, and of the transfer to the first point."""
 LANDED = 0.04
-"""Metres: the height to which they sink before their motors stop."""
+"""Metres: height at which the motors stop in a landing."""
 SPEED, ACCELERATION = 35 / 16, 7.514
-"""The largest speed and acceleration of the polynomial, over 1 m in 1 s: m/s; m/s², rounded up."""
+"""Largest speed and acceleration of the polynomial over 1 m in 1 s: m/s; m/s², rounded up."""
 REST_TO_REST = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
-"""The polynomial of the firmware, from 0 to 1 in 1 s: ascending powers."""
+"""Polynomial of the firmware from 0 to 1 in 1 s: ascending powers."""
 
 
 class Phases(Record):
-    """Seconds of each phase, the same for everybody; ``duration`` is that of the polynomials.
+    """Seconds of each phase, equal for all agents; ``duration`` is that of the polynomials.
 
-    All rise, and sink, in so many ``rounds``, each of which takes so long. Where all are in the air when it begins,
-    ``rise`` is 0, and nobody hovers before the polynomials.
+    Takeoff and landing take ``rounds`` turns of this duration each. If all agents are in the air initially, ``rise`` is
+    0, and there is no hovering before the polynomials.
     """
 
     rise: float
@@ -66,17 +66,17 @@ class Phases(Record):
 
     @property
     def hover(self) -> float:
-        """Seconds from the last one to have risen to the beginning of the polynomials."""
+        """Seconds from the last takeoff to the beginning of the polynomials."""
         return self.settle + self.go + self.settle if self.rise else 0.0
 
     @property
     def before(self) -> float:
-        """Seconds from the take-off to the beginning of the polynomials."""
+        """Seconds from the takeoff to the beginning of the polynomials."""
         return self.rounds * self.rise + self.hover
 
     @property
     def whole(self) -> float:
-        """Seconds from the floor to the floor, or from the air."""
+        """Seconds from the floor, or from the air, to the floor."""
         return self.before + self.duration + self.settle + self.rounds * self.sink
 
 
@@ -89,13 +89,13 @@ def phases_of(
     risen: bool = False,
     bottom: float = LANDED,
 ) -> Phases:
-    """How long a flight takes in each phase.
+    """Durations of a flight's phases.
 
     Args:
-        risen: whether all are in the air already.
-        bottom: metres, the height to which they sink.
-        up, down: metres, by agent: the heights to which they rise, and from which they sink.
-        duration: seconds of the polynomials.
+        risen: True if all are already in the air.
+        bottom: metres, final height of the landing.
+        up, down: metres, by agent: heights after takeoff, and before landing.
+        duration: duration of the polynomials, seconds.
     """
     rise = max(_phase_seconds(height - FLOOR, agent, _rise(agent)) for agent, height in zip(agents, up, strict=True))
     sink = max(landing_seconds(agent, height, bottom) for agent, height in zip(agents, down, strict=True))
@@ -103,33 +103,33 @@ def phases_of(
 
 
 def landing_seconds(agent: Agent, height: float, bottom: float = LANDED) -> float:
-    """Duration of a landing from a height in metres to another."""
+    """Duration of a landing from one height in metres to another, seconds."""
     return max(_phase_seconds(height - bottom, agent, math.inf if agent.pad is None else agent.pad.land), SINK)
 
 
 def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:
-    """Seconds that the polynomial takes over a distance in metres, within a speed and an acceleration."""
+    """Seconds of the polynomial over a distance in metres, within a speed and an acceleration."""
     return max(SPEED * abs(distance) / speed, math.sqrt(ACCELERATION * abs(distance) / acceleration))
 
 
 def _rise(agent: Agent) -> float:
-    """m/s: what the mission wants on the way up."""
+    """Climb speed that the mission allows, m/s."""
     return math.inf if agent.pad is None else agent.pad.rise
 
 
 def _phase_seconds(height: float, agent: Agent, wanted: float) -> float:
-    """For so many metres, no faster than the mission wants and its vehicle may, rounded up to a tenth."""
+    """Duration of a vertical motion within the mission's and the vehicle's speeds, rounded up to a tenth, seconds."""
     speed = min(agent.vehicle.vertical_speed, wanted)
     return math.ceil(10 * rest_to_rest(height, speed, agent.vehicle.acceleration) - 1e-9) / 10
 
 
 class Stop(Record, eq=False):
-    """A stop of everybody at a moment, and the order in which they land after it.
+    """Stop of all agents at a time, and the order of landing after it.
 
     Args:
-        at: seconds since the mission began.
-        pieces: by agent: the stop, and a hover after it.
-        turns: agents, by their indices, who land at once; those in no turn hover.
+        at: seconds of mission time.
+        pieces: by agent, the stop and a hover after it.
+        turns: groups of agents, by index, that land together; agents in no turn hover.
     """
 
     at: float
@@ -138,22 +138,22 @@ class Stop(Record, eq=False):
 
     @property
     def seconds(self) -> float:
-        """For the stop itself."""
+        """Seconds of the stop itself."""
         return float(self.pieces[0].duration[0])
 
     @property
     def places(self) -> Array:
-        """(agents, 3), metres: where they hover."""
+        """Hover positions: (agents, 3), metres."""
         return np.stack([own.coefficients[-1, :3, 0] for own in self.pieces])
 
     def landing(self, mission: Mission) -> list[float]:
-        """Seconds of each turn, which is as long as the slowest in it takes."""
+        """Seconds of each turn, the duration of its slowest landing."""
         heights = self.places[:, 2].tolist()
         return [max(landing_seconds(mission.agents[index], heights[index]) for index in turn) for turn in self.turns]
 
 
 def landing_margins(mission: Mission, stop: Stop) -> Iterator[tuple[int, float]]:
-    """By how much each agent that lands is clear of all that it might touch."""
+    """Clearance of each landing agent from everything that it might touch."""
     margins = _Margins(mission, stop)
     hovering, landed = set(range(len(mission.agents))), list[int]()
     end = stop.at + stop.seconds
@@ -168,10 +168,10 @@ def landing_margins(mission: Mission, stop: Stop) -> Iterator[tuple[int, float]]
 
 
 class _Margins:
-    """Metres by which agents that go straight down after a stop are clear.
+    """Clearances, metres, of agents that land vertically after a stop.
 
     Args:
-        stop: its turns are of no interest.
+        stop: its turns are not used.
     """
 
     def __init__(self, mission: Mission, stop: Stop) -> None:
@@ -184,30 +184,30 @@ class _Margins:
         missed, bodies = _sum(tracking), _sum(radius)
         everyone = np.arange(len(mission.agents))
         apart = np.linalg.norm(self.places[:, None, :2] - self.places[None, :, :2], axis=-1)
-        # For two that land at once: sideways, whatever their heights.
+        # For two that land together: sideways, for any heights.
         self.aside = apart - SpacingTable.of(mission).between(everyone[:, None], everyone[None])
-        # For the first, that lands, while the second hovers: far enough aside, or with it above all of its way.
+        # For a landing agent beside a hovering one: far enough aside, or below the other's whole path.
         tall = np.maximum(np.maximum(bodies, np.maximum(pair[:, None], pair[None])), _sum(downwash)) + missed
         above = self.places[None, :, 2] - self.places[:, None, 2]
         self.past = np.maximum(self.aside, above - tall)
-        # For one that lands beside another that stands there with its motors off: bodies alone count.
+        # For a landing agent beside a landed one with its motors off: only bodies count.
         self.onto = apart - bodies - missed
         self._standing: dict[int, float] = {}
 
     def of_others(self, index: int, beside: list[int], hovering: list[int], landed: list[int]) -> float:
-        """For one agent that lands.
+        """Clearance of one landing agent from other agents.
 
         Args:
-            beside: who lands with it.
+            beside: agents that land with it.
         """
         rows = ((self.aside, beside), (self.past, hovering), (self.onto, landed))
         return min(float(table[index, some].min(initial=math.inf)) for table, some in rows)
 
     def of_obstacles(self, index: int, end: float) -> float:
-        """Likewise, where it hovers from the stop on until it lands.
+        """Likewise from obstacles, while it hovers from the stop on until it lands.
 
         Args:
-            end: seconds since the mission began: when it stands.
+            end: landing time, seconds of mission time.
         """
         if index not in self._standing:
             self._standing[index] = self._of(index, [each for each in self.mission.obstacles if each.constant], end)
@@ -237,14 +237,16 @@ def _downwash_height(agent: Agent) -> float:
 
 
 def _sum(figure: Array) -> Array:
-    """(agents, agents): of every two."""
+    """Pairwise sums of a figure, (agents,): (agents, agents), same unit, such as metres."""
     return np.asarray(figure[:, None] + figure[None])
 
 
 def pad_turns(mission: Mission, hovers: Array) -> tuple[tuple[int, ...], ...]:
-    """The turns in which agents can land from above their pads, as many at once as can; they rise the other way round.
+    """Turns in which agents can land from above their pads, as few as possible.
 
-    Obstacles are left out: they count with the times at which they are there.
+    Takeoff uses the reverse order.
+
+    Obstacles are not included, since they depend on time.
 
     Args:
         hovers: (agents, 3), metres.
@@ -253,21 +255,24 @@ def pad_turns(mission: Mission, hovers: Array) -> tuple[tuple[int, ...], ...]:
 
 
 def pads_suffice(mission: Mission, hovers: Sequence[tuple[float, ...]]) -> bool:
-    """Whether everybody can rise to where it hovers, and land from there, in whatever turns; three coordinates each."""
+    """Return whether all agents can take off to their hover points and land from there, in some turns.
+
+    Each point has three coordinates, metres.
+    """
     return sum(map(len, pad_turns(mission, np.array(hovers, dtype=np.float64)))) == len(mission.agents)
 
 
 def above_pads(hovers: Array, turns: tuple[tuple[int, ...], ...] = ()) -> Stop:
-    """Everybody at rest above its pad."""
+    """Stop with all agents at rest above their pads, ``hovers`` (agents, 3), metres."""
     still = np.zeros((len(hovers), 2, 4, 8))
     still[:, :, :3, 0] = hovers[:, None]
     return Stop(0.0, tuple(Pieces(np.ones(2), own) for own in still), turns)
 
 
 def in_turns(mission: Mission, stop: Stop, enough: float = 0.0) -> tuple[tuple[int, ...], ...]:
-    """The turns in which agents can land after a stop, as many at once as can, the lowest first.
+    """Turns in which agents can land after a stop, as few as possible, the lowest first.
 
-    Those that nobody can be sure of landing clear are in none.
+    Agents without a surely clear landing are in no turn.
     """
     margins = _Margins(mission, stop)
     remaining, landed = set(range(len(mission.agents))), list[int]()
@@ -281,7 +286,7 @@ def in_turns(mission: Mission, stop: Stop, enough: float = 0.0) -> tuple[tuple[i
         for index in sorted(remaining, key=lambda each: (heights[each], each)):
             others = margins.of_others(index, turn, list(remaining.difference(turn, [index])), landed)
             longer = max(seconds, lasting[index])
-            # Who lands with others hovers, or sinks, as long as they.
+            # An agent that lands with others hovers, or descends, for the same duration.
             these = [index] if longer == seconds else [*turn, index]
             if others >= enough and all(margins.of_obstacles(each, end + longer) >= enough for each in these):
                 turn.append(index)
@@ -296,14 +301,14 @@ def in_turns(mission: Mission, stop: Stop, enough: float = 0.0) -> tuple[tuple[i
 
 
 WHOLE = "whole flight"
-"""The figure that says how long it takes."""
+"""Figure for the total duration."""
 
 
 def verify_whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) -> Certificate:
-    """Judge the ways of a mission that comes from the floor, and its columns.
+    """Judge the transfers and columns of a mission that starts on the floor.
 
     Args:
-        files: the text of each agent's polynomials, by its name; they were verified.
+        files: verified text of each agent's polynomials, by name.
     """
     flown = pieces_of(mission, files)
     if isinstance(flown, Check):
@@ -327,11 +332,11 @@ def verify_whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) 
 
 
 def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict[str, Pieces], float, float]:
-    """The way out, the mission and the way home of each agent as one, texts that were verified.
+    """Join the verified outbound transfer, mission and return transfer of each agent.
 
     Returns:
-        Them by the agents' names; the seconds before the mission begins; those from the take-off to the first of them,
-        0 of a mission that begins in the air.
+        The flights by agent name; the seconds before the mission begins; the seconds from takeoff to the flight,
+            0 for a mission that begins in the air.
     """
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
@@ -352,7 +357,7 @@ def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict
 
 
 def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] | Check:
-    """Every agent's polynomials, or the check that one cannot be read."""
+    """Every agent's polynomials, or the check of a file that cannot be read."""
     flown: dict[str, Pieces] = {}
     for agent in mission.agents:
         own = read(files.get(agent.name, ""))
@@ -363,7 +368,7 @@ def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] |
 
 
 def whole_phases(mission: Mission, wanted: Mapping[Stage, Way], seconds: float) -> Phases:
-    """The phases of a whole flight, whose polynomials and ways last so many seconds."""
+    """Phases of a whole flight from the durations of its polynomials and transfers."""
     up, down = wanted[Stage.OUT].begin[:, 2].tolist(), wanted[Stage.HOME].end[:, 2].tolist()
     rounds = max(1, len(pad_turns(mission, wanted[Stage.HOME].end)))
     return phases_of(mission.agents, up, down, seconds, rounds, has_risen(mission))
@@ -374,11 +379,11 @@ def _seconds(mission: Mission, files: Mapping[str, str]) -> float:
     return 0.0 if isinstance(flown, Check) else float(next(iter(flown.values())).times[-1])
 
 
-# ----------------------------------------------------------------------- ways
+# ----------------------------------------------------------------------- transfers
 
 
 def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> Certificate:
-    """One way, on the claims of flights; every name has the word of its stage before it."""
+    """Judge one transfer by the claims of flights; its stage prefixes every name."""
     read_files = {agent.name: read(files.get(agent.name, "")) for agent in mission.agents}
     checks = [check_file(agent, read_files[agent.name]) for agent in mission.agents]
     boxes: list[Boxes] = []
@@ -401,7 +406,7 @@ def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> 
 
 
 def _ends(agent: Agent, own: Pieces, way: Way) -> list[Check]:
-    """That it begins and ends where the way does."""
+    """Check that it begins and ends at the points of the transfer."""
     first, last = own.coefficients[0, :3, 0], values(own.coefficients[-1, :3], own.duration[-1])
     found = []
     for name, here, wanted, time in (
@@ -420,7 +425,7 @@ def _ends(agent: Agent, own: Pieces, way: Way) -> list[Check]:
 def _columns(
     mission: Mission, wanted: Mapping[Stage, Way], begins: Mapping[Stage, float], lasting: Phases
 ) -> list[Check]:
-    """That all may rise, where they stand on the floor, and sink, in their turns."""
+    """Check takeoff, standing on the floor, and landing of all agents, in their turns."""
     checks: list[Check] = []
     hovers = wanted[Stage.HOME].end
     fenced = [_fence(mission, agent, hovers[agent.index].tolist()) for agent in mission.agents]
@@ -461,7 +466,10 @@ def _fence(mission: Mission, agent: Agent, point: list[float]) -> Check:
 
 
 def _turns(mission: Mission, hovers: Array) -> Check:
-    """That nobody comes too near to another on its way, in the turns in which they go; or the worst of those who do."""
+    """Check separation in the columns in turns, ``hovers`` (agents, 3), metres.
+
+    Else report the worst pair.
+    """
     turns = pad_turns(mission, hovers)
     if sum(map(len, turns)) < len(mission.agents):
         pairs = (_pair(mission, *pair, hovers.tolist()) for pair in combinations(range(len(mission.agents)), 2))
@@ -475,7 +483,7 @@ def _turns(mission: Mission, hovers: Array) -> Check:
 
 
 def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) -> Check:
-    """Sideways, whatever their heights: so that neither is in the other's downwash."""
+    """Check of two agents' horizontal distance for any heights, including downwash."""
     apart = math.dist(points[first][:2], points[second][:2])
     names = (mission.agents[first].name, mission.agents[second].name)
     detail = "the pads have enough horizontal distance, or the hover heights enough vertical distance"
@@ -484,7 +492,7 @@ def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) 
 
 
 def _endurance(mission: Mission, lasting: Phases) -> list[Check]:
-    """That everybody is on the floor again before its battery is empty; of a mission in flight with what was flown."""
+    """Check flight time against battery endurance, including the flown part of a mission in flight."""
     aloft = max(agent.pad.risen or 0.0 for agent in mission.agents if agent.pad is not None)
     whole = aloft + lasting.whole
     took = f"after {aloft:g} s of the mission, the flight lasts" if has_risen(mission) else "the flight lasts"

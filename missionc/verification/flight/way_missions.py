@@ -1,11 +1,11 @@
-"""Ways before and after a mission, as missions of their own: from above the pads to the starts, and back above them.
+"""Transfers before and after a mission, as separate missions: from above the pads to the starts, and back.
 
-in   Mission, the polynomials that fly it
-out  where each agent hovers above its pad; the mission of a way
+in   Mission, its polynomials
+out  hover points above the pads; the mission of a transfer
 
-A way has the mission's world, its agents, bodies and vehicles, and no requirement but to be there at the end, at rest.
-Obstacles are where they are then: on the way out they stand as they do when the mission begins, on the way home they
-go on as they would. Noses stay as the mission begins, or ends.
+A transfer has the mission's world, agents, bodies and vehicles. Its only requirement is to arrive at rest. In the
+outbound transfer, obstacles are at their initial places; in the return transfer they continue their motion. The yaw is
+that of the mission's beginning, or of its end.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.certificate import MOTION
 
 NOTHING_REQUIRED = Kernel((), ())
-"""The kernel of every way."""
+"""Kernel of every transfer."""
 
 
 class Stage(Enum):
-    """A way; its value is the word that its checks begin with, and its folder."""
+    """A transfer; its value is the prefix of its checks, and its folder."""
 
     OUT = "out"
     HOME = "home"
 
 
 class Way(Record, eq=False):
-    """Where all agents begin and end it.
+    """Begin and end positions of all agents in a transfer.
 
     Args:
-        begin, end: (agents, 3), metres; of a plane mission at its altitudes.
-        yaw: (agents,), rad: throughout.
+        begin, end: (agents, 3), metres; in a plane mission at its altitudes.
+        yaw: (agents,), rad, constant.
     """
 
     begin: Array
@@ -52,29 +52,29 @@ class Way(Record, eq=False):
 
     @property
     def needed(self) -> bool:
-        """Whether anybody is anywhere else at its end."""
+        """True if some agent moves."""
         return bool(np.abs(self.end - self.begin).max() > MOTION * max(1.0, float(np.abs(self.end).max())))
 
 
 Ways = Mapping[Stage, Mapping[str, str]]
-"""The text of each agent's file, by the agent's name; a way that nobody needs is not there."""
+"""Text of each agent's file, by agent name; unneeded transfers are absent."""
 
 
 def is_whole(mission: ir.Mission) -> bool:
-    """Whether the mission says of some agent that it comes from the floor."""
+    """Return whether some agent of the mission starts on the floor."""
     return any(agent.pad is not None for agent in mission.agents)
 
 
 def has_risen(mission: ir.Mission) -> bool:
-    """Whether its agents have risen from their pads before it begins: it is what is left of a mission in flight."""
+    """Return whether the agents took off before the mission begins, as in the rest of a mission in flight."""
     return any(agent.pad is not None and agent.pad.risen is not None for agent in mission.agents)
 
 
 def ways_of(mission: ir.Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way]:
-    """Both ways, from and to above the pads; who has risen before begins where it is.
+    """Both transfers, from and to above the pads; an airborne agent begins at its position.
 
     Args:
-        flown: the polynomials of the mission, by the agent's name.
+        flown: polynomials of the mission, by agent name.
     """
     first, last, yaw_first, yaw_last, above, before = [], [], [], [], [], []
     for agent in mission.agents:
@@ -93,7 +93,7 @@ def ways_of(mission: ir.Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way
 
 
 def _above(mission: ir.Mission, agent: ir.Agent, start: Array) -> list[float]:
-    """Where an agent hovers above its pad; at its start, where it has none."""
+    """Hover point of an agent above its pad, or its start, (3,), metres, if it has no pad."""
     pad = agent.pad
     if pad is None:
         return [float(value) for value in start]
@@ -103,13 +103,13 @@ def _above(mission: ir.Mission, agent: ir.Agent, start: Array) -> list[float]:
 
 
 def way_mission(mission: ir.Mission, stage: Stage, way: Way, seconds: float, steps: int, speed: float) -> ir.Mission:
-    """The mission of a way that lasts so many seconds, in so many steps.
+    """Mission of a transfer of ``seconds`` in ``steps`` steps.
 
     Args:
-        speed: m/s, that its plan keeps to, and an agent's own dynamics.
+        speed: m/s, limit of the plan besides the agents' own dynamics.
     """
     shift = mission.horizon if stage is Stage.HOME else 0.0
-    # What grows is as large throughout as it is at the end of the way, and on the way out not grown yet.
+    # A growing obstacle has its size at the transfer's end; before the mission it has not grown yet.
     end = shift + seconds if stage is Stage.HOME else 0.0
     size = mission.dimension
     agents = tuple(
@@ -146,7 +146,7 @@ def way_mission(mission: ir.Mission, stage: Stage, way: Way, seconds: float, ste
 
 
 def _then(obstacle: ir.Obstacle, stage: Stage, shift: float, end: float, dimension: int) -> ir.Obstacle:
-    """An obstacle on the clock of a way, as large as it is at the end of that."""
+    """An obstacle on the clock of a transfer, at its size at the transfer's end."""
     if obstacle.growth:
         shape = grown_shape(obstacle.shape, obstacle.grown(end))
         return _then(replace(obstacle, shape=shape, growth=0.0), stage, shift, end, dimension)
@@ -164,5 +164,5 @@ def _then(obstacle: ir.Obstacle, stage: Stage, shift: float, end: float, dimensi
 
 
 def distance_of(way: Way) -> float:
-    """Metres of the longest straight line of a way."""
+    """Longest straight distance of a transfer, metres."""
     return max(map(math.dist, way.begin.tolist(), way.end.tolist()))

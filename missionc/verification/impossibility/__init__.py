@@ -1,1 +1,1 @@
-"""Verification of a certificate of impossibility: the cover of a mission, what is claimed of it, and the proof."""
+"""Verification of a certificate of impossibility: the cover of a mission, its claims, and the proof."""

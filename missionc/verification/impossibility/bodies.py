@@ -1,7 +1,7 @@
-"""Bodies of what stands: plain parts of shapes, and the boxes that a certificate says lie in the others.
+"""Bodies of obstacles: plain parts of shapes, and boxes claimed to lie in the others.
 
-in   a shape, boxes that are claimed to lie in it
-out  shapes with the metres that a centre has to stay away from each
+in   a shape, boxes claimed to lie in it
+out  shapes with the required distance of centres from each, metres
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from missionc.verification.impossibility.cover_document import ClaimedCover
 from missionc.verification.impossibility.intervals import NEARER, Boxes, signed_distances
 
 DEEP = 10
-"""How often a box is halved to see that it lies in a shape."""
+"""Maximum depth of halving a box to prove that it lies in a shape."""
 
 
 def name_of_obstacle(number: int) -> str:
-    """What the boxes of an obstacle are called in a certificate."""
+    """Name of an obstacle's boxes in a certificate."""
     return f"obstacle {number}"
 
 
 def name_in_graph(graph: Sight, number: int) -> str:
-    """What the boxes of something that hides are called in a certificate."""
+    """Name of the boxes of a blocking shape in a certificate."""
     return f"graph {graph.name} {number}"
 
 
 def parts(shape: Shape) -> Iterator[Shape]:
-    """The shapes that it is the union of."""
+    """Shapes whose union it is."""
     if isinstance(shape, Union):
         yield from parts(shape.left)
         yield from parts(shape.right)
@@ -41,12 +41,12 @@ def parts(shape: Shape) -> Iterator[Shape]:
 
 
 def is_plain(shape: Shape) -> bool:
-    """Whether its signed distance is the true one outside of it."""
+    """Return whether the signed distance of a shape is exact outside of it."""
     return not isinstance(shape, Union | Intersection | Difference)
 
 
 def boxes_in(name: str, cover: ClaimedCover) -> list[Box]:
-    """Those that a certificate says lie in a shape."""
+    """Boxes that a certificate claims to lie in a shape."""
     if name not in cover.bodies:
         return []
     low, high = cover.bodies[name]
@@ -54,7 +54,7 @@ def boxes_in(name: str, cover: ClaimedCover) -> list[Box]:
 
 
 def blocked(mission: Mission, cover: ClaimedCover, number: int, radius: float, step: int, boxes: Boxes) -> Flags:
-    """In which boxes, (...), no centre of a body is clear of an obstacle at a step."""
+    """Flags of boxes, (...), in which no centre of a body is clear of an obstacle at a step."""
     obstacle: Obstacle = mission.obstacles[number]
     time = step * mission.step
     by = displaced(obstacle, time, mission.dimension)
@@ -67,10 +67,9 @@ def blocked(mission: Mission, cover: ClaimedCover, number: int, radius: float, s
 
 
 def lies_in(box: Box, shape: Shape) -> bool:
-    """Whether all of a box surely lies in a shape, but for as much along its faces as verification lets pass.
+    """Return whether a box surely lies in a shape, up to the verification tolerance at its faces.
 
-    A little outside of shapes that are combined, distances say too little of how far it is: what is left has to lie
-    inside.
+    Slightly outside of combined shapes, distances are understated; the remaining parts must lie inside.
     """
     low, high = np.array(box.low) + MOTION, np.array(box.high) - MOTION
     return bool((low <= high).all()) and _lies_in(low, high, shape, DEEP)

@@ -1,7 +1,7 @@
-"""Checks of a certificate's claims: bodies without room, and labels of leaves.
+"""Checks of a certificate's claims about bodies without room and labels of leaves.
 
     in   Mission, ClaimedCover
-    out  Labels; the claims that cannot be shown, in words
+    out  Labels; descriptions of the unproved claims
 
 A label is checked when the encoding requests it.
 
@@ -39,17 +39,17 @@ from missionc.verification.impossibility.intervals import (
 )
 
 CERTAIN = 1e-9
-"""Metres, or m/s: a margin no further from 0 may be on either side of it."""
+"""Metres, or m/s: a margin this near to 0 may have either sign."""
 
 ROUNDED = 1e-14
-"""The share of the largest coordinate by which what is worked out in double precision may be off."""
+"""Rounding error of computed values, as a share of the largest coordinate."""
 
 INSIDE = 4e-6
-"""Metres inside of a body, from where on it surely hides what is behind."""
+"""Depth inside a body, metres, from which it surely blocks a line of sight."""
 
 
 class CheckedLabels:
-    """The labels of a document, one after the other; ``faults`` are those that cannot be shown."""
+    """Labels of a document, in order; ``faults`` are the unproved ones."""
 
     def __init__(self, mission: Mission, cover: ClaimedCover) -> None:
         self.mission, self.cover = mission, cover
@@ -113,7 +113,7 @@ class CheckedLabels:
     # --------------------------------------------------------------- links
 
     def _link_margin(self, graph: Graph, sender: int, receiver: int) -> Interval:
-        """The margin of a link, and at most ``-inf`` where two never see each other."""
+        """Margin of a link; at most ``-inf`` if the two never see each other."""
         here, there = self._pairwise(sender, receiver)
         match graph:
             case Proximity():
@@ -138,10 +138,10 @@ class CheckedLabels:
         return greater(length(between(here, there)), must_be_apart(self.mission, sender, receiver))
 
     def _hidden(self, graph: Sight, here: Boxes, there: Boxes) -> Flags:
-        """Between which boxes every line goes through a box that hides: (one, other).
+        """Flags of pairs of boxes whose lines all cross a blocking box: (one, other).
 
-        Where a line crosses a plane across an axis depends on each coordinate of its ends monotonically, so that the
-        corners of the boxes show all of it.
+        The crossing point with an axis-aligned plane is monotone in each coordinate of the ends, so the corners of the
+        boxes suffice.
         """
         shape = np.broadcast_shapes(here[0].shape[:-1], there[0].shape[:-1])
         hidden: Flags = np.zeros(shape, dtype=np.bool_)
@@ -158,7 +158,7 @@ class CheckedLabels:
 
 
 def _crosses_within(body: Box, axis: int, at: float, one: Boxes, other: Boxes) -> Flags:
-    """Whether every line from boxes before a plane to boxes behind it crosses it in a body."""
+    """Return whether every line from boxes before a plane to boxes behind it crosses the plane in a body."""
     result = np.asarray((one[1][..., axis] < at - INSIDE) & (other[0][..., axis] > at + INSIDE))
     if not result.any():
         return result
@@ -183,11 +183,11 @@ def _cells(cells: list[int]) -> str:
 
 
 MOST_PARTS = 12
-"""Parts along each axis, beyond which nobody counts."""
+"""Maximum number of parts along each axis."""
 
 
 def check_boxes(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
-    """That the boxes of a shape lie in it."""
+    """Report boxes of a shape that do not lie in it."""
     shapes = {name_of_obstacle(number): each.shape for number, each in enumerate(mission.obstacles)}
     for graph in mission.graphs:
         if isinstance(graph, Sight):
@@ -200,7 +200,7 @@ def check_boxes(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
 
 
 def check_rooms(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
-    """That no more agents fit into a box than it is said."""
+    """Report boxes that may contain more agents than claimed."""
     pairs = [must_be_apart(mission, one, other) for one, other in combinations(cover.asked, 2)]
     for low, high, most in cover.at_most:
         if not pairs or most < fits([float(side) + 2 * MOTION for side in high - low], min(pairs)):
@@ -208,7 +208,7 @@ def check_rooms(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
 
 
 def fits(sides: list[float], apart: float) -> float:
-    """How many points so far apart fit into a box with these sides, at most."""
+    """Upper bound of the number of points with pairwise distance ``apart`` in a box with these sides."""
     if apart <= 0:
         return math.inf
     widest = apart / math.sqrt(len(sides))
@@ -223,10 +223,10 @@ def fits(sides: list[float], apart: float) -> float:
 
 
 def check_pairs(mission: Mission, cover: ClaimedCover, agents: tuple[int, int]) -> Iterator[str]:
-    """That two agents are never in two cells at a time: for want of room, or for want of a way there from the start.
+    """Report pairs of cells claimed impossible for two agents without proof: by lack of room or of a path.
 
-    The pairs of cells that are left must hold every start, and whoever leaves one of them for a pair beside it that is
-    not left must have no room there.
+    The remaining pairs of cells must contain every start. A move from one of them to an excluded adjacent pair must
+    have no room there.
     """
     never = cover.not_together[agents]
     first, second = (inflated(cover.kind_of(agent)) for agent in agents)
@@ -248,5 +248,5 @@ def _touching(boxes: Boxes) -> Array:
 
 
 def _starts(mission: Mission, cover: ClaimedCover, agent: int) -> Flags:
-    """In which cells it may be at the first step; of the cells round an exact start, its point stands for them."""
+    """Flags of cells for an agent's first step; an exact start stands for the cells around it."""
     return np.asarray(~cover.absent[agent][0])

@@ -1,10 +1,10 @@
-"""Checks of what a certificate says of space and motion: that nothing a motion may do is left out.
+"""Checks of a certificate's claims about space and motion: no possible motion is excluded.
 
 in   Mission, its kernel, ClaimedCover
-out  what is claimed and cannot be shown, in words
+out  descriptions of the unproved claims
 
-Every bound leaves what verification of a plan lets pass. A motion is followed from cell to cell: wherever it is, it is
-in one of those that are no single points, or at the point where it starts or finishes.
+Every bound includes the tolerances of plan verification. A motion is followed from cell to cell: at each time, it is in
+a cell with volume, or at its start or finish point.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ from missionc.verification.impossibility.intervals import (
 Numbers = NDArray[np.int64]
 
 MOST_GAPS = 100_000_000
-"""Boxes between the sides of cells, all of which cells have to hold."""
+"""Maximum number of boxes between the sides of cells, all of which must be covered."""
 
 
 class MotionLimits(Record, eq=False):
-    """What the mission and the requirements in conflict say of all of an agent's motion.
+    """Limits of an agent's whole motion from the mission and the conflicting requirements.
 
-    ``dynamics`` are no faster than it may be at any step; ``length``, metres, is the most that it may go in all.
+    ``dynamics`` has the limits for every step; ``length``, metres, is the maximum path length.
     """
 
     dynamics: Dynamics
@@ -49,7 +49,7 @@ class MotionLimits(Record, eq=False):
 
 
 def limits_of(mission: Mission, goals: tuple[Goal, ...]) -> tuple[MotionLimits, ...]:
-    """The limits of each agent."""
+    """Motion limits of each agent."""
     speed = [math.inf] * len(mission.agents)
     far = [math.inf] * len(mission.agents)
     for each in conjuncts(goal.formula for goal in goals):
@@ -75,7 +75,7 @@ def _always(each: Conjunct, mission: Mission) -> bool:
 
 
 def inflated(kind: CellsOfKind) -> Boxes:
-    """The cells, single points as large as places may be off that are to be exact."""
+    """Cells with single points enlarged by the tolerance of exact places."""
     low, high = (corner.copy() for corner in kind.boxes)
     first = len(kind) - kind.points
     low[first:] -= MOTION
@@ -84,7 +84,7 @@ def inflated(kind: CellsOfKind) -> Boxes:
 
 
 def check_space(mission: Mission, cover: ClaimedCover, kind: CellsOfKind) -> Iterator[str]:
-    """That the cells and what is left out fill the world, and that no centre is ever clear in what is left out."""
+    """Report parts of the world outside cells and excluded boxes, and excluded boxes with a clear centre."""
     agents = [mission.agents[agent] for agent in kind.agents]
     first = agents[0]
     if any(
@@ -106,10 +106,10 @@ def check_space(mission: Mission, cover: ClaimedCover, kind: CellsOfKind) -> Ite
 
 
 def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
-    """A point between two corners that none of the boxes holds; None where they hold all.
+    """A point between two corners, (dim,), metres, that no box contains; None if all is covered.
 
     Raises:
-        Unreadable: there are too many of them.
+        Unreadable: there are too many boxes.
     """
     lines = [
         np.unique(
@@ -131,9 +131,9 @@ def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
 
 
 def check_absent(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionLimits) -> Iterator[str]:
-    """That the agent is in none of the cells that it is said not to be in at a step, or that another stands for it.
+    """Report cells and steps at which an agent is claimed absent without proof.
 
-    First comes what stands in a cell, and where the agent starts and finishes; then how far that is.
+    The proof uses obstacles, start and finish first, then distances.
     """
     absent = cover.absent[agent.index]
     boxes = inflated(cover.kind_of(agent.index))
@@ -148,11 +148,11 @@ def check_absent(mission: Mission, cover: ClaimedCover, agent: Agent, limits: Mo
 
 
 def _shown_at_once(mission: Mission, cover: ClaimedCover, agent: Agent) -> Flags:
-    """Where an agent is not at each step, or where another cell stands for it: (steps + 1, cells)."""
+    """Flags of direct absence, or of cells that another cell represents: (steps + 1, cells), boolean."""
     kind, absent = cover.kind_of(agent.index), cover.absent[agent.index]
     boxes = inflated(kind)
     shown: Flags = np.zeros(absent.shape, dtype=np.bool_)
-    shown[:, len(kind) - kind.points :] = True  # the cells round a point stand for it
+    shown[:, len(kind) - kind.points :] = True  # the cells around a point represent it
     for place, row in ((agent.start, 0), (agent.finish, mission.steps)):
         if place is not None:
             shown[row] |= _away(place, boxes).low > 3 * MOTION
@@ -168,7 +168,7 @@ def _shown_at_once(mission: Mission, cover: ClaimedCover, agent: Agent) -> Flags
 
 
 def _away(place: InitialSet, boxes: Boxes) -> Interval:
-    """How far the points of boxes are from a place."""
+    """Distance of the points of boxes from a place."""
     if place.point is None:
         return signed_distances(place.shape, boxes)
     at = np.array(place.point)
@@ -176,33 +176,34 @@ def _away(place: InitialSet, boxes: Boxes) -> Interval:
 
 
 def _from(boxes: Boxes, cells: Flags) -> Array:
-    """How far each box is at least from all of some: (boxes,)."""
+    """Least distance of each box from a set of boxes: (boxes,), metres."""
     some = boxes[0][cells], boxes[1][cells]
     least: Array = length(between(*pairwise(some, boxes))).low.min(axis=0, initial=np.inf)
     return least
 
 
 def reached(dynamics: Dynamics, step: float, steps: int) -> float:
-    """How far such an agent gets at most in so many steps, metres; each may be off by as much as is let pass."""
+    """Greatest distance reached in ``steps`` steps, metres, including the tolerance of each step."""
     return (dynamics.top_speed + MOTION) * steps * step + (steps + 3) * MOTION
 
 
 def gone(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
-    """How far such an agent gets at least in so many steps, metres; in a volume nothing is known but of one step."""
+    """Least distance covered in ``steps`` steps, metres; in a volume only known for one step."""
     if dynamics.has_momentum or dynamics.lowest_speed <= 0 or (steps > 1 and dimension > 2):
         return 0.0
     way = (dynamics.lowest_speed - MOTION) * step - 3 * MOTION
     if way <= 0:
         return 0.0
-    aside = MOTION / way  # rad, by which a way may differ from the heading
+    aside = MOTION / way  # rad, greatest difference between path and heading
     return way * _scaled_turn(steps, dynamics.top_turn * step + MOTION + 3 * aside)
 
 
 def _scaled_turn(steps: int, turn: float) -> float:
-    """How many times a step's way one gets away at least in so many steps that each turn by so many radians at most.
+    """Least distance covered in ``steps`` steps with bounded turns, in radians, as a multiple of a step.
 
     Source:
-        Schur's comparison theorem: a polygon that turns less than another, both convex, has its ends further apart.
+        Schur's comparison theorem: of two convex polygonal paths, the one with smaller turns has its ends further
+        apart.
     """
     if steps == 1:
         return 1.0
@@ -212,7 +213,7 @@ def _scaled_turn(steps: int, turn: float) -> float:
 
 
 def check_moves(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> Iterator[str]:
-    """That no motion leads from one cell to another where it is said that none does."""
+    """Report excluded moves between cells that some motion makes."""
     boxes = inflated(kind)
     distance = length(between(*pairwise(boxes, boxes)))
     touching = distance.low <= 0.0
@@ -229,7 +230,12 @@ def check_moves(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> It
 
 
 def _joined(distance: Array, touching: Flags, source: int, targets: Numbers, most: float) -> Flags:
-    """To which targets a chain of touching cells leads, none of them further from both ends together: (targets,)."""
+    """Flags of targets that a chain of touching cells reaches within the distance limit.
+
+    Shape: (targets,), boolean.
+
+    ``distance`` is (cells, cells), metres.
+    """
     allowed = distance[source][None, :] + distance[targets] <= most
     found: Flags = np.zeros(len(targets), dtype=np.bool_)
     for number, (target, able) in enumerate(zip(targets.tolist(), allowed, strict=True)):
@@ -243,7 +249,7 @@ def _joined(distance: Array, touching: Flags, source: int, targets: Numbers, mos
 
 
 def check_turns(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> Iterator[str]:
-    """That nobody of bounded acceleration bends its way so much as it is said not to."""
+    """Report excluded turns that an agent of bounded acceleration can make."""
     boxes = inflated(kind)
     low, high = boxes
     top = limits.dynamics.top_acceleration
@@ -260,7 +266,7 @@ def check_turns(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> It
 
 
 def check_visits(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionLimits) -> Iterator[str]:
-    """That the way from the start by two cells, in either order, is too long."""
+    """Report excluded pairs of visits whose path from the start, in some order, is short enough."""
     never = cover.not_both[agent.index]
     boxes = inflated(cover.kind_of(agent.index))
     first = _from(boxes, ~cover.absent[agent.index][0])

@@ -1,11 +1,10 @@
-"""Check of a certificate of impossibility: that no motion satisfies the mission, trusting nothing that made it.
+"""Check of a certificate of impossibility, without trust in its producer.
 
 in   Mission, its kernel, the certificate's files
 out  Checks
 
-Nothing here shares code with the planning of motions or with covers: cells, moves and labels are looked at with
-interval arithmetic, the clauses are made once more from them and from the mission, and the proof is gone through step
-by step.
+The check shares no code with planning or covers. It checks cells, moves and labels with interval arithmetic, derives
+the clauses again from them and the mission, and follows the proof step by step.
 """
 
 from __future__ import annotations
@@ -47,10 +46,10 @@ _END = re.compile(rb"(?:^|\s)d?[-+]?0+(?=\s|$)")
 def check_refutation(
     mission: Mission, kernel: Kernel, files: Mapping[str, bytes], limits: Limits, deadline: float = math.inf
 ) -> tuple[Check, ...]:
-    """That the files prove that no motion satisfies the requirements that the cover names.
+    """Check the proof that no motion satisfies the requirements named by the cover.
 
     Args:
-        deadline: of the monotonic clock; a proof that is not gone through by then is not believed.
+        deadline: on the monotonic clock; a proof that is not checked by then is rejected.
     """
     try:
         cover = read_cover(files[COVER].decode("utf-8", errors="replace"), mission)
@@ -63,10 +62,10 @@ def check_refutation(
 
 
 def check_cover(mission: Mission, kernel: Kernel, cover: ClaimedCover) -> tuple[tuple[Check, ...], Cnf]:
-    """That a cover leaves out nothing that a motion may do; and what it asks for, with the requirements it names.
+    """Check that a cover excludes no possible motion; return its clauses for its requirements.
 
     Raises:
-        Unreadable: it is none of this mission.
+        Unreadable: it is not a cover of this mission.
     """
     goals = tuple(goal for goal in kernel.requirements if goal.name in cover.conflict)
     if len(goals) != len(set(cover.conflict)):
@@ -98,7 +97,7 @@ def _of_motion(mission: Mission, cover: ClaimedCover, limits: tuple[MotionLimits
 
 
 def conflict_of(files: Mapping[str, bytes], mission: Mission) -> tuple[str, ...]:
-    """The requirements that a certificate is about; nothing where it cannot be read."""
+    """Names of the requirements of a certificate; empty if it cannot be read."""
     try:
         return read_cover(files[COVER].decode("utf-8", errors="replace"), mission).conflict
     except Unreadable:
@@ -106,16 +105,16 @@ def conflict_of(files: Mapping[str, bytes], mission: Mission) -> tuple[str, ...]
 
 
 def check_drat(files: Mapping[str, bytes], limits: Limits, deadline: float = math.inf) -> Check:
-    """That a proof shows step by step that the clauses beside it cannot all hold.
+    """Check step by step the proof that the clauses are unsatisfiable.
 
-    Each step has to follow by unit propagation. One that only keeps the clauses satisfiable (RAT) is refused, for what
-    that is has to be looked for among clauses that were deleted as well, once literals have been propagated from them.
+    Each step must follow by unit propagation. Steps that only preserve satisfiability (RAT) are rejected: their check
+    would involve deleted clauses from which literals were propagated.
     """
     return _check("proof", DRAT, _faults_of_proof(files, limits, deadline))
 
 
 class _TooLateError(Exception):
-    """The deadline came while a proof was gone through."""
+    """The deadline passed during the check of a proof."""
 
 
 def _faults_of_proof(files: Mapping[str, bytes], limits: Limits, deadline: float) -> Iterator[str]:
@@ -149,7 +148,7 @@ def _faults_of_proof(files: Mapping[str, bytes], limits: Limits, deadline: float
 def _until(
     deadline: float, variables: int, steps: Iterable[tuple[str, Sequence[int]]]
 ) -> Iterator[tuple[str, Sequence[int]]]:
-    """The steps of a proof that names no variable which the clauses do not."""
+    """Yield the steps of a proof until the deadline; its variables must occur in the clauses."""
     for kind, literals in steps:
         if time.monotonic() >= deadline:
             raise _TooLateError

@@ -1,4 +1,4 @@
-"""Clauses of a refutation: a plain list, and a literal for each formula that implies it.
+"""Clauses of a refutation: a plain list, with a literal for each formula that implies it.
 
 Source:
     Plaisted and Greenbaum, "A structure-preserving clause form translation", 1986.
@@ -11,18 +11,18 @@ from collections.abc import Iterable, Sequence
 TRUE, FALSE = 1, -1
 
 MOST_CLAUSES = 8_000_000
-"""Clauses beyond which nobody goes through a proof."""
+"""Maximum number of clauses of a checked proof."""
 
 
 class TooManyClauses(ValueError):
-    """There are more clauses than anybody goes through."""
+    """There are more clauses than the limit."""
 
 
 class Cnf:
-    """Clauses; variable 1 is true, and whatever is known folds away.
+    """Clauses; variable 1 is true, and known literals are folded.
 
     Raises:
-        TooManyClauses: from wherever they are added.
+        TooManyClauses: raised by every addition beyond the limit.
     """
 
     def __init__(self) -> None:
@@ -34,7 +34,7 @@ class Cnf:
         return self.variables
 
     def add(self, literals: Iterable[int]) -> None:
-        """Some of these hold."""
+        """Add a clause: some of these literals hold."""
         clause = [literal for literal in literals if literal != FALSE]
         if TRUE not in clause:
             self._keep(clause or [FALSE])
@@ -68,7 +68,7 @@ class Cnf:
         return name
 
     def at_least(self, count: int, literals: Sequence[int]) -> int:
-        """A literal that implies so many of these.
+        """A literal that implies that at least ``count`` of these hold.
 
         Source:
             Sinz, "Towards an optimal CNF encoding of Boolean cardinality constraints", 2005.
@@ -85,7 +85,7 @@ class Cnf:
         return before[count]
 
     def at_most_one(self, literals: Sequence[int]) -> None:
-        """No two of these hold."""
+        """Add clauses: at most one of these literals holds."""
         parts = [literal for literal in literals if literal != FALSE]
         seen = FALSE
         for literal in parts:

@@ -1,9 +1,9 @@
-"""Cover of a mission as a document: cells of all space there is, and what is claimed never to be so of them.
+"""Cover of a mission as a document: cells of the whole space, and claims of impossible states and moves.
 
     in   ``cover.json``
-    out  ClaimedCover, of which nothing is believed
+    out  ClaimedCover, untrusted
 
-Each claim leaves something out, so that one that is not made proves less, and nothing wrong.
+Each claim excludes something, so that a missing claim weakens the proof but is never unsound.
 """
 
 from __future__ import annotations
@@ -24,40 +24,39 @@ from missionc.verification.impossibility.intervals import Boxes
 COVER, COVER_SCHEMA = "cover.json", "missionc.cover/1"
 
 FURTHEST = 1e12
-"""Metres from the origin, beyond which nothing is: what is worked out of places stays finite."""
+"""Greatest distance from the origin, metres, so that computed values stay finite."""
 
 MOST_CELLS = 3000
-"""Cells of a kind of agents, of which every two are looked at."""
+"""Maximum number of cells of a kind of agents for checks of pairs."""
 
 MOST_THIRDS = 120
-"""Cells of a kind of agents, of which every two are looked at with every third."""
+"""Maximum number of cells of a kind of agents for checks of triples."""
 
 MOST_BOXES = 20_000
-"""Boxes of a list: of cells, of what is left out, of a body."""
+"""Maximum number of boxes of a list: cells, excluded boxes, or boxes of a body."""
 
 MOST_ROOMS = 2_000
-"""Boxes in which agents are counted, or that lie in one body."""
+"""Maximum number of boxes that limit agents, or that lie in one body."""
 
 MOST_CHOICES = 10_000
-"""Choices of agents that are one too many in a box."""
+"""Maximum number of choices of agents that are too many for a box."""
 
 Json: TypeAlias = Any
 
 
 class Unreadable(ValueError):
-    """What is in the file is no cover of this mission."""
+    """The file is not a cover of this mission."""
 
 
 class CellsOfKind(Record, eq=False):
-    """The cells of agents that are alike, and how none of them moves.
+    """Cells of equal agents, and impossible moves between them.
 
     Args:
         agents: mission indices.
         boxes: corners, (cells, dim) twice, metres; the last ``points`` are points where agents start and finish.
-        left_out: corners of boxes in which no centre is ever clear of what stands, (boxes, dim) twice.
-        no_move: by a number of steps, from which cell to which none comes in so many: (cells, cells).
-        no_turn: by a number of steps, to which third cell none comes as long after the second as that after the first:
-            (cells, cells, cells).
+        left_out: corners of boxes without a clear centre, (boxes, dim) twice.
+        no_move: by number of steps, impossible moves between cells: (cells, cells).
+        no_turn: by number of steps, impossible triples of cells at equal intervals: (cells, cells, cells).
     """
 
     agents: tuple[int, ...]
@@ -72,11 +71,12 @@ class CellsOfKind(Record, eq=False):
 
 
 class Label(Record, eq=False):
-    """Where a leaf of a formula never holds, and where it never fails.
+    """Cells in which a leaf of a formula never holds, and never fails.
 
     Args:
-        leaf: its words.
-        of: ``cells`` of one agent, (cells,), its ``moves``, or ``pairs`` of cells of two agents, (cells, cells).
+        leaf: its text.
+        of: kind of arrays: ``cells`` of one agent, (cells,), its ``moves``, or ``pairs`` of cells of two agents,
+            (cells, cells).
     """
 
     leaf: str
@@ -87,20 +87,19 @@ class Label(Record, eq=False):
 
 
 class ClaimedCover(Record, eq=False):
-    """A cover, and what it leaves out.
+    """A cover and its exclusions.
 
     Args:
-        conflict: the names of the requirements that no motion satisfies together.
-        asked: the agents it is said of.
-        apart: whether their bodies keep apart.
-        kinds: each agent is of one of them.
-        bodies: by the name of a shape that is no plain one, as ``bodies.names`` gives it, boxes that lie in it, (boxes,
-            dim) twice.
-        absent: for each agent, where it never is at each step: (steps + 1, cells).
-        not_both: for some agents, in which two cells they never are, at whatever steps: (cells, cells).
-        at_most: boxes, corners (dim,) each, and how many of the agents fit into them.
-        not_together: for some pairs of agents, in which two cells they never are at a time: (cells, cells).
-        labels: in the order in which the encoding asks for them.
+        conflict: names of the requirements that no motion satisfies together.
+        asked: the agents that it is about.
+        apart: True if their bodies keep the separation.
+        kinds: cells of each kind of agents.
+        bodies: by the name of a combined shape from ``bodies.names``, boxes inside it, (boxes, dim) twice.
+        absent: for each agent, impossible cells at each step: (steps + 1, cells).
+        not_both: for some agents, pairs of cells that they cannot both visit: (cells, cells).
+        at_most: boxes, corners (dim,) each, with the maximum number of agents in them.
+        not_together: for some pairs of agents, impossible pairs of cells at one step: (cells, cells).
+        labels: in the order of their use in the encoding.
     """
 
     conflict: tuple[str, ...]
@@ -126,7 +125,7 @@ class ClaimedCover(Record, eq=False):
 
 
 def document(cover: ClaimedCover, mission: Mission) -> bytes:
-    """The text of ``cover.json``."""
+    """Text of ``cover.json``."""
     names = [agent.name for agent in mission.agents]
     content: dict[str, Json] = {
         "schema": COVER_SCHEMA,
@@ -174,7 +173,7 @@ def _corners(boxes: Boxes) -> Json:
 
 
 def _packed(flags: Flags) -> Json:
-    """The numbers of those that are set, row by row."""
+    """Indices of the set flags, row by row."""
     return np.flatnonzero(flags).tolist() if flags.ndim == 1 else [_packed(row) for row in flags]
 
 
@@ -182,10 +181,10 @@ def _packed(flags: Flags) -> Json:
 
 
 def read_cover(text: str, mission: Mission) -> ClaimedCover:
-    """The cover that a document claims.
+    """Parse the cover of a document.
 
     Raises:
-        Unreadable: it is no cover of this mission.
+        Unreadable: it is not a cover of this mission.
     """
     try:
         found = parse_json(text)
@@ -198,7 +197,7 @@ def read_cover(text: str, mission: Mission) -> ClaimedCover:
 
 
 class _Reader:
-    """Reads values that may be anything; whatever does not fit raises."""
+    """Reader of untrusted values; invalid ones raise."""
 
     def __init__(self, mission: Mission) -> None:
         self.mission, self.dimension, self.steps = mission, mission.dimension, mission.steps
@@ -304,7 +303,7 @@ def _text(found: Json) -> str:
 
 
 def _flags(found: Json, shape: tuple[int, ...]) -> Flags:
-    """Flags of that shape from the numbers of those that are set."""
+    """Flags of that shape from the indices of the set ones."""
     flags: Flags = np.zeros(shape, dtype=np.bool_)
     if len(shape) == 1:
         numbers = np.array(found, dtype=object)

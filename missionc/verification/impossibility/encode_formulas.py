@@ -1,12 +1,12 @@
-"""The encoding of motion and formulas over cells: variables for positions, literals for formulas that may hold.
+"""Encoding of motion and formulas over cells: variables for positions, literals for possible formulas.
 
-    in   the kernel's goals, ClaimedCover, the number of the last step, labels of leaves
+    in   the kernel's goals, ClaimedCover, the last step, labels of leaves
     out  clauses
 
-A variable stands for an agent in a cell at a step, and clauses state what a cover leaves out. The literal of a
-formula, agent and step implies that the formula may hold there. The encoding follows from the meaning of each
-operator, and is independent of the search for plans. A heading, a resource or any other leaf that cells do not
-determine may hold and may fail.
+A variable states that an agent is in a cell at a step, and clauses state the cover's exclusions. The literal of a
+formula, agent and step implies that the formula may hold there. The encoding follows from the meaning of each operator,
+and is independent of the search for plans. A leaf that cells do not determine, such as a heading or a resource, may
+hold and may fail.
 
 Source:
     [strel] Definitions 4 and 5, with "may hold" in place of "holds".
@@ -32,14 +32,14 @@ from missionc.verification.impossibility.cnf import FALSE, TRUE, Cnf
 from missionc.verification.impossibility.cover_document import CellsOfKind, ClaimedCover
 
 States = NDArray[np.int64]
-"""The literal that an agent is in a cell at a step, (steps + 1, cells); FALSE where it never is."""
+"""Literals that an agent is in a cell at a step, (steps + 1, cells); FALSE for impossible cells."""
 
 FEW = 4
-"""A clause for each cell ruled out, up to so many; else one over those that are left."""
+"""Maximum number of clauses for excluded cells; otherwise one clause over the remaining ones."""
 
 
 def encode_motion(cover: ClaimedCover, cnf: Cnf) -> dict[int, States]:
-    """Adds that each agent asked is in one cell at each step, and never does what the cover leaves out."""
+    """Add that each agent is in one cell at each step and never makes an excluded move."""
     states: dict[int, States] = {}
     for agent in cover.asked:
         absent, kind = cover.absent[agent], cover.kind_of(agent)
@@ -69,11 +69,11 @@ def encode_motion(cover: ClaimedCover, cnf: Cnf) -> dict[int, States]:
 
 
 def add_support(cnf: Cnf, here: States, there: States, fits: Flags, condition: int = FALSE) -> None:
-    """Where the one is in a cell, the other is in one that goes with it, unless the condition holds.
+    """Add that if the first is in a cell, the second is in a compatible one, unless the condition holds.
 
     Args:
         here: (cells,); ``there`` likewise.
-        fits: (cells, cells).
+        fits: (cells, cells), boolean.
     """
     columns = np.flatnonzero(there != FALSE)
     for row in np.flatnonzero(here != FALSE).tolist():
@@ -95,7 +95,7 @@ def _add_turns(cnf: Cnf, own: States, steps: int, fits: NDArray[np.bool_]) -> No
 
 
 def _add_visits(cnf: Cnf, own: States, never: Flags) -> None:
-    """Whoever is ever in one of two cells is never in the other."""
+    """Add that an agent that is ever in one of two cells is never in the other."""
     wanted = np.flatnonzero(never.any(axis=0) | never.any(axis=1))
     ever = {}
     for cell in wanted.tolist():
@@ -120,7 +120,7 @@ def _add_rooms(cnf: Cnf, cover: ClaimedCover, states: dict[int, States]) -> None
 
 
 def within_box(kind: CellsOfKind, low: NDArray[np.float64], high: NDArray[np.float64]) -> Flags:
-    """Which cells lie in a box: (cells,)."""
+    """Flags of cells within a box from ``low`` to ``high``, (dim,), metres: (cells,), boolean."""
     inside: Flags = np.all((kind.boxes[0] >= low) & (kind.boxes[1] <= high), axis=1)
     return inside
 
@@ -137,30 +137,30 @@ def _seen(cnf: Cnf, literals: Sequence[int]) -> int:
 
 
 DEEP = 20_000
-"""Frames: formulas nest some hundreds deep, and each level takes a few."""
+"""Recursion limit: formulas nest some hundreds deep, with a few frames per level."""
 
 Never = tuple[Flags, Flags]
-"""Where a leaf never holds, and where it never fails."""
+"""Flags of cells in which a leaf never holds, and in which it never fails."""
 
 
 class Labels(Protocol):
-    """What is known of leaves, by the cells that agents are in."""
+    """Labels of leaves by the cells of agents."""
 
     def own(self, predicate: Predicate, agent: int) -> Never:
-        """By the cell of the agent that it is asked of: (cells,) each."""
+        """Label by the cell of the evaluated agent: (cells,) each."""
 
     def moves(self, predicate: Predicate, agent: int) -> Never:
-        """By its cells at a step and the next: (cells, cells) each."""
+        """Label by its cells at a step and the next: (cells, cells) each."""
 
     def pair(self, predicate: Predicate, first: int, second: int) -> Never:
-        """By the cells of two agents, the first of which it is asked of: (cells, cells) each."""
+        """Label by the cells of two agents, evaluated for the first: (cells, cells) each."""
 
     def link(self, graph: Graph, sender: int, receiver: int) -> Never:
-        """A link that leads from the one to the other, by their cells: (cells, cells) each."""
+        """Label of a link from one agent to another, by their cells: (cells, cells) each."""
 
 
 def refutation(mission: Mission, goals: tuple[k.Goal, ...], cover: ClaimedCover, labels: Labels) -> Cnf:
-    """Clauses that some motion satisfies if one satisfies the goals: where they have no model, none does."""
+    """Clauses that any motion satisfying the goals satisfies; without a model, there is no such motion."""
     cnf = Cnf()
     formulas = _Formulas(mission, encode_motion(cover, cnf), cnf, labels)
     before = sys.getrecursionlimit()
@@ -180,7 +180,7 @@ class _Formulas:
         self._known: dict[Hashable, int] = {}
 
     def holds(self, node: k.Node, agent: int, step: int) -> int:
-        """A literal that implies that the formula may hold of an agent at a step."""
+        """A literal that implies that the formula may hold for an agent at a step."""
         key = node, agent, step
         if key not in self._known:
             self._known[key] = self._define(node, agent, step)
@@ -222,7 +222,7 @@ class _Formulas:
     # ---------------------------------------------------------------- time
 
     def _steps(self, low: int, high: int | None, step: int) -> range | None:
-        """The steps of a window; None where it runs past the last one, of which nothing is known."""
+        """Steps of a window; None if it runs past the last step, where nothing is known."""
         final = self.last if high is None else step + high
         if final > self.last or (low >= 0 and step + low > final):
             return None
@@ -248,7 +248,7 @@ class _Formulas:
         return outer(cases)
 
     def _held(self, node: k.UntilNode, agent: int, step: int, end: int) -> int:
-        """``hold`` from a step up to, not at, another one before or after it; at some of them, where ``every``."""
+        """``hold`` from a step up to another one, excluded, before or after it; at some of them if ``every``."""
         join = self.cnf.any_of if node.every else self.cnf.all_of
         result = FALSE if node.every else TRUE
         way = range(step, end) if end >= step else range(step, end, -1)
@@ -272,7 +272,7 @@ class _Formulas:
         )
 
     def _route(self, node: k.ReachNode | k.RouteNode, hops: int, metres: float, agent: int, step: int) -> int:
-        """``_reach``, and that where it leads is no further than so many of the longest links, or so many metres."""
+        """``_reach``, with the end no further than ``hops`` longest links, or ``metres``."""
         graph = node.graph
         hops = min(hops, max(len(graph.agents) - 1, 0))
         leads = self._reach(node, hops, agent, step)
@@ -288,7 +288,7 @@ class _Formulas:
         return self.cnf.all_of((leads, self.cnf.any_of(ends)))
 
     def _reach(self, node: k.ReachNode | k.RouteNode, hops: int, agent: int, step: int) -> int:
-        """Some route of so many links at most leads to ``end`` over ``through``; or each that must be there does."""
+        """Some route of at most ``hops`` links over ``through`` to ``end``; the dual for universal nodes."""
         key = "reach", node, hops, agent, step
         if key not in self._known:
             on_way = node.graph.agents if agent in node.graph.agents else ()
@@ -315,7 +315,7 @@ class _Formulas:
     # -------------------------------------------------------------- leaves
 
     def _atom(self, predicate: Predicate, truth: bool, agent: int, step: int) -> int:
-        """What is asked of parts one by one is asked of each."""
+        """Literal of an atom; a predicate with parts is split into them."""
         if isinstance(predicate, Flagged):
             return self._flag(predicate.flag, truth, agent, step)
         if predicate.reads_past or predicate.reads_heading or predicate.graph is not None:
@@ -363,7 +363,7 @@ class _Formulas:
         )
 
     def _truth(self, leaf: Hashable, truth: bool, step: int, here: States, there: States, never: Never) -> int:
-        """The literal of a leaf, where it holds, or fails, in the cells of two, or of one at two steps."""
+        """Literal of a leaf in the cells of two agents, or of one at two steps."""
         name, asked = self._name(leaf, truth, step)
         if not asked:
             add_support(self.cnf, here, there, ~never[0 if truth else 1], -name)
@@ -382,7 +382,7 @@ class _Formulas:
         return name
 
     def _name(self, leaf: Hashable, truth: bool, step: int) -> tuple[int, bool]:
-        """The literal that a leaf holds at a step, or fails; and whether it was asked for before."""
+        """Literal that a leaf holds, or fails, at a step; and whether it already existed."""
         key = "leaf", leaf, step
         if key not in self._known:
             self._known[key] = self.cnf.fresh()
@@ -392,7 +392,7 @@ class _Formulas:
         return name, asked
 
     def _flag(self, flag: Flag, truth: bool, agent: int, step: int) -> int:
-        """It is set where one is in the region that sets it, or was set before and one is not in that which clears."""
+        """Literal of a flag: in the setting region, or set before and not in the clearing region."""
         if agent not in flag.agents:
             return FALSE if truth else TRUE
         key = "flag", flag, truth, agent

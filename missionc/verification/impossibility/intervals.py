@@ -1,6 +1,6 @@
-"""Interval arithmetic on arrays, rounded outward, and what predicates measure of agents anywhere in boxes.
+"""Interval arithmetic on arrays, rounded outward, and predicates' measures over boxes.
 
-Every bound is the next double beyond the one that was worked out, so that an interval holds every value that there is.
+Every bound is the next double beyond the computed one, so that an interval contains every possible value.
 
 Source:
     Moore, Kearfott and Cloud, "Introduction to Interval Analysis", 2009: the natural extension of an expression.
@@ -24,18 +24,18 @@ Boxes: TypeAlias = tuple[Array, Array]
 """The lowest and the highest corners of boxes, (..., dim) each, metres."""
 
 NEARER = CERTAIN + 2 * MOTION
-"""Metres by which bodies may be nearer to each other and to what stands than they must: verification of a plan lets
-that pass between two moments it looks at, steps among them."""
+"""Metres by which bodies may be nearer to each other and to obstacles than required: the tolerance of plan verification
+between two sample times, steps included."""
 
 
 class Interval(Record, eq=False):
-    """All numbers from ``low`` to ``high``, (...) each."""
+    """Numbers from ``low`` to ``high``, (...) each."""
 
     low: Array
     high: Array
 
     __array_ufunc__ = None
-    """An array on the left leaves the operation to the interval."""
+    """With None, an array on the left leaves the operation to the interval."""
 
     def __add__(self, other: Interval | Array | float) -> Interval:
         other = exactly(other)
@@ -69,23 +69,23 @@ class Interval(Record, eq=False):
 
 
 def exactly(value: Interval | Array | float) -> Interval:
-    """An interval of one number, where it is not one already."""
+    """Interval of one number, (...), any unit, unless it is already an interval."""
     return value if isinstance(value, Interval) else Interval(np.asarray(value), np.asarray(value))
 
 
 def greater(one: Interval, other: Interval | float) -> Interval:
-    """The greater of two numbers."""
+    """Greater of two numbers."""
     other = exactly(other)
     return Interval(np.maximum(one.low, other.low), np.maximum(one.high, other.high))
 
 
 def less(one: Interval, other: Interval | float) -> Interval:
-    """The lesser of two numbers."""
+    """Smaller of two numbers."""
     return -greater(-one, -exactly(other))
 
 
 def length(coordinates: Iterable[Interval]) -> Interval:
-    """The Euclidean length of a vector."""
+    """Euclidean length of a vector."""
     sizes = [abs(each) for each in coordinates]
     total = reduce(Interval.__add__, (_outward(each.low**2, each.high**2) for each in sizes))
     return _outward(np.sqrt(np.maximum(total.low, 0.0)), np.sqrt(total.high))
@@ -96,7 +96,7 @@ def _outward(low: Array, high: Array) -> Interval:
 
 
 def signed_distances(shape: ir.Shape, boxes: Boxes) -> Interval:
-    """The signed distances of the points of boxes to a shape's border, metres, negative inside."""
+    """Signed distances of the points of boxes to a shape's border, metres, negative inside."""
     low, high = boxes
     axes = [Interval(low[..., axis], high[..., axis]) for axis in range(low.shape[-1])]
     match shape:
@@ -119,13 +119,13 @@ def signed_distances(shape: ir.Shape, boxes: Boxes) -> Interval:
 
 
 def _strip(axis: Interval, begin: float, end: float) -> Interval:
-    """The signed distance to an interval, from its middle: convex, so that its greatest value is at an end."""
+    """Signed distance to an interval from its middle: convex, so that its greatest value is at an end."""
     half = (end - begin) / 2
     return abs(axis - (begin + half)) - half
 
 
 def _product(distances: Sequence[Interval]) -> Interval:
-    """The signed distance to a product of sets, from those to each."""
+    """Signed distance to a product of sets, from those to each."""
     return length(greater(each, 0.0) for each in distances) + less(reduce(greater, distances), 0.0)
 
 
@@ -134,11 +134,11 @@ def _extruded(plane: Interval, band: ir.Prism | None, axes: Sequence[Interval]) 
 
 
 POLYGON = 1e-9
-"""Metres by which the distance of a point to a polygon may be worked out wrongly."""
+"""Error bound of a point's distance to a polygon, metres."""
 
 
 def _by_the_middle(shape: ir.Shape, boxes: Boxes) -> Interval:
-    """No point of a box is further from its middle than half its diagonal, and the distance changes no faster."""
+    """Distance by the middle of a box: its points are within half a diagonal, and the distance is 1-Lipschitz."""
     low, high = boxes
     middle = (low + high) / 2
     away = length(Interval(np.zeros_like(side), side / 2) for side in np.moveaxis(high - low, -1, 0)).high + POLYGON
@@ -147,7 +147,7 @@ def _by_the_middle(shape: ir.Shape, boxes: Boxes) -> Interval:
 
 
 def between(one: Boxes, other: Boxes) -> list[Interval]:
-    """The coordinates of a point of the second boxes from one of the first."""
+    """Differences of the coordinates from points of the first boxes to points of the second."""
     (low, high), (other_low, other_high) = one, other
     return [
         Interval(other_low[..., axis], other_high[..., axis]) - Interval(low[..., axis], high[..., axis])
@@ -156,27 +156,27 @@ def between(one: Boxes, other: Boxes) -> list[Interval]:
 
 
 def pairwise(one: Boxes, other: Boxes) -> tuple[Boxes, Boxes]:
-    """Each box of one beside each of the other: (one, other, dim) when they are broadcast."""
+    """Pair each box of one with each of the other: (one, other, dim) after broadcasting."""
     return (one[0][:, None, :], one[1][:, None, :]), (other[0][None, :, :], other[1][None, :, :])
 
 
 def must_be_apart(mission: ir.Mission, first: int, second: int) -> float:
-    """Metres between the centres of two agents in every plan, less what verification lets pass."""
+    """Required distance between the centres of two agents, minus the verification tolerance, metres."""
     return mission.separation + mission.agents[first].radius + mission.agents[second].radius - NEARER
 
 
 class IntervalView:
-    """Measures of agents that are anywhere in boxes; the first of them is the one that is asked."""
+    """Measures of agents anywhere in boxes; evaluated for the first."""
 
     def __init__(self, mission: ir.Mission, places: Mapping[int, Boxes], speed: Interval | None = None) -> None:
         self.mission, self.dimension, self.places, self.known_speed = mission, mission.dimension, places, speed
         self.oneself = next(iter(places))
 
     def place(self, agent: int | None) -> Boxes:
-        """Where an agent may be.
+        """Box of an agent.
 
         Raises:
-            ValueError: it is not one of those that are somewhere.
+            ValueError: the agent has no box.
         """
         agent = self.oneself if agent is None else agent
         if agent not in self.places:
@@ -207,6 +207,7 @@ class IntervalView:
         return length(self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension))
 
     def of_place(self, value: Callable[[Any, Array], Array]) -> Interval:
+        """Interval of a 1-Lipschitz function of the place over boxes (..., dim): (...), metres."""
         low, high = self.place(None)
         middle = exactly(np.asarray(value(np, (low + high) / 2)))
         reach = length(Interval(low[..., axis], high[..., axis]) - low[..., axis] for axis in range(self.dimension))

@@ -1,1 +1,1 @@
-"""Runtime monitoring: trace and kernel formula to truth and robustness."""
+"""Runtime monitoring: truth and robustness of kernel formulas along a trace."""

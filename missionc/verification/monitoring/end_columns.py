@@ -1,19 +1,19 @@
-"""The first and the last step as two columns, and which of them a window of steps holds."""
+"""The first and the last step as two columns, and membership of these steps in windows."""
 
 from __future__ import annotations
 
 FIRST, LAST = 0, 1
-"""The two steps that are known, as columns."""
+"""The two known steps, as columns."""
 
 MOST_NODES = 5_000
-"""Formulas in kernel form that are looked at; of more, nothing is said."""
+"""Maximum number of kernel nodes; larger formulas give no result."""
 
 
 def columns(last: int, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
-    """The known steps in a window that stands at one of them, and whether it holds no others.
+    """Known steps in a window at one of them, and whether it has no others.
 
     Args:
-        last: the mission's last step.
+        last: last step of the mission.
     """
     if low < 0 and high is not None:
         at = last if column == LAST else 0

@@ -1,4 +1,4 @@
-"""Evaluation of kernel formulas along a trace, in the logic of truth or of robustness."""
+"""Evaluation of kernel formulas along a trace, in Boolean or robustness logic."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from missionc.verification.monitoring.logic import Logic, Values
 
 
 class Evaluation(Domain[Values]):
-    """The domain of values along a trace: (agents, steps + 1), or 1 in place of either where it does not matter.
+    """Domain of values along a trace: (agents, steps + 1), or 1 for an axis that does not matter.
 
     Raises:
-        ValueError: the trace has other agents than the mission.
+        ValueError: trace and mission have different agents.
     """
 
     def __init__(self, logic: Logic, mission: Mission, trace: Trace) -> None:
@@ -54,7 +54,7 @@ class Evaluation(Domain[Values]):
         return reduce(np.maximum, parts, self._nowhere())
 
     def at_least(self, count: int, parts: Sequence[Values]) -> Values:
-        """The ``count``-th largest of the parts, agent by agent to hold few of them at once."""
+        """The ``count``-th largest of the parts, agent by agent to save memory."""
         if not 0 < count <= len(parts):
             return self.meet(()) if count <= 0 else self.join(())
         spread = np.broadcast_arrays(*parts)
@@ -113,7 +113,7 @@ class Evaluation(Domain[Values]):
         return self._signed(some, not node.every)
 
     def path_length(self, node: PathLength, holds: bool) -> Values:
-        """No longer than the upper bound, and not shorter than the lower one."""
+        """Value of the length being at most the upper bound and at least the lower one."""
         graph, logic = node.graph, self.logic
         target = self.member(frozenset((node.agent,)), True)
 
@@ -133,20 +133,23 @@ class Evaluation(Domain[Values]):
         return self._signed(self._along(graph, (target,), outside, measure), holds)
 
     def _signed(self, value: Values, holds: bool) -> Values:
-        """The value, or that of the negation."""
+        """The value, or that of its negation."""
         return value if holds else np.asarray(self.logic.negate(value))
 
     def _agents(self) -> range:
         return range(len(self.mission.agents))
 
     def _spread(self, value: Values) -> Values:
-        """The value at every step, also where it does not depend on the step."""
+        """The value at every step, also if it does not depend on the step."""
         return np.broadcast_to(value, (len(value), self.steps))
 
     def _along(
         self, graph: Graph, below: tuple[Values, ...], outside: Values, measure: Callable[..., Values]
     ) -> Values:
-        """``measure`` of each piece of steps and the members' values there; ``outside`` is the value of the others."""
+        """Apply ``measure`` to each piece of steps and the members' values.
+
+        Other agents have value ``outside``.
+        """
         members = list(graph.agents)
         shape = (len(self._agents()), self.steps)
         result = np.broadcast_to(outside, shape).copy()
@@ -159,7 +162,7 @@ class Evaluation(Domain[Values]):
         return np.full((1, 1), self.logic.bottom)
 
     def _links(self, graph: Graph, piece: slice) -> Values:
-        """All links of some steps; kept where the whole trace is one piece."""
+        """All links of some steps; cached if the whole trace is one piece."""
         if graph in self.links:
             return self.links[graph][piece]
         links = self.logic.of_link(all_links(graph, self.trace.position[:, piece]))

@@ -1,8 +1,7 @@
-"""Best and shortest routes through a graph: the value of a formula at their ends, for every agent and many steps.
+"""Best and shortest routes through a graph: values at their ends for every agent and many steps.
 
-Values are indexed (steps, members), links and lengths (steps, members, members),
-where the members are the graph's agents in their order. Both logics run
-through here: the best route is the one whose worst part is best.
+Values are indexed (steps, members), links and lengths (steps, members, members), where the members are the graph's
+agents in their order. Both logics use this module: the best route has the best worst part.
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ from missionc.verification.monitoring.logic import Logic, Values
 
 
 def nearby(links: Values, body: Values) -> Values:
-    """The best linked agent: (steps, members)."""
+    """Best value of a linked agent: (steps, members)."""
     chosen: Values = np.minimum(links, body[:, None, :]).max(axis=2)
     return chosen
 
 
 def reach(links: Values, through: Values, end: Values, hops: int) -> Values:
-    """The best route of at most ``hops`` links: (steps, members). Stops where more links change nothing."""
+    """Best route of at most ``hops`` links: (steps, members). Stops when more links change nothing."""
     best = end
     for _ in range(hops):
         better = np.maximum(best, np.minimum(through, nearby(links, best)))
@@ -35,10 +34,10 @@ def reach(links: Values, through: Values, end: Values, hops: int) -> Values:
 
 
 def reach_within(logic: Logic, links: Values, lengths: Array, through: Values, end: Values, bound: float) -> Values:
-    """The best route of a length of at most ``bound``: (steps, members).
+    """Best route of a length of at most ``bound`` metres: (steps, members), metres or boolean.
 
-    A route's worth is the worst of its links, its operands and what its length
-    has left to the bound. A route of no links has no length to worry about.
+    A route's value is the worst of its links, its operands and the margin of its length. A route without links has no
+    length margin.
     """
     if math.isinf(bound):
         return reach(links, through, end, end.shape[1])
@@ -49,7 +48,7 @@ def reach_within(logic: Logic, links: Values, lengths: Array, through: Values, e
 
 
 def shortest(lengths: Array, end: Values) -> Array:
-    """The shortest way to an end, ``inf`` where there is none (Bellman and Ford): (steps, members)."""
+    """Shortest path to an end by Bellman and Ford: (steps, members), metres; ``inf`` without one."""
     best = np.where(end, 0.0, np.inf)
     while True:
         better = np.minimum(best, (lengths + best[:, None, :]).min(axis=2))
@@ -59,12 +58,11 @@ def shortest(lengths: Array, end: Values) -> Array:
 
 
 def _best_within(links: Array, lengths: Array, end: Array, bound: float) -> Array:
-    """``reach_within`` in numbers: (steps, members).
+    """``reach_within`` in numbers: (steps, members), metres.
 
-    Links and ends enter from the best to the worst, at every step its own, and
-    the ways to an end only get shorter. A way that has become shorter rests on
-    nothing worse than what has just entered, so every agent's best is met when
-    its way does. What is left can be no help once it is worse than every agent's best.
+    Links and ends are added from the best to the worst, separately for each step, so paths to an end only get shorter.
+    A shortened path contains nothing worse than the latest addition, so every agent's best value occurs at such a time.
+    The search stops when the next addition is worse than every agent's best.
     """
     steps, members = end.shape
     row = np.arange(steps)
@@ -91,10 +89,12 @@ def _best_within(links: Array, lengths: Array, end: Array, bound: float) -> Arra
 def bounded_below(
     logic: Logic, links: Values, lengths: Array, through: Values, end: Values, low: float, high: float
 ) -> Values:
-    """The best route of a length from ``low`` (above 0) to ``high`` that visits no agent twice: (steps, members).
+    """Best route with a length from ``low`` > 0 to ``high`` metres without repeated agents.
 
-    A lower bound makes this as hard as finding a longest route, so routes are
-    tried one by one, the most hopeful first; meant for few agents.
+    Shape: (steps, members).
+
+    A lower bound makes this as hard as the longest-path problem, so routes are enumerated, the most promising first.
+    The function is meant for few agents. Values are boolean or metres.
     """
     best = np.full(end.shape, logic.bottom)
     for step in range(len(end)):
@@ -105,9 +105,9 @@ def bounded_below(
 
 
 class _BestRoute:
-    """Best first, at one step: no way to go on from a route is worth more than what it is queued with.
+    """Best-first search at one step: no continuation of a route has a better value than its queue key.
 
-    Values are plain numbers here; false and true are 0 and 1.
+    Values are plain numbers; false and true are 0 and 1.
     """
 
     def __init__(

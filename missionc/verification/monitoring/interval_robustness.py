@@ -1,12 +1,11 @@
-"""Robustness intervals at the first and the last step: all that a mission's starts and finishes alone decide.
+"""Robustness intervals at the first and last step, from the mission's starts and finishes only.
 
 in   formulas in kernel form, Mission
-out  Intervals: the least and the most that each can be worth there, whatever the plan does in between
+out  Intervals: least and greatest robustness of each there, for every plan
 
-A start or finish at a point is known; one in a region is anywhere in a ball
-around it; where none is given, and at every step in between, nothing is known.
-Margins change no faster than agents move, so that each has an interval, and
-everything else is monotone.
+A start or finish at a point is known; one in a region lies in a ball around it. Without one, and at every step in
+between, the position is unknown. Margins are 1-Lipschitz in positions, which gives each an interval, and all operators
+are monotone.
 """
 
 from __future__ import annotations
@@ -29,18 +28,18 @@ from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import ROBUSTNESS, Values, decided_at_border
 
 MOST_MEMBERS, MOST_ROUTES = 200, 7
-"""Agents of a graph, agents of one whose routes are in metres: of more, nothing is said."""
+"""Maximum numbers of agents of a graph, and of a graph with routes in metres; larger ones give no result."""
 
 
 class RobustnessInterval(Record, eq=False):
-    """(agents, 2) each, or 1 in place of the agents where it is about the team: metres."""
+    """Interval bounds, (agents, 2) each, or 1 in place of the agents for the team: metres."""
 
     least: Array
     most: Array
 
 
 class Intervals(Domain[RobustnessInterval]):
-    """The domain of robustness intervals; ``position`` and ``radius`` bound where agents are at the two steps."""
+    """Domain of robustness intervals; ``position`` and ``radius`` bound the agents' places at both steps."""
 
     def __init__(self, mission: Mission, atlas: Atlas) -> None:
         self.mission = mission
@@ -56,12 +55,12 @@ class Intervals(Domain[RobustnessInterval]):
         self.worst: dict[tuple[Formation, int], FormationEdge] = {}
 
     def of(self, roots: Iterable[Node]) -> dict[Node, RobustnessInterval]:
-        """The intervals of the formulas and of all below them; none where there are too many to look at."""
+        """Intervals of the formulas and all subformulas; empty if there are too many."""
         roots = tuple(roots)
         return {} if more_than(MOST_NODES, roots) else evaluate(postorder(roots), self)
 
     def links(self, graph: Graph) -> RobustnessInterval:
-        """(2, members, members) each, metres."""
+        """Link margins: (2, members, members) each, metres."""
         if graph not in self.graphs:
             members = list(graph.agents)
             reach = self.radius[members].T
@@ -75,7 +74,7 @@ class Intervals(Domain[RobustnessInterval]):
         return RobustnessInterval(self.least.links[graph], self.most.links[graph])
 
     def worst_edge(self, formation: Formation, column: int) -> FormationEdge:
-        """The edge of a formation that is furthest from as it should be, in the middle of the places."""
+        """Edge of a formation with the largest error at the middle of the places."""
         if (formation, column) not in self.worst:
             place, edges = self.position[:, column], formation.edges
             margins = [float(formation_margin(formation, e, place[e.first], place[e.second])) for e in edges]
@@ -127,10 +126,10 @@ class Intervals(Domain[RobustnessInterval]):
     def _each(
         self, value: Callable[..., Values], *below: RobustnessInterval, denied: bool = False
     ) -> RobustnessInterval:
-        """The least by what is least below, and the most by what is most: all is monotone.
+        """Least value from the least operands, and greatest from the greatest, by monotonicity.
 
         Args:
-            denied: the more links there are, the less the value.
+            denied: True if more links reduce the value.
         """
         fewest, widest = (self.most, self.least) if denied else (self.least, self.most)
         return RobustnessInterval(
@@ -149,7 +148,7 @@ class Intervals(Domain[RobustnessInterval]):
     def _measured(
         self, graph: Graph, every: bool, value: Callable[..., Values], *below: RobustnessInterval
     ) -> RobustnessInterval:
-        """A length is that of the places in the middle, and stands for no others."""
+        """Interval with lengths at the middle of the places, which are valid only there."""
         unknown = self._unknown()
         if len(graph.agents) > MOST_ROUTES:
             return unknown
@@ -170,7 +169,7 @@ class Intervals(Domain[RobustnessInterval]):
         return RobustnessInterval(least, most)
 
     def columns(self, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
-        """The known steps in a window that stands at one of them, and whether it holds no others."""
+        """Known steps in a window at one of them, and whether it has no others."""
         return columns(self.mission.steps, low, high, column)
 
     def _sometime(self, body: RobustnessInterval, low: int, high: int | None) -> RobustnessInterval:
@@ -186,11 +185,11 @@ class Intervals(Domain[RobustnessInterval]):
     ) -> RobustnessInterval:
         at_some = self._sometime(end, low, high)
         if low < 0:
-            # What holds now has held since now, whatever was before.
+            # A condition that holds now has held since now, for any past.
             return RobustnessInterval(end.least if high == 0 else np.full_like(at_some.most, -np.inf), at_some.most)
         if high == 0:
             return at_some
-        # Whatever comes later, the left side has to hold now.
+        # The left side has to hold now, for any future.
         later = self._sometime(end, max(low, 1), high).most
         now = end.most if low == 0 else np.full((1, 2), -np.inf)
         most = np.maximum(now, np.minimum(hold.most, later))
@@ -201,7 +200,10 @@ class Intervals(Domain[RobustnessInterval]):
 
 
 class _Reach:
-    """By how much measures can differ from those at the places in the middle: (agents, 2) or (1, 2), metres."""
+    """Bounds on the differences from measures at the middle of the places: (agents, 2) or (1, 2), metres.
+
+    Shape: (agents, 2) or (1, 2), metres.
+    """
 
     larger = staticmethod(np.maximum)
 
@@ -226,7 +228,7 @@ class _Reach:
 
 
 def _around(place: InitialSet | None, atlas: Atlas) -> tuple[tuple[float, ...], float]:
-    """A point and how far from it the place reaches, metres."""
+    """A point and the greatest distance of the place's points from it, metres."""
     if place is None:
         return tuple(atlas.world.low), np.inf
     if place.point is not None:

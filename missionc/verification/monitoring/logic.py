@@ -1,4 +1,4 @@
-"""The two logics of evaluation: truth, and robustness. ``numpy.minimum`` is *and* in both."""
+"""The two logics of evaluation: truth and robustness. ``numpy.minimum`` is *and* in both."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from missionc.ir.language.margins.predicate_margins import holds
 from missionc.ir.language.margins.resources import BORDER
 
 Values: TypeAlias = NDArray[Any]
-"""Truth values or robustness, whichever the logic at work has."""
+"""Truth values or robustness, according to the logic."""
 
 
 class Logic(Record):
-    """What differs: the values, *not*, and what a margin means."""
+    """Differences between the logics: the values, *not*, and the meaning of a margin."""
 
     bottom: Any
     top: Any
@@ -26,7 +26,7 @@ class Logic(Record):
     of_predicate: Callable[[Predicate, Values], Values]
     of_link: Callable[[Values], Values]
     of_length: Callable[[Values], Values]
-    """The value of what a route's length has left to a bound that it may reach."""
+    """Value of the margin of a route's length to a closed bound."""
 
 
 TRUTH = Logic(
@@ -49,5 +49,5 @@ ROBUSTNESS = Logic(
 
 
 def decided_at_border(margins: Values, is_open: bool) -> Values:
-    """Margins with those at 0 moved off it, to the side that is true there; of an ``is_open`` border, none is."""
+    """Move margins of 0 off the border to the true side; for ``is_open``, to the false side."""
     return np.where(margins == 0, -BORDER if is_open else BORDER, margins)

@@ -1,7 +1,6 @@
-"""Runtime monitoring of a trace: satisfaction, robustness, and the first violation of every requirement.
+"""Runtime monitoring of a trace: satisfaction, robustness, and first violation of every requirement.
 
-It knows no backend and trusts none. The same values come from the kernel
-formula whoever made the trace.
+It is independent of the backends: the values follow from the kernel formula and the trace alone.
 """
 
 from __future__ import annotations
@@ -21,10 +20,10 @@ from missionc.verification.monitoring.violation import first_violation
 
 
 def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> Judgements:
-    """Judges every requirement and every preference, at step 0.
+    """Judge every requirement and every preference at step 0.
 
     Raises:
-        ValueError: the trace has other agents than the mission, or fewer steps.
+        ValueError: the trace has different agents from the mission, or fewer steps.
     """
     if trace.position.shape[1] <= mission.steps:
         raise ValueError(f"the trace has {trace.position.shape[1]} states, the mission {mission.steps + 1}")
@@ -39,25 +38,26 @@ def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> Judgements:
 
 
 def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
-    """Where a formula holds: (agents, steps + 1).
+    """Truth of a formula: (agents, steps + 1), boolean.
 
-    False at a step from which the window of a temporal operator runs past the
-    last one. No goal of a checked mission reads such a step.
+    It is False at a step from which a window runs past the last step. No goal of a checked mission reads such a step.
     """
     return _everywhere(TRUTH, node, mission, trace)
 
 
 def truths(nodes: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Flags]:
-    """``truth``, (agents, steps + 1), of several formulas, worked out together; not to be written to."""
+    """``truth``, (agents, steps + 1), boolean, of several formulas, computed together; read-only."""
     values = Evaluation(TRUTH, mission, trace).values(nodes)
     return {node: np.broadcast_to(value, trace.position.shape[:2]) for node, value in values.items()}
 
 
 def robustness(node: Node, mission: Mission, trace: Trace) -> Array:
-    """By how much a formula holds, or fails where negative: (agents, steps + 1), metres for everything spatial.
+    """Robustness of a formula, negative if it fails: (agents, steps + 1), metres for spatial formulas.
 
-    ``-inf`` where ``truth`` says False for want of steps. ``inf`` and ``-inf``
-    also stand for what no motion can change, such as who an agent is.
+    Shape: (agents, steps + 1), metres for everything spatial.
+
+    It is ``-inf`` if ``truth`` is False because of missing steps. ``inf`` and ``-inf`` also stand for facts that no
+    motion can change, such as the identity of an agent.
     """
     return _everywhere(ROBUSTNESS, node, mission, trace)
 

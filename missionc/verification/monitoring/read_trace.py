@@ -1,12 +1,12 @@
 """Reader of traces, recorded or hand-made, and of the flight of a mission so far, from the text of a file.
 
-    in   the text of a plan (JSON) or of a table (CSV with ``agent,t,x,y[,z]``), the Mission, the lost agents
+    in   text of a plan (JSON) or of a table (CSV with ``agent,t,x,y[,z]``), the Mission, the lost agents
     out  Trace: every agent's state at every step; or FlownSoFar: the states at the past steps, and the last positions
     says MC704 MC705
 
-Samples may be finer than the mission's steps, and lie between them; an agent moves straight from sample to sample.
-Velocities are read if given (``vx,vy[,vz]``), and otherwise follow from the positions, as does the heading (``yaw``)
-if the mission does not require it.
+Samples may be more frequent than the mission's steps, and lie between them; an agent moves straight between samples.
+Velocities are read if given (``vx,vy[,vz]``), and otherwise follow from the positions, as does the heading (``yaw``) if
+the mission does not require it.
 
 A flight so far ends at the earliest last sample of an agent that is not lost. An agent without samples for up to
 ``UNSEEN`` seconds moved straight across the gap. A lost agent counts as staying at its last position, and has no
@@ -40,14 +40,14 @@ from missionc.ir import Holds, Mission
 from missionc.ir.language.walk_formulas import asked_agents
 
 ON_TIME = 1e-6
-"""Seconds: a sample so near to a step is at it."""
+"""Seconds within which a sample counts as at a step."""
 
 MOST_FINDINGS = 20
-"""A file that fits badly fits badly everywhere; so many places are enough."""
+"""Maximum number of findings for a file."""
 
 
 class State(Record):
-    """One agent at one time, with the place in the text that says so."""
+    """State of one agent at one time, with its place in the text."""
 
     agent: str
     time: float
@@ -56,17 +56,17 @@ class State(Record):
 
 
 def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -> tuple[Trace | None, list[Diagnostic]]:
-    """The trace a text holds, or everything that keeps it from being one.
+    """Read the trace of a text, or report every error.
 
     Args:
-        limits: of its samples, and the ``magnitude`` of a number in it.
+        limits: limits on the samples, and on the ``magnitude`` of numbers.
     """
     states, findings = read_states(source, mission, limits)
     return (None, findings) if findings else assemble(source, mission, states)
 
 
 def read_states(source: Source, mission: Mission, limits: Limits | None = None) -> tuple[list[State], list[Diagnostic]]:
-    """Every agent's state at every time that a text has, or what keeps it from being read."""
+    """Read every agent's state at every time of a text, or report every error."""
     limits = limits or Limits()
     opening = source.text.lstrip()[:1]
     try:
@@ -115,7 +115,7 @@ def _from_csv(source: Source, mission: Mission, limits: Limits) -> tuple[list[St
 
 _MOTION = ("vx", "vy", "vz", "yaw")
 _NUMBERS = ("t", "x", "y", "z", *_MOTION)
-"""The columns that are read."""
+"""Columns of the table."""
 
 
 def _number(word: object) -> float | None:
@@ -126,8 +126,10 @@ def _number(word: object) -> float | None:
 
 
 def _allow_samples(source: Source, count: int, limits: Limits) -> None:
-    """Raises:
-    MapError: a file has more samples than the limit.
+    """Check the number of samples.
+
+    Raises:
+        MapError: a file has more samples than the limit.
     """
     if count > limits.trace_samples:
         raise too_many(source, "samples", "trace_samples", count, limits, Span(source, 0, 0))
@@ -157,7 +159,7 @@ def _from_json(source: Source, limits: Limits) -> tuple[list[State], list[Diagno
 
 
 class _StrangeError(Exception):
-    """An entry of a plan that is not what it must be; the text says which."""
+    """An invalid entry of a plan; the text names it."""
 
 
 def _agent_states(span: Span, times: list[Any], agent: Any) -> list[State]:
@@ -193,7 +195,7 @@ def _vector(agent: str, key: str, axes: tuple[str, ...], value: Any) -> dict[str
 
 
 def _too_large(states: list[State], magnitude: float) -> list[Diagnostic]:
-    """Numbers with which arithmetic would not stay within doubles."""
+    """Report numbers with which arithmetic would overflow doubles."""
     return [
         _unreadable(
             state.span,
@@ -212,11 +214,11 @@ def _list(value: Any) -> list[Any]:
     return value
 
 
-# ----------------------------------------------------------- putting together
+# ---------------------------------------------------------------- assembly
 
 
 def assemble(source: Source, mission: Mission, states: list[State]) -> tuple[Trace | None, list[Diagnostic]]:
-    """The trace that states are, through the whole mission; or everything that keeps them from being one."""
+    """Assemble the trace of the states over the whole mission, or report every error."""
     own: dict[str, list[State]] = {agent.name: [] for agent in mission.agents}
     strangers: dict[str, State] = {}
     for state in states:
@@ -236,7 +238,7 @@ def assemble(source: Source, mission: Mission, states: list[State]) -> tuple[Tra
 
 
 def _unknown_headings(mission: Mission, own: dict[str, list[State]]) -> list[Diagnostic]:
-    """Where nothing is said of a heading that the mission asks for, of the first agent of whom it is."""
+    """Report a missing heading that the mission uses, for the first such agent."""
     for formula, agents in asked_agents(mission):
         if isinstance(formula, Holds) and formula.predicate.reads_heading:
             for agent in agents:
@@ -249,7 +251,7 @@ def _unknown_headings(mission: Mission, own: dict[str, list[State]]) -> list[Dia
 
 
 def _misfits(source: Source, mission: Mission, name: str, samples: list[State]) -> list[Diagnostic]:
-    """Why an agent's samples, in order of time, are no motion through the whole mission."""
+    """Report why an agent's samples, in order of time, do not cover the whole mission."""
     if not samples:
         return [mismatch(_first_line(source), f"no samples of `{name}`", _times(mission))]
     axes = "xyz"[: mission.dimension]
@@ -292,19 +294,25 @@ def _trace(mission: Mission, own: list[list[State]]) -> Trace:
 
 
 def _at_steps(samples: list[State], name: str, steps: Array, step: float) -> Array:
-    """One number at the mission's steps: as it is where a sample falls on the step, else on the line between two."""
+    """One number at the mission's steps, (steps,): exact for a sample at the step, else interpolated, in its unit.
+
+    ``steps`` is (steps,), seconds.
+    """
     times = np.array([state.time for state in samples])
     near = np.rint(times / step) * step
     times = np.where(np.abs(times - near) <= ON_TIME, near, times)
     values = np.array([state.numbers[name] for state in samples])
     if name == "yaw":
-        # A heading is kept until the next one: halfway from 359 to 1 degrees is not 180.
+        # A heading is constant until the next one: the middle of 359 and 1 degrees is not 180.
         return np.asarray(values[np.searchsorted(times, steps, side="right") - 1])
     return np.asarray(np.interp(steps, times, values))
 
 
 def _velocities(mission: Mission, position: Array) -> Array:
-    """The velocity of the motion that starts at each step; for the second order, of the two motions that meet there."""
+    """Velocity of the motion that starts at each step: (agents, steps + 1, dim), m/s.
+
+    For second-order agents, it is the mean of the two adjacent motions.
+    """
     if position.shape[1] == 1:
         return np.zeros_like(position)
     velocity = np.diff(position, axis=1) / mission.step
@@ -315,7 +323,7 @@ def _velocities(mission: Mission, position: Array) -> Array:
 
 
 def _headings(velocity: Array) -> Array:
-    """Along the motion; as before while there is none (as the first motion, before it)."""
+    """Headings along the motion, (agents, steps + 1), rad; without motion, the previous one or the first."""
     moving = np.linalg.norm(velocity[..., :2], axis=-1) > 1e-9
     heading = np.arctan2(velocity[..., 1], velocity[..., 0])
     steps = np.arange(moving.shape[1])
@@ -342,7 +350,7 @@ def _unreadable(span: Span, message: str, help: str = "") -> Diagnostic:
 
 
 def mismatch(span: Span, message: str, help: str = "") -> Diagnostic:
-    """What to say of a trace that is none of the mission."""
+    """Finding about a trace that does not belong to the mission."""
     return Diagnostic(TRACE_MISMATCH, message, Label(span), help=help)
 
 
@@ -357,7 +365,7 @@ def _line(source: Source, number: int) -> Span:
 
 
 def _name_places(source: Source) -> dict[str, tuple[int, int]]:
-    """The first place of each name in a plan, by the name in quotes."""
+    """First place of each quoted name in a plan."""
     return {found[1]: found.span(1) for found in reversed(list(_NAME.finditer(source.text)))}
 
 
@@ -365,23 +373,23 @@ _NAME = re.compile(r'"name"\s*:\s*("(?:[^"\\]|\\.)*")')
 
 
 def _named(source: Source, agent: Any, places: dict[str, tuple[int, int]]) -> Span:
-    """Where the agent's name stands in a plan."""
+    """Span of the agent's name in a plan."""
     place = places.get(json.dumps(agent.get("name"))) if isinstance(agent, dict) else None
     return Span(source, *place) if place else _first_line(source)
 
 
 UNSEEN = 1.0
-"""Seconds; who is not seen for longer is not known to have been anywhere."""
+"""Seconds without samples after which an agent's position is unknown."""
 
 
 class FlownSoFar(Record, eq=False):
-    """What was flown.
+    """The flight so far.
 
     Args:
-        trace: the states at the steps 0 to the last that is over.
-        until: seconds, up to which it was flown.
-        last: (agents, dim), metres: where everybody was then.
-        seen: (agents,), seconds: when each was seen last, up to then.
+        trace: states at the steps from 0 to the last completed one.
+        until: end of the flight so far, seconds.
+        last: (agents, dim), metres: positions then.
+        seen: (agents,), seconds: time of each agent's last sample up to then.
     """
 
     trace: Trace
@@ -393,7 +401,7 @@ class FlownSoFar(Record, eq=False):
 def read_flown(
     source: Source, mission: Mission, lost: Sequence[str], limits: Limits | None = None
 ) -> tuple[FlownSoFar | None, list[Diagnostic]]:
-    """What a text says was flown, or everything that keeps it from saying so."""
+    """Read the flight so far from a text, or report every error."""
     states, findings = read_states(source, mission, limits)
     if findings:
         return None, findings
@@ -424,7 +432,7 @@ def read_flown(
 
 
 def _until(samples: list[State], until: float, lost: bool, step: float) -> list[State]:
-    """The samples of an agent up to a time; of one that is lost, its last one again and again until then."""
+    """Samples of an agent up to a time; for a lost agent, its last one is repeated until then."""
     kept = [state for state in samples if state.time <= until + step]
     if not lost or not kept:
         return kept
@@ -434,7 +442,7 @@ def _until(samples: list[State], until: float, lost: bool, step: float) -> list[
 
 
 def _without_holes(samples: list[State], step: float) -> list[State]:
-    """The samples, once for each time, with others on the straight line wherever they are more than a step apart."""
+    """Samples, once for each time, with interpolated ones in gaps of more than a step."""
     if not samples:
         return []
     first = samples[0]
@@ -451,7 +459,7 @@ def _without_holes(samples: list[State], step: float) -> list[State]:
 
 
 def _between(before: State, after: State, share: float) -> State:
-    """A state on the way from one to another; what only one of them says is left out."""
+    """State between two others; a value that only one of them has is left out."""
     numbers = {
         name: value + share * (after.numbers[name] - value)
         for name, value in before.numbers.items()

@@ -1,14 +1,14 @@
-"""Discrete signature of a plan: what makes each requirement hold, in which order, and on which sides of what stands.
+"""Discrete signature of a plan: satisfied branches, order of events, and sides of obstacles.
 
     in   Mission, its kernel, Trace
-    out  Signature; what tells two of them apart, in words
+    out  Signature; differences between two of them, as text
 
-Two plans differ where one of these is so:
-- *option*: a choice that is made once (``kernel.choices``) holds in both, and by no branches of which enough hold in
-  both; of one that is kept for a while, those branches count that hold all the while;
-- *order*: an agent does two things in the other order;
+Two plans differ in one of these cases:
+- *option*: a choice that is made once (``kernel.choices``) holds in both, but with too few common branches; for a
+      choice over a window, a branch must hold over the whole window;
+- *order*: an agent reaches two events in the other order;
 - *side*: an agent's path passes a part of the standing obstacles on the other side (``world.winding``).
-All else is how one plan is moved, and makes no other plan of it.
+All other differences are small changes of the same plan.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from missionc.ir.kernel.walk import awaited, children
 from missionc.verification.monitoring.monitor import truths
 
 MOST_EVENTS = 120
-"""Events whose order is told apart: the first in the text."""
+"""Maximum number of events whose order counts: the first in the text."""
 
 NAMED = 3
-"""Agents that a sentence names."""
+"""Maximum number of agents named in a sentence."""
 
 
 class Options(Record, eq=False):
-    """A choice: of which requirement, and the numbers of the branches that hold."""
+    """Choice of a requirement, with the indices of the branches that hold."""
 
     requirement: str
     asked: ChoicePoint
@@ -44,10 +44,10 @@ class Options(Record, eq=False):
 
 
 class Event(Record, eq=False):
-    """Something that is awaited: the steps at which it holds, (steps + 1,), and which agents it is about.
+    """Awaited event: the steps at which it holds, (steps + 1,), and its agents.
 
     Args:
-        last: the last step at which the requirement asks for it; from later ones it may look past the mission.
+        last: last step at which the requirement evaluates it; later ones may look past the mission.
     """
 
     requirement: str
@@ -58,7 +58,7 @@ class Event(Record, eq=False):
     agents: frozenset[int]
 
     def before(self, other: Event) -> bool:
-        """Whether it comes first, and the two never hold at once."""
+        """Return whether it comes first, without a common step."""
         mine, its = np.flatnonzero(self.steps), np.flatnonzero(other.steps)
         return bool(
             len(mine) and len(its) and mine[0] < its[0] and mine[-1] < its[-1] and not (self.steps & other.steps).any()
@@ -66,11 +66,12 @@ class Event(Record, eq=False):
 
 
 class Signature(Record, eq=False):
-    """
+    """Signature of a plan.
+
     Args:
-        options: by the choice.
-        events: by who awaits what.
-        swept: radians about each of ``parts``, (agents, parts).
+        options: options by choice.
+        events: events by requirement and agents.
+        swept: angles about each of ``parts``, radians, (agents, parts).
     """
 
     mission: Mission
@@ -81,7 +82,7 @@ class Signature(Record, eq=False):
 
     @property
     def pairs(self) -> list[tuple[Event, Event]]:
-        """Events of the same agents, in the order in which they come."""
+        """Events of the same agents, in order."""
         ordered = [
             (one, other) if one.before(other) else (other, one)
             for one, other in combinations(self.events.values(), 2)
@@ -137,7 +138,7 @@ class Signatures:
         return Signature(self.mission, options, events, self.parts, swept_angles(self.parts, trace.position))
 
     def _begun(self, asked: ChoicePoint) -> Flags:
-        """The steps of an event from which all of a choice's window matters, (steps + 1,)."""
+        """Steps of an event from which all of a choice's window matters, (steps + 1,)."""
         matters, last = self.relevant[asked.node][asked.agent], self.mission.steps
         first = np.arange(last + 1) + asked.low
         end = np.full_like(first, last) if asked.high is None else first - asked.low + asked.high
@@ -146,7 +147,7 @@ class Signatures:
 
 
 def differences(one: Signature, other: Signature) -> tuple[str, ...]:
-    """What is different in the other plan, a sentence for each; nothing where the two are one."""
+    """Differences of the other plan, one sentence each; empty for equal signatures."""
     return (*_options(one, other), *_orders(one, other), *_sides(one, other))
 
 
@@ -190,12 +191,12 @@ def _body(asked: ChoicePoint) -> Node:
 
 
 def _event(event: Event) -> str:
-    """What is awaited, in the author's words; where several requirements use the same words, by their name too."""
+    """Event in the author's words; if several requirements use the same words, also by name."""
     return f"`{_words(event.body) or event.requirement}`"
 
 
 def _branches(mission: Mission, asked: ChoicePoint, numbers: frozenset[int]) -> str:
-    """Branches of a choice: the agents, where they are agents; else the author's words."""
+    """Branches of a choice: agents if they are agents, else the author's words."""
     parts = [branches(asked)[number].node for number in sorted(numbers)]
     if all(isinstance(part, At) for part in parts):
         names = [mission.agents[part.agent].name for part in parts if isinstance(part, At)]
@@ -206,7 +207,7 @@ def _branches(mission: Mission, asked: ChoicePoint, numbers: frozenset[int]) -> 
 
 
 def _words(node: Node) -> str:
-    """The author's words for a formula; of one that several share, those of what is first in it."""
+    """Source text of a formula; for a shared one, that of its first part."""
     while node.span is None and children(node):
         node = children(node)[0]
     return " ".join(node.span.text.split()) if node.span is not None else ""

@@ -1,8 +1,7 @@
 """Sliding windows and *until* along the last axis of an array, for truth and for robustness alike.
 
-``worst`` and ``best`` are ``numpy.minimum`` and ``numpy.maximum``: on truth values
-they are *and* and *or*. A window that runs past the last step is ``undefined``
-there; the horizon check sees to it that no goal reads such a value.
+``worst`` and ``best`` are ``numpy.minimum`` and ``numpy.maximum``: on truth values they are *and* and *or*. A window
+that runs past the last step is ``undefined``; the horizon check ensures that no goal reads such a value.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from missionc.verification.monitoring.logic import Logic, Values
 def sliding(choose: np.ufunc, values: Values, low: int, high: int | None, undefined: object) -> Values:
     """``choose`` over the window of every step: (..., steps) -> (..., steps), in O(steps log window).
 
-    ``high`` None is the last step, from wherever the window starts.
+    ``high`` None means the last step for every window.
     """
     steps = values.shape[-1]
     result = np.full_like(values, undefined)
@@ -29,7 +28,10 @@ def sliding(choose: np.ufunc, values: Values, low: int, high: int | None, undefi
 
 
 def until(hold: Values, end: Values, low: int, high: int | None, undefined: object) -> Values:
-    """``end`` at some step of the window, ``hold`` from now up to, not at, that one: (..., steps) -> (..., steps)."""
+    """``end`` at some step of the window, ``hold`` from now until then: (..., steps) -> (..., steps).
+
+    Shape: (..., steps) -> (..., steps).
+    """
     hold, end = np.broadcast_arrays(hold, end)
     steps = hold.shape[-1]
     result = np.full_like(end, undefined)
@@ -51,7 +53,7 @@ def until(hold: Values, end: Values, low: int, high: int | None, undefined: obje
 
 
 def sliding_back(choose: np.ufunc, values: Values, low: int, high: int, empty: object) -> Values:
-    """``choose`` over the window of every step, which looks back; ``empty`` where it holds no step."""
+    """``choose`` over the past window of every step; ``empty`` if it contains no step."""
     steps = values.shape[-1]
     low = max(low, -steps)
     if -high >= steps:
@@ -61,7 +63,10 @@ def sliding_back(choose: np.ufunc, values: Values, low: int, high: int, empty: o
 
 
 def since(hold: Values, end: Values, low: int, high: int, bottom: object) -> Values:
-    """``until`` with time reversed, in which nothing holds before the first step: (..., steps) -> (..., steps)."""
+    """``until`` with time reversed; nothing holds before the first step: (..., steps) -> (..., steps).
+
+    Shape: (..., steps) -> (..., steps).
+    """
     hold, end = np.broadcast_arrays(hold, end)
     steps = hold.shape[-1]
     low = max(low, -steps)
@@ -73,7 +78,7 @@ def since(hold: Values, end: Values, low: int, high: int, bottom: object) -> Val
 
 
 def release(logic: Logic, free: Values, end: Values, low: int, high: int | None) -> Values:
-    """The dual of ``until``, and of ``since``: ``end`` at every step of the window, or ``free`` at one before it."""
+    """Dual of ``until``, and of ``since``: ``end`` at every step of the window, or ``free`` at an earlier one."""
     if low < 0 and high is not None:
         return np.asarray(logic.negate(since(logic.negate(free), logic.negate(end), low, high, logic.bottom)))
     freed: Values = logic.negate(until(logic.negate(free), logic.negate(end), low, high, logic.bottom))
@@ -83,7 +88,7 @@ def release(logic: Logic, free: Values, end: Values, low: int, high: int | None)
 
 
 def _over(choose: np.ufunc, values: Values, width: int) -> Values:
-    """``choose`` over every ``width`` neighbours, by doubling: the result is ``width - 1`` shorter."""
+    """``choose`` over every ``width`` neighbours by doubling: the result is ``width - 1`` shorter."""
     done = 1
     while 2 * done <= width:
         values = choose(values[..., :-done], values[..., done:])
@@ -95,9 +100,8 @@ def _over(choose: np.ufunc, values: Values, width: int) -> Values:
 def _until_within(hold: Values, end: Values, width: int) -> Values:
     """``until`` over the first ``width`` steps from every step; the result is ``width - 1`` shorter.
 
-    A stretch of steps is summed up by two values: ``hold`` all along it, and
-    the until within it. Two neighbouring stretches join into one, so that a
-    stretch of any width is made of stretches that double.
+    A range of steps is summarised by two values: ``hold`` over all of it, and the until within it. Two adjacent ranges
+    join into one, so that a range of any width is built by doubling.
     """
 
     def joined(left: tuple[Values, Values], right: tuple[Values, Values], width: int) -> tuple[Values, Values]:

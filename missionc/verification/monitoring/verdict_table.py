@@ -1,19 +1,19 @@
-"""The verdict table: every subformula at every agent and step, the verdict of each goal over time, and blame.
+"""Verdict table: every subformula at every agent and step, verdicts of goals over time, and causes of failure.
 
-    in   formulas, the goals they belong to, Mission, Trace
+    in   formulas, their goals, Mission, Trace
     out  a Row for each of the formulas; Blame: each subformula's sign below its operator, and the places at which its
          falsity makes a goal false
 
-A formula that is evaluated at many steps has its value at each of them. One that is evaluated at step 0 alone and
-looks ahead has one verdict that emerges over time: at step t, the least and the greatest robustness that it can
-reach, with the values of its windows up to t.
+A formula that is evaluated at many steps has its value at each of them. One that is evaluated at step 0 alone and looks
+ahead has one verdict that emerges over time: at step t, the least and the greatest robustness that it can reach, with
+the values of its windows up to t.
 
 In negation normal form every operator is monotone: only a false operand can make it false. A goal therefore fails
 through the false operands of its false operators, each at the places where its operator reads it.
 
 Source:
     Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017), robust
-    satisfaction intervals. What is nested within a window counts as known at its step.
+    satisfaction intervals. Formulas nested within a window count as known at its step.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from missionc.verification.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Val
 
 
 class Blame:
-    """The failures of some goals.
+    """Causes of some goals' failures.
 
     Args:
-        opposites: of formulas whose negation is below a goal, that negation.
+        opposites: for formulas whose negation is below a goal, that negation.
     """
 
     def __init__(self, goals: Iterable[Node], mission: Mission, trace: Trace, opposites: Mapping[Node, Node]) -> None:
@@ -50,10 +50,10 @@ class Blame:
         self.holds = {goal: bool(value[0, 0]) for goal, value in self._evaluation.values(tuple(goals)).items()}
 
     def sign(self, parent: Node, sign: int, child: Node) -> int:
-        """How a formula counts below another: 1 by its truth, -1 by its falsity, 0 by both or neither.
+        """Effect of a formula on its parent: 1 by its truth, -1 by its falsity, 0 by both or neither.
 
         Args:
-            sign: how the other counts; below one that counts both ways everything does.
+            sign: effect of the parent; 0 gives 0 for every child.
         """
         top = parent if sign >= 0 else self.opposites.get(parent, parent)
         if top not in self._below:
@@ -64,7 +64,10 @@ class Blame:
         return 0 if plain == denied or not sign else 1 if plain else -1
 
     def failing(self, goal: Node, formula: Node) -> Flags:
-        """Where a formula, or its negation where that is asked for, makes a goal false: (agents, steps + 1)."""
+        """Agents and steps at which a formula, or its negation, makes a goal false.
+
+        Shape: (agents, steps + 1), boolean.
+        """
         where = self._failures(goal)
         none = np.zeros(self.shape, dtype=np.bool_)
         denied = self.opposites.get(formula)
@@ -84,13 +87,13 @@ class Blame:
 
 
 class Row(Record, eq=False):
-    """One formula: (agents, steps + 1) each, or (1, steps + 1) where it is about the team.
+    """One formula: (agents, steps + 1) each, or (1, steps + 1) for the team.
 
     Args:
-        asked: where the verdict of a goal looks at it.
-        least, most: its robustness, metres; where it ``unfolds``, what that at step 0 can still become.
+        asked: agents and steps at which the verdict of a goal reads it.
+        least, most: its robustness, metres; if it ``unfolds``, the possible values at step 0.
         surely, possibly: its truth likewise.
-        unfolds: it has one verdict, at step 0. Otherwise ``least`` is ``most``, and ``surely`` is ``possibly``.
+        unfolds: True if it has one verdict, at step 0. Otherwise ``least`` is ``most``, and ``surely`` is ``possibly``.
     """
 
     asked: Flags
@@ -104,10 +107,10 @@ class Row(Record, eq=False):
 def table(
     nodes: Iterable[Node], goals: Iterable[Node], mission: Mission, trace: Trace, opposites: Mapping[Node, Node]
 ) -> dict[Node, Row]:
-    """The rows of formulas; one that is not below a goal is asked nowhere, as an operand that its operator drops.
+    """Rows of formulas; one that is not below a goal is evaluated nowhere.
 
     Args:
-        opposites: of formulas whose negation is below a goal, that negation. Who asks for it asks for the formula.
+        opposites: for formulas whose negation is below a goal, that negation, which counts as the formula.
     """
     wanted, roots = tuple(dict.fromkeys(nodes)), tuple(goals)
     verdict = chain(roots)
@@ -135,15 +138,15 @@ def table(
 
 
 def _same_moment(node: Node) -> bool:
-    """Whether the node asks its operands at the step it is asked at itself, each at one agent."""
+    """Return whether the node evaluates its operands at its own step, each for one agent."""
     return isinstance(node, All | Any | AtLeast | At)
 
 
 def chain(roots: Iterable[Node]) -> list[Node]:
-    """What the verdict at step 0 is made of down to the first windows, which are in it, operands first.
+    """Formulas of the verdict at step 0 down to the first windows, included; operands first.
 
-    A window that looks back, or one below a spatial operator, is not among them: before step 0 there is nothing, and of
-    what is looked at in others, all counts as known at once.
+    Past windows and windows below a spatial operator are excluded: there is nothing before step 0, and values at other
+    agents count as known at once.
     """
     order = postorder(roots)
     timed: set[Node] = set()
@@ -161,7 +164,10 @@ def chain(roots: Iterable[Node]) -> list[Node]:
 def _unfolded(
     evaluation: Evaluation, verdict: list[Node], values: Mapping[Node, Values]
 ) -> dict[Node, tuple[Values, Values]]:
-    """The least and the most that each of the chain's formulas can still come to at step 0: (…, steps + 1) each."""
+    """Least and greatest possible robustness of each formula of the chain at step 0: (…, steps + 1) each.
+
+    Shape: (…, steps + 1) each.
+    """
     logic, steps = evaluation.logic, evaluation.steps
     bounds: dict[Node, tuple[Values, Values]] = {}
     for node in verdict:
@@ -178,15 +184,15 @@ def _unfolded(
 
 
 def _denied(bounds: tuple[Values, Values], logic: Logic) -> tuple[Values, Values]:
-    """The least and the most of the negation."""
+    """Bounds of the negation."""
     least, most = bounds
     return logic.negate(most), logic.negate(least)
 
 
 def _at_some_step(parts: list[Values], low: int, high: int | None, steps: int, logic: Logic) -> tuple[Values, Values]:
-    """The least and the most that the last part at some step of a window, held up to it by the others, can come to.
+    """Bounds of the last part at some step of a window, with the others holding until then.
 
-    The least is what it comes to so far; the most, until the window has passed, what still holds.
+    The least is the value so far; until the window has passed, the greatest is the value of the remaining hold.
     """
     *holds, end = np.broadcast_arrays(*parts, np.empty((1, steps)))[:-1]
     held = reduce(np.minimum, (np.minimum.accumulate(hold, axis=1) for hold in holds), np.full(end.shape, logic.top))
@@ -204,13 +210,13 @@ def _at_some_step(parts: list[Values], low: int, high: int | None, steps: int, l
 def asked_where(
     roots: Iterable[Node], known: Collection[Node], trace: Trace, opposites: Mapping[Node, Node]
 ) -> dict[Node, Flags]:
-    """At which agents and steps the verdicts of the roots, at step 0, look at each of the known formulas.
+    """Agents and steps at which the verdicts of the roots at step 0 read each known formula.
 
     Args:
-        opposites: of formulas, a negation that the roots may have in their place.
+        opposites: negations of formulas that the roots may contain instead.
 
     Returns:
-        (agents, steps + 1) for each.
+        (agents, steps + 1), boolean, for each.
     """
     agents, steps = trace.position.shape[:2]
     nowhere = np.zeros((agents, steps), dtype=np.bool_)

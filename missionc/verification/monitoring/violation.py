@@ -1,4 +1,4 @@
-"""Violations: the step that decides a false formula, and the agents it is decided at."""
+"""Violations: the deciding step of a false formula, and its agents."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from missionc.verification.monitoring.logic import TRUTH, Values
 
 
 class Decision(Record):
-    """The step at which a verdict is beyond change, and the agents (mission indices) it is about."""
+    """Step at which a verdict becomes final, and the agents (mission indices) concerned."""
 
     step: int
     agents: frozenset[int]
 
 
 def first_violation(formula: k.Node, mission: Mission, trace: Trace) -> Decision:
-    """The first step by which nothing later can mend a formula that is false at step 0, and the agents it is lost at.
+    """First step after which nothing can make a formula true that is false at step 0, with its agents.
 
-    An *always* is lost at the first step that breaks its body, an *eventually* at the last step of its window. The
-    operands of a spatial operator decide when it is lost, but it is lost at the agent it is asked of.
+    An *always* is violated at the first step that violates its body, an *eventually* at the last step of its window.
+    The operands of a spatial operator decide the step of its violation, but the agent is the one that it is evaluated
+    for.
     """
     hopeful = _Hopeful(mission, trace)
     step = bisect_left(
@@ -38,9 +39,9 @@ def first_violation(formula: k.Node, mission: Mission, trace: Trace) -> Decision
 
 
 class _Hopeful(Evaluation):
-    """Truth if after some step every leaf and every link that can still change is as it has to be.
+    """Truth under the assumption that after some step every leaf and link that can still change becomes favourable.
 
-    In negation normal form truth only grows with that of the leaves: what is false here stays false.
+    In negation normal form, truth is monotone in the leaves: a formula that is false here stays false.
     """
 
     def __init__(self, mission: Mission, trace: Trace) -> None:
@@ -48,7 +49,7 @@ class _Hopeful(Evaluation):
         self.hopeful = np.zeros(self.steps, dtype=np.bool_)
 
     def after(self, now: int, formulas: Iterable[k.Node]) -> dict[k.Node, Values]:
-        """The truth of the formulas if hope begins after the step ``now``."""
+        """Truth of the formulas if the assumption applies after the step ``now``."""
         self.hopeful = np.arange(self.steps) > now
         return self.values(formulas)
 
@@ -71,14 +72,14 @@ class _Hopeful(Evaluation):
 
 
 class _Search:
-    """Follows a false formula down to the agents at which it is lost."""
+    """Search from a false formula down to the agents of its violation."""
 
     def __init__(self, truths: dict[k.Node, Flags], mission: Mission, trace: Trace) -> None:
         self.truths, self.mission, self.trace = truths, mission, trace
         self.last = trace.position.shape[1] - 1
 
     def agents(self, formula: k.Node) -> frozenset[int]:
-        """The agents of all that is lost below a formula that is false for the first agent at step 0."""
+        """Agents of all violated subformulas of a formula that is false for the first agent at step 0."""
         found: set[int] = set()
         asked: dict[tuple[k.Node, int, int], None] = {(formula, 0, 0): None}
         waiting = list(asked)
@@ -98,7 +99,7 @@ class _Search:
         return not values[agent if len(values) > 1 else 0, step if values.shape[1] > 1 else 0]
 
     def _below(self, node: k.Node, agent: int, step: int) -> list[tuple[k.Node, int, int]] | None:
-        """What a false formula is lost for; None if it is lost by itself."""
+        """Places of the violated children of a false formula; None if it is violated by itself."""
         match node:
             case k.Not(body) if isinstance(body, k.Atom):
                 return [(body, agent, step)]
@@ -112,9 +113,9 @@ class _Search:
                 return None
 
     def _in_time(self, node: k.WindowNode | k.UntilNode, agent: int, step: int) -> list[tuple[k.Node, int, int]] | None:
-        """The step of the window that is lost first, if one is enough, or one before it that breaks what has to hold.
+        """The violated step of the window: the first if one suffices, or an earlier one that violates the hold.
 
-        If it takes all steps of the window, the last. Of the past the steps are in reverse.
+        If all steps of the window are needed, it is the last. For past windows the order is reversed.
         """
         *holds, end = children(node)
         window = asks(node)[-1].steps_from(step, self.last)

@@ -1,11 +1,10 @@
 """Witnesses: the agents and links that make a formula true or false at each step.
 
-in   a formula, the truths of all formulas below it
+in   a formula, the truth of all its subformulas
 out  Witness
 
-A true *or* is followed to its first true part, a false *and* to all its false ones; a route is the one of the
-fewest links, or the shortest where it is bounded in metres. Windows are looked through: what is shown at a step
-is how things stand at that step.
+A true *or* is followed to its first true part, a false *and* to all its false ones. A route is the one with the fewest
+links, or the shortest if bounded in metres. Windows are skipped: the witness at a step shows the truth at that step.
 """
 
 from __future__ import annotations
@@ -27,17 +26,18 @@ from missionc.verification.monitoring.logic import TRUTH, Values
 from missionc.verification.monitoring.verdict_table import asked_where, chain
 
 MOST_NODES, MOST_LINKS = 5000, 1 << 25
-"""Formulas in kernel form, and pairs of agents at all steps: with more there is no witness, which would take too
-much memory."""
+"""Maximum numbers of kernel nodes, and of pairs of agents over all steps; above them there is no witness, to save
+memory."""
 
 
 class Witness(Record, eq=False):
-    """
+    """Witness of a formula.
+
     Args:
-        holds, fails: (agents, steps + 1): the agents a true, or a false, formula rests on.
-        links: of the routes of true formulas: (number, 3), step and the mission indices of both ends, from and to
-            where links lead one way.
-        formations: the names of the formations that it speaks of.
+        holds, fails: (agents, steps + 1): agents that a true, or a false, formula depends on.
+        links: links of the routes of true formulas: (number, 3), step and the mission indices of both ends, from
+            and to for directed links.
+        formations: names of its formations.
     """
 
     holds: Flags
@@ -50,7 +50,7 @@ class Witnesses:
     """The witnesses of the formulas below some goals."""
 
     def __init__(self, goals: Iterable[Node], mission: Mission, trace: Trace, opposites: Mapping[Node, Node]) -> None:
-        """``opposites``: of formulas whose negation is below a goal, that negation."""
+        """Initialise. ``opposites``: for formulas whose negation is below a goal, that negation."""
         self.mission, self.trace = mission, trace
         self.shape = trace.position.shape[:2]
         roots = tuple(goals)
@@ -65,10 +65,10 @@ class Witnesses:
         self.onward: dict[Node, Values] = {}
 
     def of(self, node: Node, unfolds: bool) -> Witness | None:
-        """The witness of a formula where it is asked; absent where the formulas are too large, or it is below no goal.
+        """Witness of a formula where it is evaluated; None if formulas are too large, or it is below no goal.
 
         Args:
-            unfolds: its verdict is of step 0 alone, so that it is looked through to what is asked at each step.
+            unfolds: True if its verdict is for step 0 only, so that the witness uses its parts at each step.
         """
         if node not in self.truths:
             return None
@@ -78,11 +78,11 @@ class Witnesses:
         return Witness(search.lit[0], search.lit[1], links, tuple(dict.fromkeys(search.formations)))
 
     def truth(self, node: Node) -> Flags:
-        """(agents, steps + 1)"""
+        """Truth of a formula: (agents, steps + 1), boolean."""
         return np.broadcast_to(self.truths[node], self.shape)
 
     def links(self, graph: Graph) -> Flags:
-        """(steps + 1, agents, agents)"""
+        """Links of a graph: (steps + 1, agents, agents), boolean."""
         if graph not in self.linked:
             agents, steps = self.shape
             whole = np.zeros((steps, agents, agents), dtype=np.bool_)
@@ -95,9 +95,11 @@ class Witnesses:
         return self.linked[graph]
 
     def next_hops(self, node: ReachNode | RouteNode) -> Values:
-        """Where the best route from each agent goes on: (steps + 1, agents), -1 where it ends or there is none.
+        """Next agent of the best route from each agent: (steps + 1, agents), -1 at its end or without a route.
 
-        Of the dual, the best of those that it forbids.
+        Shape: (steps + 1, agents), -1 where it ends or there is none.
+
+        For the dual, it is the best of the forbidden routes.
         """
         if node not in self.onward:
             sought = not node.every
@@ -119,7 +121,7 @@ class Witnesses:
 
 
 class _Search:
-    """Masks, (2, agents, steps + 1), handed down from a formula to what decides it: where that is true, where false."""
+    """Masks, (2, agents, steps + 1), passed from a formula to its deciding parts: for its truth, for its falsity."""
 
     def __init__(self, known: Witnesses) -> None:
         self.known = known
@@ -147,7 +149,7 @@ class _Search:
                 self.decide(node, mask)
 
     def hand_down(self, node: Node, mask: Flags, entered: dict[Node, Flags] | None = None) -> None:
-        """Where to look below a node; ``entered`` takes what lies below all that is looked through."""
+        """Add the places to visit below a node; ``entered`` collects those below skipped nodes."""
         there = mask
         if isinstance(node, At):
             there = np.zeros_like(mask)
@@ -164,7 +166,7 @@ class _Search:
         truth = self.known.truth(node)
         match node:
             case All(parts) | Any(parts) if isinstance(node, Any) is not node.dual:
-                # An *or* as it was written, whether or not it is denied: one of its true parts is enough.
+                # An *or* of the text, possibly negated: one of its true parts suffices.
                 true = isinstance(node, Any)
                 enough = truth == true
                 rest = mask & enough
@@ -195,12 +197,12 @@ class _Search:
                 self.light(mask)
 
     def light(self, mask: Flags, partners: tuple[int, ...] = ()) -> None:
-        """The agents of the mask, and the partners of each."""
+        """Mark the agents of the mask, and the partners of each."""
         self.lit |= mask
         self.lit[:, list(partners)] |= mask.any(axis=1, keepdims=True)
 
     def walk(self, graph: Graph, onward: Values, mask: Flags, most: int) -> None:
-        """Light the way of every agent of the mask. ``onward``: (steps + 1, agents), -1 at the end of a way."""
+        """Mark the path of every agent of the mask. ``onward``: (steps + 1, agents), -1 at the end of a path."""
         one_way = directed(graph)
         for side in (0, 1):
             agent, step = np.nonzero(mask[side])

@@ -1,4 +1,4 @@
-"""Algebraic connectivity (λ₂) of the graphs that must be connected, beside the robustness."""
+"""Algebraic connectivity (λ₂) of the graphs that must be connected, in addition to robustness."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from missionc.ir.pair_ranges import directed
 from missionc.verification.certificate import Figure
 
 MOST_AGENTS = 400
-"""Beyond this the eigenvalues of every step would take longer than the plan."""
+"""Maximum number of agents; above it the eigenvalues would take longer than the plan."""
 
 
 def connectivity(mission: Mission, trace: Trace) -> list[Figure]:
-    """For each graph the mission calls ``connected``, over the agents it names: the least λ₂ of all steps, and when.
+    """For each graph that must be ``connected``, the least λ₂ over all steps, with its time.
 
-    Positive where the graph is connected at every step. None of a graph whose links lead one way, whose Laplacian is
-    not symmetric.
+    It is positive if the graph is connected at every step. Directed graphs are left out, since their Laplacian is not
+    symmetric.
 
     Source:
         [clot] III-C, λ₂.

@@ -1,6 +1,6 @@
-"""Clearance of bodies to obstacles, and separation of agents, at every moment of a plan.
+"""Clearance of bodies from obstacles, and separation of agents, in continuous time over a plan.
 
-Every two bodies keep their distance, and vehicles their ellipsoid.
+The separation includes the distance of bodies and the ellipsoid of vehicles.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from missionc.verification.plan.obstacle_bodies import Distance, solid
 Extents: TypeAlias = tuple[Array, Array]
 
 NEAREST = 16
-"""Agents that are looked at first, for the least of all."""
+"""Number of agents tested first, for the overall minimum."""
 
 
 def check_obstacles(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> list[Check]:
-    """One check for each obstacle, for the agent that comes nearest."""
+    """One check for each obstacle, for the agent nearest to it."""
     around = extents(curves)
     return [_check(mission, curves, around, obstacle, tolerance) for obstacle in mission.obstacles]
 
 
 def relative_to(curves: Curves, obstacle: Obstacle) -> Curves:
-    """The motion as the obstacle sees it: with its shape at rest."""
+    """The motion in the frame of the obstacle, with its shape at rest."""
     match obstacle.motion:
         case Still():
             return curves
@@ -49,16 +49,19 @@ def relative_to(curves: Curves, obstacle: Obstacle) -> Curves:
 
 
 def _offsets(path: Path, times: Array) -> Array:
-    """Offset of a moving obstacle from its place in the text: (moments,), seconds -> (moments, dim), metres."""
+    """Offset of a moving obstacle from its place in the text.
+
+    Shape: (moments,), seconds -> (moments, dim), metres.
+    """
     return np.stack([np.interp(times, path.times, axis) for axis in np.array(path.offsets).T], axis=-1)
 
 
 def state_margins(obstacle: Obstacle, distance: Distance, need: Array, times: Array, position: Array) -> Array:
-    """The clearance margin of every agent at some moments.
+    """Clearance margin of every agent at some times.
 
     Args:
-        distance: to the obstacle's body, as ``solid`` makes it.
-        need: (agents,), metres, as of ``needs``.
+        distance: distance to the obstacle's body, from ``solid``.
+        need: (agents,), metres, from ``needs``.
         times: (moments,), seconds.
         position: (agents, moments, dim), metres.
 
@@ -71,20 +74,22 @@ def state_margins(obstacle: Obstacle, distance: Distance, need: Array, times: Ar
 
 
 def needs(mission: Mission) -> Array:
-    """The distance from each agent's centre to any obstacle, at least: (agents,), metres."""
+    """Required distance of each agent's centre from any obstacle: (agents,), metres."""
     return np.array([agent.radius + mission.clearance for agent in mission.agents])
 
 
 def margins(
     mission: Mission, curves: Curves, around: Extents, obstacle: Obstacle, gap: float, ceiling: float | None
 ) -> tuple[Curves, Least]:
-    """The motion as the obstacle sees it, and bounds on every agent's margin in every piece: (agents * pieces,).
+    """The motion in the frame of the obstacle, and margin bounds for every agent and piece.
 
-    Who is further away than matters is judged by the box around its whole motion.
+    Shape: (agents * pieces,).
+
+    Agents that are far away are judged by the box around their whole motion.
 
     Args:
-        around: the corners of the boxes around the motions.
-        ceiling: margins above it are of no interest; absent: only the least of all is.
+        around: corners of the boxes around the motions.
+        ceiling: larger margins are not refined; None: only the least of all is.
     """
     seen = relative_to(curves, obstacle)
     low, high = around if seen is curves else extents(seen)
@@ -141,7 +146,7 @@ def _check(mission: Mission, curves: Curves, around: Extents, obstacle: Obstacle
 
 
 def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> list[Check]:
-    """One check, for the two agents that come nearest; none where there are not two."""
+    """One check for the two nearest agents; none for a single agent."""
     if len(mission.agents) < 2:
         return []
     lower = upper = np.inf
@@ -163,9 +168,9 @@ def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTAC
 
 
 def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterator[tuple[int, Indices, Indices]]:
-    """For each piece, the pairs, (pairs,) twice, that may come within ``spare`` metres of the separation they need.
+    """For each piece, the pairs, (pairs,) twice, that may come within ``spare`` metres of their required separation.
 
-    Absent ``spare``, the pairs among which the nearest of the piece is.
+    If ``spare`` is None, the pairs that include the nearest of the piece.
     """
     spacing = SpacingTable.of(mission)
     widest, flattest = float(spacing.sideways.max()), min(1.0, float(spacing.flatness.min()))
@@ -175,7 +180,7 @@ def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterato
         middle = middles[:, piece]
         tree = cKDTree(middle)
         if spare is None:
-            # Some pair is no further apart than this, so that no pair beyond it can be the nearest.
+            # Some pair is no further apart than this, so no pair beyond it can be the nearest.
             one, other = np.arange(len(middle)), np.asarray(tree.query(middle, k=2)[1])[:, 1]
             between, metric = middle[one] - middle[other], spacing.metric(one, other)
             apart = norm(between if metric is None else between * metric) - spacing.between(one, other)
@@ -191,9 +196,11 @@ def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterato
 def pair_margins(
     mission: Mission, curves: Curves, piece: int, first: Indices, second: Indices, ceiling: float | None
 ) -> tuple[Array, Array, Array]:
-    """Lower and upper bounds on pairs' margins within a piece, and when the upper one is taken: (pairs,) each.
+    """Lower and upper bounds on pairs' margins within a piece, and the time of the upper one.
 
-    Margins are metres sideways: where two keep more in height, heights count the less.
+    Shape: (pairs,) each.
+
+    Margins are horizontal metres: if the vertical separation is larger, heights have a smaller weight.
     """
     spacing = SpacingTable.of(mission)
     metric = spacing.metric(first, second)
@@ -204,10 +211,12 @@ def pair_margins(
 
 
 def relative_margins(relative: Curves, need: Array, ceiling: float | None) -> tuple[Array, Array, Array]:
-    """Bounds, as of ``pair_margins``, of relative motions in each of their pieces: (pairs * pieces,) each.
+    """Bounds, as for ``pair_margins``, of relative motions in each of their pieces.
+
+    Shape: (pairs * pieces,) each.
 
     Args:
-        need: (pairs,), metres that the two of a pair are to be apart.
+        need: (pairs,), required separation, metres.
     """
     pairs, pieces, *shape = relative.coefficients.shape
     flat = relative.coefficients.reshape(pairs * pieces, *shape)
@@ -224,7 +233,12 @@ def relative_margins(relative: Curves, need: Array, ceiling: float | None) -> tu
 
 
 def _straight(relative: Array, duration: Array) -> tuple[Array, Array]:
-    """The least distance of straight relative motion, in closed form, and when: (pairs, dim, 2) -> (pairs,) twice."""
+    """Least distance of straight relative motion, and its time, in closed form.
+
+    Shape: (pairs, dim, 2) -> (pairs,) twice, metres, seconds.
+
+    Shape: (pairs, dim, 2) -> (pairs,) twice.
+    """
     offset, velocity = relative[..., 0], relative[..., 1]
     square = (velocity**2).sum(axis=-1)
     toward = -(offset * velocity).sum(axis=-1)

@@ -1,10 +1,8 @@
-"""Conservative advancement: the least value of a margin along many motions at once, with a proof.
+"""Conservative advancement: least value of a margin along many motions at once, with a proof.
 
-A margin that changes by at most one metre per metre of motion cannot fall by
-more than (speed * time). So the value at the middle of an interval bounds the
-whole interval from below; where the bound does not suffice the interval is
-halved, all motions together, until the least bound is within ``gap`` of the
-least value seen.
+A 1-Lipschitz margin cannot fall by more than (speed * time). The value at the middle therefore bounds the whole
+interval from below. If the bound does not suffice, the interval is halved, for all motions together, until the least
+bound is within ``gap`` of the least value seen.
 
 Source:
     Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems" (1996), section 2.3.
@@ -20,21 +18,21 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 
 CHUNK = 1 << 19
-"""Intervals looked at together: bounds the memory."""
+"""Number of intervals processed together, which bounds the memory."""
 
 EVALUATIONS = 20_000_000
-"""After so many the bound is taken as it stands: still a bound, only a looser one."""
+"""Maximum number of evaluations; afterwards the bound is returned as it is, valid but looser."""
 
 
 SHARE = 1e-3
-"""The share of a margin to which it is found: where bodies are far apart, nobody asks how far to the micrometre."""
+"""Relative precision of large margins: bodies far apart need no exact margin."""
 
 
 class Least(Record, eq=False):
-    """For each motion: ``lower`` <= its least margin <= ``upper``, which is taken at ``at`` (seconds from its start).
+    """Bounds for each motion: ``lower`` <= least margin <= ``upper``, attained at ``at`` (seconds from its start).
 
-    Where the search was for the least of all, ``lower`` of the others may stay far below what they really keep,
-    never below the least of all by more than the gap.
+    If the search was for the overall minimum, ``lower`` of other motions may be far below their true margin, but at
+    most the gap below the overall minimum.
     """
 
     lower: Array
@@ -52,11 +50,11 @@ def least(
     """Bounds on the least margin of each motion.
 
     Args:
-        margin: of motions (by index) at local times: (count,), (count,) -> (count,).
-        speed: (motions,): the margin changes at most so much per second.
+        margin: margin of motions (by index) at local times: (count,), (count,) -> (count,), metres.
+        speed: (motions,): bound on the rate of the margin, per second.
         duration: (motions,), seconds.
-        gap: how close the bounds are brought together; large margins only to a thousandth of themselves.
-        ceiling: margins above it are of no interest; absent: only the least of all is.
+        gap: greatest difference of the bounds; for large margins a thousandth of themselves.
+        ceiling: larger margins are not refined; None: only the least of all is.
     """
     count = speed.size
     lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros(count)
@@ -75,7 +73,7 @@ def least(
         _keep_least(upper, at, item, value, middle)
         bound = value - speed[item] * (high - low) / 2
         interest = np.minimum(upper[item], upper.min() if ceiling is None else ceiling)
-        # A value that is not a number keeps its interval, whose bound then counts: it must not vanish.
+        # NaN keeps its interval, whose bound then counts: it must not vanish.
         near = gap + SHARE * np.maximum(interest, 0.0)
         done = (bound >= interest - near) | (spent > EVALUATIONS) | ~np.isfinite(bound)
         np.minimum.at(lower, item[done], np.where(np.isnan(bound[done]), -np.inf, bound[done]))
@@ -91,6 +89,6 @@ def least(
 def _keep_least(upper: Array, at: Array, item: Indices, value: Array, when: Array) -> None:
     better = np.flatnonzero(value < upper[item])
     order = better[np.argsort(-value[better], kind="stable")]
-    # Of several values for one motion the last assignment stands: the smallest.
+    # Of several values for one motion, the last assignment wins: the smallest.
     upper[item[order]] = value[order]
     at[item[order]] = when[order]

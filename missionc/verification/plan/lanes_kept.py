@@ -1,4 +1,4 @@
-"""Lanes of a trace, step by step: where a mission brings its own roadmap, nobody leaves it or goes against a lane."""
+"""Lanes of a trace, step by step: on a user's roadmap, no agent leaves it or moves against a lane."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from missionc.ir import Agent, Lanes, Mission
 from missionc.verification.certificate import MOTION, Check, judged
 
 Segments: TypeAlias = tuple[Array, Array, Array]
-"""Starts and ways, (segments, dim), metres, and the metres of one step at most, (segments,)."""
+"""Starts and directions, (segments, dim), metres, and the maximum length of one step, (segments,), metres."""
 
 
 def check_lanes_kept(mission: Mission, trace: Trace) -> list[Check]:
-    """For each agent whether every step leads along one lane, or several straight on, and no faster than they allow.
+    """Check for each agent that every step follows one lane, or several straight ones, within their speeds.
 
-    Between a place where it starts or finishes and a node it goes straight, either way.
+    Between a start or finish and a node it moves straight, in either direction.
     """
     lanes = mission.solve.roadmap
     if lanes is None:
@@ -40,7 +40,7 @@ def lane_margins(along: Segments, position: Array) -> Array:
         position: (steps + 1, dim), metres.
 
     Returns:
-        (steps,), metres; of a single state (1,): how far it is from all of them.
+        (steps,), metres; for a single state (1,): its distance from all of them.
     """
     start, way, most = along
     length = np.linalg.norm(way, axis=-1)
@@ -54,14 +54,14 @@ def lane_margins(along: Segments, position: Array) -> Array:
         amiss[:, number] = np.linalg.norm(offset - nearest[:, None] * ahead, axis=-1)
     gone = np.diff(ahead_by, axis=0)
     wrong = np.maximum(amiss[:-1], amiss[1:])
-    wrong = np.maximum(wrong, np.maximum(-gone, gone - most))  # who waits goes 0 m forward
+    wrong = np.maximum(wrong, np.maximum(-gone, gone - most))  # a waiting agent moves 0 m forward
     return np.asarray(0.0 - (wrong.min(axis=1) if len(gone) else amiss[:1].min(axis=1)))
 
 
 def segments(agent: Agent, lanes: Lanes, step: float) -> Segments:
-    """The segments that an agent may move along.
+    """Segments that an agent may move along.
 
-    A node is one of no length; lanes that lead straight on at one speed are one too.
+    A node is a segment of length zero; consecutive straight lanes with one speed form a segment too.
     """
     nodes = np.array([node.position for node in lanes.nodes], dtype=np.float64)
     source = np.array([lane.source for lane in lanes.lanes], dtype=np.int64)

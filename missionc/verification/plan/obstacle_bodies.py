@@ -1,9 +1,8 @@
-"""Distance of points to an obstacle's body, exact for combined shapes too.
+"""Distance of points to an obstacle's body, also exact for combined shapes.
 
-Plain shapes and their unions have an exact distance already. An intersection
-or a difference is measured to its outline: what is left of its parts' borders,
-cut where they cross. What has no thickness is no body: a door as deep as its
-wall leaves no film behind.
+Plain shapes and their unions have an exact distance already. An intersection or a difference is measured to its
+outline: the remaining parts of its parts' borders, cut at their crossings. Parts without thickness are ignored: a door
+as deep as its wall leaves no film behind.
 """
 
 from __future__ import annotations
@@ -21,14 +20,14 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Pris
 from missionc.ir.distances.signed_distance import signed_distance
 
 Distance: TypeAlias = Callable[[Array], Array]
-"""(..., dim), metres -> (...), metres, negative inside; changes by at most one metre per metre."""
+"""Function (..., dim), metres -> (...), metres, negative inside, 1-Lipschitz."""
 
 THIN = 1e-7
-"""Metres: what is thinner has no inside."""
+"""Metres: a thinner part has no interior."""
 
 
 def solid(shape: Shape, dimension: int) -> Distance:
-    """The distance to a body. A ball that a volume's shapes cut counts as if cut without rounding its rims."""
+    """Distance function of a body. A ball cut by a volume's shapes counts without rounded rims."""
     match shape:
         case Box() | Disc() | Ball() | Polygon():
             return lambda position: np.asarray(signed_distance(np, shape, position))
@@ -72,7 +71,7 @@ class _Segment(Record):
 
 
 class _Arc(Record):
-    """Anticlockwise from ``angle`` through ``sweep``, rad."""
+    """Arc anticlockwise from ``angle`` through ``sweep``, rad."""
 
     centre: complex
     radius: float
@@ -122,7 +121,7 @@ def _outline(shape: Shape) -> Distance:
 
 
 def _parts_inside_from_outside(shape: Shape, edge: _Segment | _Arc, share: float) -> bool:
-    """Whether the body is on exactly one side of the edge there."""
+    """Return whether the body is on exactly one side of the edge there."""
     middle, step = edge.at(share), edge.side(share) * THIN
     points = np.array([[(middle + sign * step).real, (middle + sign * step).imag] for sign in (-1, 1)])
     left, right = np.asarray(signed_distance(np, shape, points)) < 0
@@ -152,7 +151,7 @@ def _edges(leaf: Box | Disc | Ball | Polygon) -> list[_Segment | _Arc]:
 
 
 def _meetings(edge: _Segment | _Arc, other: _Segment | _Arc) -> list[complex]:
-    """Where two edges may cross or meet; points too many only cut an edge once more."""
+    """Points at which two edges may cross or meet; additional points only cut an edge once more."""
     match edge, other:
         case _Segment(), _Segment():
             along, across = edge.end - edge.start, other.end - other.start
@@ -187,7 +186,7 @@ def _line_and_circle(line: _Segment, circle: _Arc) -> list[complex]:
 
 
 def _stack(shape: Shape) -> Distance:
-    """Prisms only: from one of their heights to the next the section is the same, so the nearest slab counts."""
+    """Distance for prisms only: between two of their heights the section is constant, so the nearest slab counts."""
     levels = sorted({level for leaf in _leaves(shape) for level in _band(leaf)})
     slabs = []
     for low, high in pairwise(levels):
@@ -218,7 +217,7 @@ def _band(leaf: Box | Disc | Ball | Polygon) -> tuple[float, float]:
 
 
 def _section(shape: Shape, height: float) -> Shape | None:
-    """The shape at a height, in the plane; absent where it is empty there."""
+    """Plane section of the shape at a height; None if it is empty there."""
     match shape:
         case Union(left, right) | Intersection(left, right) | Difference(left, right):
             first, second = _section(left, height), _section(right, height)

@@ -8,7 +8,7 @@ from missionc.verification.certificate import Check, Figure
 
 
 def check_requirements(mission: Mission, judgements: Judgements) -> tuple[list[Check], list[Figure]]:
-    """A check for each requirement, whose margin is the robustness; preferences bind nobody and are figures."""
+    """One check for each requirement, with its robustness as margin; preferences are figures."""
     checks = [
         Check(
             name="requirement",

@@ -1,4 +1,4 @@
-"""Starts and finishes of a plan where the mission has them, and its states within the world."""
+"""Starts and finishes of a plan against the mission, and its states within the world."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.verification.certificate import CONTACT, MOTION, Check, judged
 
 
 def check_places(mission: Mission, trace: Trace) -> list[Check]:
-    """Each agent's start, and its finish where it has one. A place is about the agent's centre."""
+    """Check each agent's start, and its finish if there is one, for the agent's centre."""
     findings = []
     for agent in mission.agents:
         findings.append(check_place(agent, "start", agent.start, trace.position[agent.index, 0], 0.0))
@@ -23,7 +23,7 @@ def check_places(mission: Mission, trace: Trace) -> list[Check]:
 
 
 def check_place(agent: Agent, name: str, place: InitialSet, position: Array, at: float) -> Check:
-    """An agent at a time, in seconds: its centre, (dim,), is in the place, or there."""
+    """Check that an agent's centre, (dim,), metres, is in the place at a time in seconds."""
     if place.point is None:
         margin, tolerance = -float(signed_distance(np, place.shape, position)), CONTACT
     else:
@@ -32,10 +32,10 @@ def check_place(agent: Agent, name: str, place: InitialSet, position: Array, at:
 
 
 def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> Check:
-    """The world bounds the agents' centres, at every moment.
+    """Check that the agents' centres stay in the world, in continuous time.
 
-    Exact for straight and parabolic motion; a polynomial of higher degree is
-    judged by its control points, which reach a little further than it does.
+    The check is exact for straight and parabolic motion. A polynomial of higher degree is judged by its control points,
+    which extend slightly further.
     """
     where, _ = extremes(curves)
     low, high = np.array(mission.world.low), np.array(mission.world.high)
@@ -54,10 +54,12 @@ def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) ->
 
 
 def extremes(curves: Curves) -> tuple[Array, Array]:
-    """Points that bound each coordinate in each piece: (agents, pieces, dim, points), metres; and when, seconds.
+    """Points that bound each coordinate in each piece: (agents, pieces, dim, points), metres.
 
-    Up to degree two the ends of the piece and where the coordinate turns; beyond it the control points, which the
-    curve may not reach, each at the begin of the piece.
+    The second result is their times, seconds.
+
+    Up to degree two, they are the ends of the piece and the turning point of the coordinate. Above, they are the
+    control points, which the curve may not reach, each at the beginning of the piece.
     """
     begin = curves.times[:-1, None, None]
     duration = curves.durations[:, None]

@@ -1,4 +1,4 @@
-"""Dynamics of a trace, step by step: each agent's equations of motion and bounds."""
+"""Dynamics of a trace, step by step: equations of motion and limits of each agent."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from missionc.verification.certificate import MOTION, Check, judged
 
 
 def check_shape(mission: Mission, trace: Trace) -> Check:
-    """Whether the arrays have the mission's sizes and hold finite numbers; nothing else can be asked before."""
+    """Check that the arrays have the mission's sizes and finite numbers, which all other checks need."""
     states = (len(mission.agents), mission.steps + 1)
     wanted = (*states, mission.dimension)
     fits = trace.position.shape == wanted and trace.velocity.shape == wanted and trace.heading.shape == states
@@ -24,14 +24,14 @@ def check_shape(mission: Mission, trace: Trace) -> Check:
 
 
 def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
-    """Every agent's motion against its dynamics; the trace has the mission's shape."""
+    """Check every agent's motion against its dynamics; the trace has the mission's shape."""
     findings: list[Check] = []
     for agent in mission.agents:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
         dynamics, step = agent.dynamics, trace.step
         motion = _parabolic if dynamics.has_momentum else _straight
         findings.append(motion(agent, position, velocity, step))
-        # Within a step of constant acceleration no speed is larger than at its ends.
+        # Within a step of constant acceleration, the speed is largest at an end.
         flown = norm(velocity) if dynamics.has_momentum else mean_rates(position, step)
         findings.append(_speed(agent, flown, dynamics.lowest_speed, dynamics.top_speed, step))
         if dynamics.faces_ahead:
@@ -62,7 +62,7 @@ def facing_errors(position: Array, heading: Array) -> Array:
 
     Args:
         position: (..., steps + 1, dim), metres.
-        heading: (..., steps), rad, at the begin of each move.
+        heading: (..., steps), rad, at the beginning of each move.
 
     Returns:
         (..., steps), metres. A climb does not turn the vehicle: heights do not count.
@@ -73,13 +73,13 @@ def facing_errors(position: Array, heading: Array) -> Array:
 
 
 def turned(change: Array) -> Array:
-    """Size of a change of heading, rad, by the shorter side."""
+    """Size of a change of heading, (...), rad, by the shorter side: (...), rad."""
     return np.asarray(np.abs((change + math.pi) % (2 * math.pi) - math.pi))
 
 
 def _straight(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
     error = norm(np.diff(position, axis=0) - velocity[:-1] * step)
-    # The last velocity is that of the motion that ended there.
+    # The last velocity belongs to the motion that ended there.
     last = norm(velocity[-1:] - velocity[-2:-1]) * step
     return _worst(
         agent, "motion", -np.concatenate([error, last]), "m", step, "position, velocity and time are consistent"
@@ -118,7 +118,10 @@ def _turn(agent: Agent, heading: Array, turn: float, step: float) -> Check:
 
 
 def _rules(agent: Agent, position: Array, heading: Array, step: float) -> list[Check]:
-    """Each rule of dynamics of an extension; a rule without finite numbers is not satisfied."""
+    """Check each rule of an extension's dynamics; a rule without finite numbers fails.
+
+    ``position`` is (steps + 1, dim), metres; ``heading`` (steps + 1,), rad.
+    """
     margins = agent.dynamics.step_margins(position, heading, step)
     checks = []
     for name in agent.dynamics.rules:

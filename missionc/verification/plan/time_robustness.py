@@ -1,16 +1,16 @@
-"""Time robustness: by how much each agent may be late while the plan keeps all that the mission asks.
+"""Time robustness: each agent's greatest delay with which the plan still satisfies the mission.
 
     in   Mission, its kernel, the Trace of a plan that passes its checks
-    out  Delay, one for each agent; a Check for each agent whose delay the mission wants tolerated
+    out  Delay for each agent; a Check for each agent with a required delay tolerance
 
-An agent that is late by some steps waits at its start for them, at rest, and then does what its trace says, as far as
-the mission lasts; everybody else is on time. What may break by that is looked at anew: obstacles that move or grow, the
-separation from everybody else at every moment, its finish, and the requirements at the steps.
+A delayed agent waits at its start, at rest, and then follows its trace until the mission ends; all others are on time.
+The affected checks are repeated: moving and growing obstacles, separation in continuous time, its finish, and the
+requirements at the steps.
 
 Source:
     Donzé, Maler, "Robust Satisfaction of Temporal Logic over Real-Valued Signals" (2010), section 4, time robustness.
     Lindemann, Rodionova, Pappas, "Temporal Robustness of Stochastic Signals" (2022), asynchronous temporal robustness;
-    here of one agent's signal at a time, and to the side on which it is late.
+    here for one agent's signal at a time, and only for delays.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from missionc.verification.plan.clearances import check_obstacles, relative_marg
 from missionc.verification.plan.starts_and_finishes import check_place
 
 WORK = 400_000
-"""States of agents that are looked at, at most, for the delays of all: what a plan tolerates beyond that stays open."""
+"""Maximum number of agent states evaluated for all delays; larger tolerances stay open."""
 
 FEWEST = 4
-"""Delays of an agent that are looked at in any case, in steps, where it tolerates so many."""
+"""Number of delays of an agent, in steps, that are tested in any case."""
 
 
 def time_robustness(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[Delay, ...]:
-    """The delay that each agent may have, in the order of the mission."""
+    """Greatest delay of each agent, in the order of the mission."""
     late = _Late(mission, kernel, trace)
     states = trace.position.shape[0] * trace.position.shape[1]
     most = max(FEWEST, WORK // (states * len(mission.agents)))
@@ -50,7 +50,7 @@ def time_robustness(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[Del
 
 
 def tolerated_steps(mission: Mission) -> Mapping[int, int]:
-    """The steps by which agents are to be late without harm, of those of whom that is asked."""
+    """Required delay tolerance in steps, by agent."""
     wanted: dict[int, int] = {}
     for tolerance in mission.tolerances:
         for agent in tolerance.agents:
@@ -59,7 +59,7 @@ def tolerated_steps(mission: Mission) -> Mapping[int, int]:
 
 
 def check_tolerances(mission: Mission, delays: tuple[Delay, ...]) -> Iterator[Check]:
-    """A check for each agent whose delay is to be tolerated, whose margin is what it may be late beyond that."""
+    """Check for each agent with a required delay tolerance; its margin is the additional tolerated delay."""
     for index, steps in sorted(tolerated_steps(mission).items()):
         delay, asked = delays[index], steps * float(mission.step)
         margin = round(delay.tolerated / mission.step) - steps
@@ -72,7 +72,7 @@ def check_tolerances(mission: Mission, delays: tuple[Delay, ...]) -> Iterator[Ch
 
 
 def delayed(mission: Mission, trace: Trace, agent: int, steps: int) -> Trace:
-    """The trace with an agent late by some steps, at least one: it waits at its start, and its end is cut off."""
+    """Trace with an agent delayed by at least one step: it waits at its start, and its end is cut off."""
     position, velocity, heading = trace.position.copy(), trace.velocity.copy(), trace.heading.copy()
     last = position.shape[1] - 1
     steps = min(steps, last)
@@ -88,7 +88,7 @@ def delayed(mission: Mission, trace: Trace, agent: int, steps: int) -> Trace:
 
 
 class _Late:
-    """Delays of single agents; what on-time agents do is worked out once."""
+    """Delays of single agents, with cached results for on-time agents."""
 
     def __init__(self, mission: Mission, kernel: Kernel, trace: Trace) -> None:
         self.mission, self.trace = mission, trace
@@ -101,7 +101,7 @@ class _Late:
         self.about = [[(name, part) for name, part in parts if about[part][agent.index, 0]] for agent in mission.agents]
 
     def delay(self, agent: int, most: int) -> Delay:
-        """How late an agent may be, as far as ``most`` steps; and what one step more breaks."""
+        """Greatest delay of an agent, up to ``most`` steps, and the check that one step more breaks."""
         name, step = self.mission.agents[agent].name, float(self.mission.step)
         last = self.mission.steps
         for steps in range(1, min(most, last) + 1):
@@ -138,7 +138,7 @@ class _Late:
             yield from self._others(agent, moved, others)
 
     def _near(self, agent: int) -> Indices:
-        """Who may come too near to an agent at some time, by the boxes around their whole motions."""
+        """Agents that may come too near to an agent at some time, by the boxes around their whole motions."""
         beside = np.maximum(self.low - self.high[agent], self.low[agent] - self.high).clip(0.0)
         near = norm(beside) <= self.radii + self.radii[agent] + self.mission.separation + CERTAIN
         near[agent] = False
@@ -168,7 +168,7 @@ class _Late:
 
 
 _Broken = tuple[str, str, float | None, tuple[str, ...]]
-"""A check, what it is of, when it breaks, seconds, and by whom."""
+"""A failed check: its name, its subject, its time in seconds, and its agents."""
 
 
 def _when(found: _Broken) -> float:
@@ -176,7 +176,7 @@ def _when(found: _Broken) -> float:
 
 
 def _parts(formula: Node) -> Iterator[Node]:
-    """Formulas of the team that all hold at step 0 where this one does."""
+    """Formulas of the team that must all hold at step 0 if this one does."""
     for agent, windows, body in conjuncts((formula,)):
         node = body
         for window in reversed(windows):

@@ -1,9 +1,9 @@
-"""Requirements over a whole mission of which a part was flown before the plan: both together, judged as one motion.
+"""Requirements over a whole mission with completed stretches: past and plan, judged as one motion.
 
-    in   the mission as it was written, the traces of what was flown, the trace of the plan
+    in   the original mission, the traces of the completed stretches, the trace of the plan
     out  Checks
 
-What is left of a requirement after a part is worked out when the plan is made; here nothing of that is believed.
+Planning uses the progression of a requirement; this check does not rely on it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ def check_whole(mission: Mission, kernel: Kernel, past: Sequence[Trace], plan: T
     """One check for each requirement.
 
     Args:
-        mission: whole, with all the agents whose states the traces have.
-        past: in order; each begins with the state that the one before ends with, and so does the plan.
+        mission: the whole mission, with all agents of the traces.
+        past: in order; each begins with the last state of the previous one, and so does the plan.
     """
     parts = [*past, plan]
 

@@ -1,11 +1,11 @@
 """Branch and bound over parts of a flight: the least margin of a claim with a proof, or the pieces on which it fails.
 
-A claim is a margin along curves that can be bounded on any part of them. If there are many subjects, the box around a
-whole flight shows which are far; the nearest come first.
+A claim is a margin along curves that can be bounded on any part of them. With many subjects, the box around a whole
+flight shows which are far; the nearest come first.
 
 The control points of a curve bound a margin on a whole piece. If that does not suffice the piece is halved, all items
 together, until the least bound is within the claim's gap of the least margin seen. The pieces on which a claim fails
-are searched likewise, but every piece is decided by itself.
+are found likewise, but every piece is decided separately.
 
 Source:
     Farouki, "The Bernstein polynomial basis: a centennial retrospective" (2012), section 6.
@@ -23,29 +23,29 @@ from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.curves.bernstein_intervals import Enclosed
 
 Bounds: TypeAlias = tuple[Array, Array, Array]
-"""For each part: a lower bound of the margin on all of it, the margin somewhere in it, and at which share of it."""
+"""For each part: a lower bound of the margin over it, the margin at some point, and the share of that point."""
 
 Curve: TypeAlias = Callable[[Indices], Enclosed]
-"""From items to their curves over their whole piece: (items, dim)."""
+"""Function from items to their curves over their whole piece: (items, dim)."""
 
 Far: TypeAlias = Callable[[Indices], Array]
-"""From subjects to a lower bound of their margin over the whole flight, from the box around it: (subjects,)."""
+"""Function from subjects to a lower bound of their margin over the whole flight, from its box: (subjects,)."""
 
 Judge: TypeAlias = Callable[[Indices, Enclosed], Bounds]
-"""From items and their curves over a part of the item's time, (parts, dim)."""
+"""Function from items and their curves over a part of the item's time, (parts, dim), to bounds."""
 
 
 class Claim(Record, eq=False):
-    """That a margin is at least 0 at every moment, for every subject.
+    """Claim that a margin is at least 0 at all times, for every subject.
 
     Args:
-        name, subject, unit, tolerance, detail: of the check.
-        agents: (subjects, one or two): whom each subject is about, by their index.
+        name, subject, unit, tolerance, detail: fields of the check.
+        agents: (subjects, one or two): agent indices of each subject.
         times: (pieces + 1,), seconds.
         curve: the curves of items; item ``subject * pieces + piece`` is a subject in a piece.
-        judge: bounds of the margin.
-        gap: the proved bound may stay so far below the least margin seen.
-        far: a bound that is quick, where there is one.
+        judge: function that bounds the margin.
+        gap: greatest difference between the least margin seen and the proved bound.
+        far: a fast bound, if there is one.
     """
 
     name: str
@@ -69,50 +69,50 @@ class Claim(Record, eq=False):
         return len(self.agents) * self.pieces
 
     def when(self, moment: float) -> float:
-        """Seconds; ``moment`` counts pieces: 3.25 is a quarter into the fourth."""
+        """Time in seconds; ``moment`` counts pieces: 3.25 is a quarter into the fourth."""
         return float(np.interp(moment, np.arange(self.times.size), self.times))
 
 
 def everyone(count: int) -> Indices:
-    """(count, 1): each agent is a subject."""
+    """Each agent as a subject: (count, 1)."""
     return np.arange(count, dtype=np.int64)[:, None]
 
 
 def of_agents(curves: Enclosed) -> Curve:
-    """The curves of (agents, pieces, dim), each agent a subject."""
+    """Curves of (agents, pieces, dim), each agent a subject."""
     pieces = curves.radius.shape[1]
     return lambda item: curves[item // pieces, item % pieces]
 
 
 SHORTEST = 2.0**-10
-"""The share of a piece below which one is taken to fail that is not proved yet."""
+"""Share of a piece below which an unproved part counts as failing."""
 
 CHUNK = 1 << 15
-"""Parts looked at together: bounds the memory, and stays in the cache."""
+"""Number of parts processed together, which bounds the memory and fits the cache."""
 
 FEW = 1 << 12
-"""Where there are more items than this, flights that are far enough as a whole are not looked at piece by piece."""
+"""Number of items above which flights that are far enough as a whole are not examined piece by piece."""
 
 MOST_PARTS = 1 << 20
-"""After so many the bounds are taken as they stand: still bounds, only looser ones."""
+"""Maximum number of parts; afterwards the bounds are returned as they are, valid but looser."""
 
 SHARE = 1e-3
-"""The share of a margin to which it is found: far apart, or far too near, nobody asks how far to the micrometre."""
+"""Relative precision of large margins."""
 
 FINEST = 2.0**-40
-"""The shortest part of a piece: what is not proved on it will not be."""
+"""The shortest part of a piece: a claim not proved on it stays unproved."""
 
 
 class BoxParts(Record, eq=False):
     """Parts that cover every item of a claim, in order of item and time.
 
     Args:
-        item: (parts,): which.
-        begin, width: (parts,): shares of the item's piece; dyadic. All pieces of a subject may be one part.
-        lower: (parts,): a lower bound of the margin on the part.
-        least: the least margin seen of all.
-        worst: the item that has it.
-        moment: the share of its piece at which.
+        item: (parts,): index of the item.
+        begin, width: (parts,): dyadic shares of the item's piece. All pieces of a subject may be one part.
+        lower: (parts,): lower bound of the margin on the part.
+        least: least margin seen.
+        worst: its item.
+        moment: its share of the piece.
     """
 
     item: Indices
@@ -125,7 +125,7 @@ class BoxParts(Record, eq=False):
 
 
 def branch_and_bound(claim: Claim, enough: float = np.inf) -> BoxParts:
-    """Parts that prove the least margin to the claim's gap, or only that it is at least ``enough``."""
+    """Parts that prove the least margin up to the claim's gap, or only that it is at least ``enough``."""
     far, unseen = _nearest_last(claim)
     waiting: list[tuple[Indices, Array, Array, Enclosed | None]] = []
     done: list[tuple[Indices, Array, Array, Array]] = []
@@ -162,7 +162,7 @@ def branch_and_bound(claim: Claim, enough: float = np.inf) -> BoxParts:
 
 
 def _nearest_last(claim: Claim) -> tuple[Array, list[Indices]]:
-    """What is known of each subject's whole flight, (subjects,), and all of them in chunks, the nearest in the last."""
+    """Bounds on each subject's whole flight, (subjects,), metres, and chunks of subjects, the nearest last."""
     count = len(claim.agents)
     far, order = np.full(count, -np.inf), np.arange(count)
     if claim.far is not None and claim.items > FEW:
@@ -178,7 +178,7 @@ def _nearest_last(claim: Claim) -> tuple[Array, list[Indices]]:
 
 
 def _joined(waiting: list[tuple[Indices, Array, Array, Enclosed | None]]) -> None:
-    """Few parts are looked at as fast as one: the last two that wait become one where they are few."""
+    """Merge the last two waiting chunks if they are small, since few parts cost as much as one."""
     first, second = waiting[-2:]
     if first[0].size + second[0].size > CHUNK or first[3] is None or second[3] is None:
         return
@@ -188,7 +188,7 @@ def _joined(waiting: list[tuple[Indices, Array, Array, Enclosed | None]]) -> Non
 
 
 def failing_pieces(claim: Claim) -> set[int]:
-    """The numbers of the pieces on which the margin of some subject is, or may be, below the claim's tolerance."""
+    """Indices of the pieces on which some subject's margin is, or may be, below the claim's tolerance."""
     subjects = np.arange(len(claim.agents))
     if claim.far is not None:
         subjects = subjects[~(claim.far(subjects) >= 0)]
@@ -201,7 +201,7 @@ def failing_pieces(claim: Claim) -> set[int]:
 
 
 def _decide(claim: Claim, item: Indices, curve: Enclosed, failing: Flags) -> None:
-    """Marks the pieces that fail among these items."""
+    """Mark the pieces that fail among these items."""
     width = 1.0
     while item.size:
         lower, seen, _ = claim.judge(item, curve)

@@ -1,4 +1,4 @@
-"""The boxes of a proof: stretches of the flight with a subject and a lower bound, from interval margins.
+"""Boxes of a proof: intervals of the flight with a subject and a lower bound, from interval margins.
 
 Times count pieces: 3.25 is a quarter into the fourth. A box ends at the beginning of the next one of its subject, so
 the boxes cover the flight if the first begins with it and the last ends with it. Interval margins are bounds of
@@ -19,16 +19,19 @@ from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, lowere
 from missionc.verification.proof.branch_and_bound import Bounds, BoxParts, Claim, Judge
 
 FAR = 2.0
-"""A margin beyond which nobody asks more precisely how far is far."""
+"""Margin beyond which no more precision is needed."""
 
 ANGLE = 1e-14
-"""Rad: more than an arc tangent of doubles errs."""
+"""Rad: more than the error of an arc tangent in doubles."""
 
 
 def at_least_in_box(need: Array, pieces: int = 1) -> Judge:
-    """How much longer the vector is than ``need``, (items,), or (items / pieces,) where it is the same in all pieces.
+    """Judge the length of the vector minus ``need``.
 
-    The box that holds the control points tells those that are far; only of the others is the square looked at.
+    Shape: (items,), or (items / pieces,) if equal in all pieces, in its unit.
+
+    The box of the control points decides for distant ones; the squared length is only used for the others. The unit is
+    that of ``need``, such as metres.
     """
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
@@ -44,13 +47,16 @@ def at_least_in_box(need: Array, pieces: int = 1) -> Judge:
 
 
 def far_from_origin(low: Array, high: Array, need: Array) -> Array:
-    """How much longer than ``need``, (parts,), every vector in a box is: (parts, dim) twice -> (parts,)."""
+    """Lower bound of the length of every vector in a box minus ``need``, (parts,).
+
+    Shape: (parts, dim) twice -> (parts,), metres.
+    """
     aside = np.maximum(np.maximum(low, -high), 0.0)
     return np.asarray(lowered(_length(aside, axis=-1) / GROWN - need))
 
 
 def at_most(limit: Array) -> Judge:
-    """How much shorter the vector is than ``limit``, (items,)."""
+    """Judge ``limit``, (items,), minus the length of the vector, in the unit of the limit, such as m/s."""
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
         square = curve.squares()
@@ -61,7 +67,7 @@ def at_most(limit: Array) -> Judge:
 
 
 def between_bounds(low: Array, high: Array) -> Judge:
-    """How far every coordinate is from its bounds: (items, dim) twice."""
+    """Judge the distance of every coordinate from its bounds: (items, dim) twice, metres."""
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
         under, over = low[item], high[item]
@@ -74,7 +80,10 @@ def between_bounds(low: Array, high: Array) -> Judge:
 
 
 def in_band(low: Array, high: Array) -> Judge:
-    """How far the vector's length is from the ends of a band: (items,) twice."""
+    """Judge the distance of the vector's length from the ends of a band.
+
+    Shape: (items,) twice, in its unit, such as m/s.
+    """
     longer, shorter = at_least_in_box(low), at_most(high)
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
@@ -86,9 +95,9 @@ def in_band(low: Array, high: Array) -> Judge:
 
 
 def upright(limit: Array) -> Judge:
-    """How much less than ``limit``, (items,), rad, a vector of three coordinates leans from the third axis.
+    """Judge ``limit``, (items,), rad, minus the angle of a three-dimensional vector from the third axis.
 
-    One that does not point up leans by half a turn.
+    A vector that does not point up has an angle of half a turn.
     """
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
@@ -107,24 +116,24 @@ def _length(vectors: Array, axis: int) -> Array:
 
 
 def _least(seen: Array) -> tuple[Array, Array]:
-    """The smaller of the margins at both ends of a part, (parts, 2), and where."""
+    """Smaller of the margins at both ends of a part, (parts, 2), and its share, a number 0 or 1."""
     return seen.min(axis=-1), seen.argmin(axis=-1).astype(np.float64)
 
 
 FINEST_EXPONENT = 40
-"""No box begins at a finer part of a piece than this power of one half."""
+"""Exponent of the finest part of a piece at which a box may begin."""
 
 MOST_PARTS = 1 << 22
-"""That the boxes of one check may come to."""
+"""Maximum number of parts of one check's boxes."""
 
 
 class Boxes(Record, eq=False):
-    """What proves one check.
+    """Proof of one check.
 
     Args:
-        claim: what the bounds are of.
-        ends: for each subject the moments at which its boxes begin, and the end of the last.
-        bounds: for each subject the lower bound of the margin on each box.
+        claim: the claim that the bounds prove.
+        ends: for each subject, the beginnings of its boxes and the end of the last.
+        bounds: for each subject, the lower bound of the margin on each box.
     """
 
     claim: Claim
@@ -137,14 +146,14 @@ class Boxes(Record, eq=False):
 
 
 def stated(bound: float) -> float:
-    """As it is written: rounded down by a billionth or two, so that the doubles of another machine prove it too."""
+    """Written form of a bound: rounded down by a billionth or two, so that other machines can prove it too."""
     if not -1e6 < bound < 1e6:
         return bound - abs(bound) * 1e-12
     return (floor(bound * 1e9) - 1) / 1e9
 
 
 def boxes_of(claim: Claim, parts: BoxParts) -> Boxes:
-    """Whole pieces of a subject that follow each other become one box."""
+    """Merge consecutive whole pieces of a subject into one box."""
     subject, piece = np.divmod(parts.item, claim.pieces)
     whole = parts.width == 1.0
     follows = np.zeros(subject.size, dtype=bool)
@@ -164,7 +173,7 @@ def boxes_of(claim: Claim, parts: BoxParts) -> Boxes:
 
 @np.errstate(over="ignore", invalid="ignore")
 def fault(boxes: Boxes) -> str | None:
-    """What is wrong with boxes that somebody stated: they leave time out, or do not hold."""
+    """Describe the error in stated boxes: gaps in time, or bounds that do not hold."""
     claim = boxes.claim
     for rows, what in ((boxes.ends, "boxes"), (boxes.bounds, "bounds")):
         if len(rows) != len(claim.agents):
@@ -197,9 +206,9 @@ def fault(boxes: Boxes) -> str | None:
 
 
 def bound_on(claim: Claim, item: Indices, begin: Array, width: Array) -> Array:
-    """(parts,): the lower bound of the margin on dyadic parts of items, each computed from its curve anew."""
+    """Recompute the lower bound of the margin on dyadic parts of items: (parts,), in the claim's unit."""
     lower = np.empty(item.size)
-    # As deep as the part is short, the half is taken that it lies in.
+    # For each level of the part's depth, take the half that contains it.
     depth = (1 - np.frexp(width)[1]).astype(np.int64)
     for start in range(0, item.size, 1 << 15):
         chosen = slice(start, start + (1 << 15))
@@ -221,7 +230,7 @@ def _dyadic(moment: float) -> bool:
 
 
 def _parts(begin: float, end: float) -> list[tuple[float, float]]:
-    """A stretch as parts that halving pieces leads to, the longest ones there are: begin and width of each."""
+    """Split an interval into the longest parts that halving pieces can give: begin and width of each."""
     parts = []
     while begin < end:
         width = 1.0 if begin.is_integer() else _lowest_bit(begin)
@@ -233,6 +242,6 @@ def _parts(begin: float, end: float) -> list[tuple[float, float]]:
 
 
 def _lowest_bit(moment: float) -> float:
-    """The largest power of one half that the moment is a multiple of."""
+    """Largest power of one half that divides the time."""
     scaled = int((moment % 1.0) * 2.0**FINEST_EXPONENT)
     return float((scaled & -scaled) / 2.0**FINEST_EXPONENT)

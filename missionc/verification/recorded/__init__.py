@@ -1,1 +1,1 @@
-"""Constraints of a recorded flight: what a mission implies beside its requirements, judged on sampled states."""
+"""Constraints of a recorded flight: implied conditions of a mission, judged on sampled states."""

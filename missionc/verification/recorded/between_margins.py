@@ -1,9 +1,9 @@
 """Margins of the constraints on places, in continuous time along a motion, and their tolerances.
 
     in   Mission, Curves
-    out  Margins: of the rooms, clearance, separation
+    out  Margins of the rooms, clearance and separation
 
-A ``Margins`` value belongs to one constraint, and has several subjects at several moments.
+A ``Margins`` value belongs to one constraint, with several subjects at several times.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ class Margins(Record, eq=False):
     """Margins of one constraint.
 
     Args:
-        name, unit: as of ``Constraint``.
+        name, unit: as in ``Constraint``.
         tolerance: in ``unit``; (subjects, moments) if it differs.
         agents: (subjects, 1 or 2), mission indices.
-        margin: (subjects, moments), a value that is taken; infinite if none is known.
+        margin: (subjects, moments), a value that occurs; infinite if none is known.
         time: (moments,) or (subjects, moments), seconds.
-        obstacle: its name, of a clearance.
-        lower: (subjects, moments), a proven lower bound of the margins; absent: ``margin`` itself.
+        obstacle: name of the obstacle, for a clearance.
+        lower: (subjects, moments), proved lower bounds of the margins; None: ``margin`` itself.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Margins(Record, eq=False):
 
 
 def as_flown(mission: Mission) -> Mission:
-    """The mission without tracking margins and clock skews: they leave room in plans for what a flight may use up."""
+    """The mission without tracking margins and clock skews, which a flight may use up."""
     return replace(
         mission,
         agents=tuple(
@@ -57,7 +57,7 @@ def as_flown(mission: Mission) -> Mission:
 
 
 class Room(Record, eq=False):
-    """Boxes that the centres of agents stay in: opposite corners, (agents, dim), metres."""
+    """Boxes that must contain the agents' centres: opposite corners, (agents, dim), metres."""
 
     name: str
     low: Array
@@ -65,7 +65,7 @@ class Room(Record, eq=False):
 
     @staticmethod
     def all_of(mission: Mission) -> list[Room]:
-        """The world; the fences and the bands of heights of vehicles, if any has one."""
+        """The world, and the fences and altitude bands of vehicles, if any has one."""
         low, high = (np.tile(corner, (len(mission.agents), 1)) for corner in (mission.world.low, mission.world.high))
         inset = np.array([[agent.vehicle.fence_inset] for agent in mission.agents])
         rooms = [Room("world", low, high), *([Room("fence", low + inset, high - inset)] if inset.any() else [])]
@@ -81,10 +81,10 @@ class Tolerance(Record):
     """Tolerances of the constraints.
 
     Args:
-        position: how far a recorded position may be from the true one, metres. Each tolerance is what margins may
-            change by for that, beside the rounding that the verifier allows.
+        position: error of recorded positions, metres. Each tolerance is the resulting change of margins, in addition to
+                the verifier's rounding.
         step: seconds.
-        tallest: by how much heights count at most where two agents have to be apart.
+        tallest: greatest weight of heights in the separation.
     """
 
     position: float
@@ -123,17 +123,17 @@ class Tolerance(Record):
         return MOTION + 4 * self.position / self.step**2
 
     def direction(self, length: Array) -> Array:
-        """Tolerance of the direction of a move, rad: (...), metres -> (...)."""
+        """Tolerance of the direction of a move, rad: (...), metres -> (...), rad."""
         share = np.divide(2 * self.position, length, out=np.ones_like(length), where=length > 2 * self.position)
         return np.asarray(np.where(length > 2 * self.position, np.arcsin(share), np.pi))
 
 
 CEILINGS = (None, 0.0)
-"""The least margin of all is found first; then, if it may be negative, every negative one."""
+"""Ceilings of the two searches: first the least margin; then, if it may be negative, every negative one."""
 
 
 def between_margins(mission: Mission, rooms: list[Room], curves: Curves, tolerance: Tolerance) -> Iterator[Margins]:
-    """Margins at every moment of a motion."""
+    """Margins in continuous time along a motion."""
     where, when = extremes(curves)
     everyone = np.arange(len(mission.agents))[:, None]
     flat = (len(everyone), -1)

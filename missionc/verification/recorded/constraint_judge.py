@@ -1,14 +1,14 @@
-"""Constraints of a recorded flight: margins at the steps and between samples, on a whole trace or on live states.
+"""Constraints of a recorded flight: margins at steps and between samples, on a trace or on live states.
 
     in   Mission, a Trace or States
-    out  Constraint: of each kind the tightest, or every violated one; NotJudged
+    out  Constraint: the tightest of each kind, or every violated one; NotJudged
 
-Every constraint here is one that the verifier judges of plans, with the same margins. A live flight is judged at each
-step when it is settled.
+The verifier judges the same constraints on plans, with the same margins. A live flight is judged at each step when it
+is settled.
 
 Speeds are those of straight moves from one step to the next. Accelerations and turning rates are differences of these
-moves, unless velocities or headings are recorded. In continuous time a recording moves straight from sample to
-sample, including those between the steps.
+moves, unless velocities or headings are recorded. In continuous time, a recording moves straight between samples,
+including those between the steps.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ from missionc.verification.recorded.between_margins import (
 )
 
 STILL = 1e-9
-"""m/s: an agent that moves no faster has no direction."""
+"""m/s: a slower agent has no direction."""
 
 
 class States(Record, eq=False):
-    """The team's states at consecutive steps.
+    """Team states at consecutive steps.
 
     Args:
-        first: the step of the first state.
+        first: step of the first state.
         position: (agents, states, dim), metres; ``velocity`` likewise, m/s.
         heading: (agents, states), rad.
-        doubt: (agents, states), metres: how far an agent may be from there; 0 if its state is known.
-        with_velocity, with_heading: (agents,): the agents that have them recorded.
+        doubt: (agents, states), metres: greatest distance of an agent from there; 0 if its state is known.
+        with_velocity, with_heading: (agents,): True if they are recorded.
     """
 
     first: int
@@ -70,11 +70,14 @@ class States(Record, eq=False):
 
     @property
     def arrays(self) -> tuple[Array, Array, Array, Array]:
-        """The arrays of the states, in the order of the fields."""
+        """Arrays of the states, in the order of the fields.
+
+        Shape: (agents, states, dim), metres and m/s, and (agents, states).
+        """
         return self.position, self.velocity, self.heading, self.doubt
 
     def after(self, before: States) -> States:
-        """These states, and the two before them."""
+        """These states with the two preceding ones."""
         first = before.doubt.shape[1] - 2
         position, velocity, heading, doubt = (
             np.concatenate([old[:, first:], new], axis=1) for old, new in zip(before.arrays, self.arrays, strict=True)
@@ -83,12 +86,13 @@ class States(Record, eq=False):
 
 
 class StateMargins:
-    """The margins of a mission's constraints, from states that come one after the other."""
+    """Margins of a mission's constraints from consecutive states."""
 
     def __init__(self, mission: Mission, flown: Mission, tolerance: Tolerance) -> None:
-        """
+        """Initialise for one mission.
+
         Args:
-            flown: the mission ``as_flown``, of which the separation is judged.
+            flown: the mission ``as_flown``, for the separation.
         """
         self.mission, self.flown, self.tolerance = mission, flown, tolerance
         self.rooms = Room.all_of(mission)
@@ -112,7 +116,7 @@ class StateMargins:
         self.turned: list[NDArray[Any]] = [none[:, None], unknown[:, :1], unknown[:, :1], unknown[:, :1]]
 
     def take(self, states: States) -> Iterator[Margins]:
-        """The margins at the steps of these states, which follow those before."""
+        """Margins at the steps of these states, which follow those before."""
         yield from self._of_places(states)
         yield from self._of_motion(states)
 
@@ -147,7 +151,7 @@ class StateMargins:
                 yield _doubted(Margins("finish", "m", allowed, one, np.array([[depth]]), time), doubt[one, column])
 
     def place_margin(self, agent: Agent, name: str, place: InitialSet, position: Array) -> tuple[float, float]:
-        """How far an agent is inside its start or finish, and the tolerance of that; metres."""
+        """Margin of an agent's position, (dim,), in its start or finish, and its tolerance; metres."""
         check = check_place(agent, name, place, position, 0.0)
         return check.margin, check.tolerance + self.tolerance.position + agent.vehicle.tracking
 
@@ -157,7 +161,7 @@ class StateMargins:
     # ------------------------------------------------------ states in sequence
 
     def _of_motion(self, states: States) -> Iterator[Margins]:
-        """Each at the later step of what it is the difference of."""
+        """Margins of motion, each at the later step of its difference."""
         step, count, tolerance = float(self.mission.step), states.position.shape[1], self.tolerance
         whole = self.before = states.after(self.before)
         known = whole.doubt == 0
@@ -194,7 +198,9 @@ class StateMargins:
             yield from found("lane", "m", tolerance.move, margin, moved)
 
     def _turns(self, states: States, moves: Array, moved: Flags) -> tuple[Array, Array, Flags]:
-        """From each known heading to the next one: tolerance, margin, and where there is one; (agents, states) each.
+        """Turns between known headings: tolerance, margin, and validity; (agents, states) each, rad.
+
+        (agents, states) each.
 
         The heading is the direction of the move that ends at a step, unless headings are recorded.
         """
@@ -218,7 +224,7 @@ class StateMargins:
 
 
 def _doubted(margins: Margins, doubt: Array) -> Margins:
-    """Margins of agents that may be so far from where they are taken to be: (subjects, moments), metres."""
+    """Margins with position uncertainty ``doubt``: (subjects, moments), metres."""
     if not doubt.any():
         return margins
     most = margins.margin + doubt
@@ -227,12 +233,12 @@ def _doubted(margins: Margins, doubt: Array) -> Margins:
 
 
 def recorded_motion(mission: Mission, trace: Trace, states: Iterable[State]) -> Curves:
-    """The motion that samples show.
+    """Motion that the samples show.
 
-    With recorded velocities and samples at the steps alone, as in a plan, it is that of the dynamics (``motion``).
+    With recorded velocities and samples only at the steps, as in a plan, it is that of the dynamics (``motion``).
 
     Args:
-        trace: the states at the steps, which the motion passes through.
+        trace: states at the steps, which the motion passes through.
         states: all samples, of every agent from the first to the last step.
     """
     last = float(mission.step * mission.steps)
@@ -255,7 +261,7 @@ def recorded_motion(mission: Mission, trace: Trace, states: Iterable[State]) -> 
 
 
 def _places(samples: list[State], moments: np.ndarray, axes: str) -> np.ndarray:
-    """Positions of an agent, (moments, dim), metres."""
+    """Positions of an agent at times (moments,), seconds: (moments, dim), metres."""
     times = [state.time for state in samples]
     return np.stack([np.interp(moments, times, [state.numbers[axis] for state in samples]) for axis in axes], axis=-1)
 
@@ -264,16 +270,16 @@ KINDS = (
     "world, fence, height, clearance, separation, speed, lowest speed, sideways speed, vertical speed, acceleration, "
     "turn, heading, lane, finish"
 )
-"""All constraints, in the order in which they are reported; each name stands first where it stands alone."""
+"""All constraints, in the order of reports; each name stands first where it stands alone."""
 
 UNSEEN = (
     (("acceleration", "jerk", "tilt", "thrust", "yaw_rate", "endurance"), "positions at the samples do not show it"),
     (("vertical_speed", "height", "downwash_height"), "a two-dimensional recording has no heights"),
 )
-"""Figures of vehicles that are not judged, and why; the last ones in a plane alone."""
+"""Vehicle figures that are not judged, with reasons; the last ones only in a plane."""
 
 Places: TypeAlias = Callable[[list[int], float], Array]
-"""Positions of agents at a time: mission indices, seconds -> (agents, dim), metres."""
+"""Function to positions of agents at a time: mission indices, seconds -> (agents, dim), metres."""
 
 
 def judge_constraints(
@@ -282,8 +288,8 @@ def judge_constraints(
     """Judge a trace of the mission's length.
 
     Args:
-        between: the motion in continuous time, to be judged between the steps too.
-        tolerance: how far a recorded position may be from the true one, metres.
+        between: continuous-time motion, to be judged between the steps too.
+        tolerance: error of recorded positions, metres.
     """
     judge = ConstraintJudge(mission, tolerance)
     agents, count, _ = trace.position.shape
@@ -295,7 +301,7 @@ def judge_constraints(
 
 
 class ConstraintJudge:
-    """The constraints of one mission, from states that come one after the other."""
+    """Judge of one mission's constraints from consecutive states."""
 
     def __init__(self, mission: Mission, tolerance: float = 0.0) -> None:
         self.mission, self.flown = mission, as_flown(mission)
@@ -310,7 +316,7 @@ class ConstraintJudge:
         self.with_heading: Flags = np.ones(len(mission.agents), dtype=np.bool_)
 
     def take(self, states: States) -> list[Constraint]:
-        """Take in the next states; return the constraints that are violated for the first time."""
+        """Process the next states; return the constraints that are violated for the first time."""
         self.with_heading &= states.with_heading
         for agent in np.flatnonzero((states.doubt > 0).any(axis=1)).tolist():
             self.missing[agent] = self.missing.get(agent, 0) + int((states.doubt[agent] > 0).sum())
@@ -326,12 +332,12 @@ class ConstraintJudge:
         return self._fold(self.margins.take(states), places)
 
     def take_between(self, curves: Curves) -> list[Constraint]:
-        """Take in the motion between the states."""
+        """Process the motion between the states."""
         found = between_margins(self.flown, self.margins.rooms, curves, self.tolerance)
         return self._fold(found, lambda agents, time: curves.at(np.array([time]))[agents, 0])
 
     def constraints(self) -> tuple[Constraint, ...]:
-        """The verdicts on what was taken in: the tightest of each kind, or all violated ones."""
+        """Verdicts on the processed states: the tightest of each kind, or all violated ones."""
         failed = sorted(self.violated.values(), key=lambda each: (each.since or 0.0, each.agents))
         names = {each.name for each in failed}
         others = {name: each for name, (_, each) in self.tightest.items()} | self.undecided
@@ -339,7 +345,7 @@ class ConstraintJudge:
         return tuple(sorted((*failed, *kept), key=lambda each: KINDS.index(each.name)))
 
     def not_judged(self) -> tuple[NotJudged, ...]:
-        """The constraints that states at the steps, or these states, do not show."""
+        """Constraints that states at the steps, or these states, cannot decide."""
         return tuple(self._not_judged())
 
     def _fold(self, found: Iterable[Margins], places: Places) -> list[Constraint]:
@@ -415,9 +421,9 @@ class ConstraintJudge:
 
 
 class LiveConstraints(ConstraintJudge):
-    """The constraints of one mission while it is flown; work and memory do not grow with its length.
+    """Constraints of one mission in flight; work and memory do not grow with its length.
 
-    A velocity or heading of an agent counts as recorded as long as every sample of it has one.
+    A velocity or heading of an agent counts as recorded if every sample so far has one.
     """
 
     def __init__(self, mission: Mission, tolerance: float = 0.0) -> None:
@@ -425,7 +431,7 @@ class LiveConstraints(ConstraintJudge):
         self.recorded = np.ones((2, len(mission.agents)), dtype=np.bool_)
 
     def hear(self, sample: Sample) -> None:
-        """Take note of what a sample records."""
+        """Register which values a sample records."""
         self.recorded[:, sample.agent] &= bool(sample.velocity), not math.isnan(sample.heading)
 
     def judge_step(self, state: StepState) -> list[Constraint]:

@@ -1,1 +1,1 @@
-"""The cost graph: the kernel with its routes unrolled, and the exact robustness of its formulas for an optimiser."""
+"""Cost graph: the kernel with unrolled routes, and the exact robustness of its formulas for an optimiser."""

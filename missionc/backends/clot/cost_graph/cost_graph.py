@@ -1,15 +1,14 @@
-"""The cost graph: the kernel as a planner pushes on it, its routes unrolled into links.
+"""Cost graph: the kernel with routes unrolled into links, in the form for gradient-free and gradient steps.
 
     in   Kernel
     out  Kernel, without ``Reach``, ``EveryReach`` and ``PathLength``; every part of a conjunction, a disjunction or a
          count matters to it
 
-Every formula has a value for each candidate, agent and step: its space robustness,
-positive where it holds. Which of the formulas below must hold for it to hold is
-plain from its kind, for negations are at the leaves.
+Every formula has a value for each candidate, agent and step: its space robustness, positive where it holds. Its kind
+determines which children must hold, since negations are at the leaves.
 
 Source:
-    [clot] IV-A.1, the tree of a formula; here a graph, for shared formulas are one.
+    [clot] IV-A.1, the tree of a formula; here a graph, since shared formulas are one node.
 """
 
 from __future__ import annotations
@@ -40,20 +39,20 @@ from missionc.ir.kernel.walk import bottom_up, rebuilt
 from missionc.ir.pair_ranges import directed
 
 Unrolled: TypeAlias = ReachNode | PathLength
-"""Constructors that a cost graph has links, or routes bounded in metres, in the place of."""
+"""Constructors that a cost graph replaces by links or routes bounded in metres."""
 
 SignedPredicate: TypeAlias = tuple[Predicate, bool]
-"""A predicate, and whether it is to hold."""
+"""A predicate, and True if it must hold."""
 
 
 def build(formulas: Kernel) -> Kernel:
-    """The cost graph of a mission's requirements and preferences."""
+    """Cost graph of a mission's requirements and preferences."""
     made = formulas.with_formulas(bottom_up(formulas.formulas, _rewritten).__getitem__)
     return Kernel(made.requirements, made.preferences)
 
 
 def signed_predicate(leaf: Node) -> SignedPredicate:
-    """What an ``Atom`` or its negation asks for."""
+    """Predicate and sign of an ``Atom`` or its negation."""
     match leaf:
         case Atom(predicate) | Not(Atom(predicate)):
             return predicate, isinstance(leaf, Atom)
@@ -62,7 +61,7 @@ def signed_predicate(leaf: Node) -> SignedPredicate:
 
 
 def _rewritten(node: Node, parts: tuple[Node, ...]) -> Node:
-    """The formula over the rewritten ones below it."""
+    """A formula over rewritten children."""
     match node:
         case All() | Any() if (connected := _connected(node)) is not None:
             atom = Atom(connected, node.span)
@@ -83,12 +82,12 @@ def _rewritten(node: Node, parts: tuple[Node, ...]) -> Node:
 
 
 def _connected(node: All | Any) -> Connected | None:
-    """The predicate that a conjunction of routes amounts to: every member of a graph reaches one and the same of them.
+    """Predicate equivalent to a conjunction of routes from every member of a graph to a common one.
 
-    Where links lead one way, that one reaches every other too.
+    For directed links, that member also reaches every other.
 
-    As one leaf it has a spanning tree to push on, and its value takes one pass instead of one for each link of a route.
-    A disjunction of the duals of such routes denies it.
+    As one leaf, it gives a spanning tree to optimise, and its value takes one pass instead of one per link of a route.
+    A disjunction of the duals of such routes is its negation.
     """
     pairs: set[tuple[int, int]] = set()
     graph: Graph | None = None
@@ -112,7 +111,7 @@ def _connected(node: All | Any) -> Connected | None:
 
 
 def _amounts_to_connected(graph: Graph, pairs: set[tuple[int, int]]) -> bool:
-    """Whether routes between these pairs, from and to, lead from every member to every other, and no more is asked."""
+    """Return whether routes between these pairs connect every member with every other, and nothing else."""
     for one in {end for _, end in pairs}:
         others = set(graph.agents) - {one}
         there, back = {(each, one) for each in others}, {(one, each) for each in others}
@@ -122,7 +121,7 @@ def _amounts_to_connected(graph: Graph, pairs: set[tuple[int, int]]) -> bool:
 
 
 def _unrolled(graph: Graph, through: Node, end: Node, hops: int, holds: bool) -> Node:
-    """A route of at most so many links, one link at a time. Walks do: with no lower bound they reach what routes do."""
+    """Route of at most ``hops`` links, one link at a time; walks suffice without a lower bound."""
     reached = end
     for _ in range(hops):
         further: Node = Neighbour(graph, reached) if holds else EveryNeighbour(graph, reached)

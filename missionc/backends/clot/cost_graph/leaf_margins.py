@@ -1,6 +1,6 @@
-"""Margins of predicates and links, the leaves of the cost graph, for a batch of joint motions, in torch.
+"""Margins of predicates and links, the leaves of the cost graph, for a batch of joint motions in torch.
 
-Predicates measure tensors here as they measure traces; only the connected graph is written for batches.
+Predicates measure tensors like traces; only the connected graph has a separate batch version.
 """
 
 from __future__ import annotations
@@ -23,11 +23,15 @@ from missionc.ir.pair_ranges import directed
 
 
 def facing(position: Tensor, velocity: Tensor, towards: float | Beacon, within: float) -> Tensor:
-    """How much of the motion is to spare of leading within an angle of a direction: (..., dim) twice -> (...), m/s.
+    """Margin of the motion's direction within an angle of a direction.
 
-    It has the sign of the predicate's own margin where the agent moves, and 0 where it stands.
+    Shape: (..., dim) twice, metres, m/s -> (...), m/s.
+
+    Shape: (..., dim) twice -> (...), m/s.
+
+    It has the sign of the predicate's margin for a moving agent, and is 0 at rest.
     """
-    apart = 1e-9  # metres: the direction of a place that is nearer than this is any.
+    apart = 1e-9  # metres: the direction to a nearer place is arbitrary
     along: tuple[Tensor | float, Tensor | float]
     if isinstance(towards, Beacon):
         x, y = (towards.position[axis] - position[..., axis] for axis in (0, 1))
@@ -40,14 +44,14 @@ def facing(position: Tensor, velocity: Tensor, towards: float | Beacon, within: 
 
 
 UNLIMITED = 1e6
-"""Metres: stands for a margin without limit, for arithmetic on infinities is not safe to average."""
+"""Metres: replaces an infinite margin, since averages of infinities are unsafe."""
 
 
 def margin(predicate: Predicate, team: Team, states: States, agents: Sequence[int] | None = None) -> Tensor:
-    """A predicate's margin: (batch, agents, steps), agents 1 for a predicate about the team; metres.
+    """Margin of a predicate: (batch, agents, steps), with 1 agent for a team predicate; metres.
 
     Args:
-        agents: the numbers of those that the team and the states are of, where these are not all of the mission's.
+        agents: indices of the agents in the team and the states, if not all of the mission's.
 
     Source:
         [clot] III-C.
@@ -56,10 +60,12 @@ def margin(predicate: Predicate, team: Team, states: States, agents: Sequence[in
 
 
 def all_links(graph: Graph, position: Tensor, agents: Sequence[int] | None = None) -> Tensor:
-    """The link margins of all pairs of the graph's agents: (batch, steps, members, members), from and to, metres.
+    """Link margins of all pairs of the graph's agents.
+
+    Shape: (batch, steps, members, members), from and to, metres.
 
     Args:
-        agents: the numbers of those whose positions these are, where they are not all of the mission's.
+        agents: indices of the agents in the positions, if not all of the mission's.
     """
     numbers = np.array(graph.agents, dtype=np.int64)
     at = graph.agents if agents is None else tuple(map(agents.index, graph.agents))
@@ -71,9 +77,9 @@ def all_links(graph: Graph, position: Tensor, agents: Sequence[int] | None = Non
 
 
 def bottleneck(links: Tensor) -> Tensor:
-    """The worst link of each graph's best spanning tree (Prim's algorithm, all graphs at once).
+    """Worst link of each graph's best spanning tree (Prim's algorithm, all graphs at once).
 
-    Of links that lead one way, of the best tree of ways from the first member to all others.
+    For directed links, of the best tree of paths from the first member to all others.
 
     Args:
         links: (graphs, members, members), metres.
@@ -97,9 +103,11 @@ def bottleneck(links: Tensor) -> Tensor:
 
 
 def second_eigenvalue(weight: Tensor) -> Tensor:
-    """λ₂ of weighted graphs: (..., members, members), symmetric, none on the diagonal -> (...).
+    """Eigenvalue λ₂ of weighted graphs.
 
-    By each weight it changes as the square of the difference that its eigenvector has along that link.
+    Shape: (..., members, members), symmetric, zero diagonal -> (...), dimensionless.
+
+    Its derivative by a weight is the squared difference of its eigenvector along that link. Weights are dimensionless.
 
     Source:
         [clot] III-C, λ₂(L); Fiedler, "Algebraic connectivity of graphs", 1973.
@@ -110,13 +118,13 @@ def second_eigenvalue(weight: Tensor) -> Tensor:
 
 
 def link_weight(link: Tensor, full: float) -> Tensor:
-    """What links count in λ₂ by their margins, (...) -> (...), metres: 0 without one, 1 from ``full`` on, smooth."""
+    """Weight of links in λ₂ by their margins, (...) -> (...), metres: 0 without a link, 1 from ``full`` on, smooth."""
     share = (link / full).clamp(0.0, 1.0)
     return share * share * (3 - 2 * share)
 
 
 class _OfBatch(View):
-    """All agents are asked: (batch, agents, steps, dim); of one there are (batch, 1, steps, dim)."""
+    """View of all agents: (batch, agents, steps, dim); for one agent (batch, 1, steps, dim)."""
 
     def __init__(self, team: Team, states: States, agents: Sequence[int]) -> None:
         super().__init__(torch, team.mission.dimension)

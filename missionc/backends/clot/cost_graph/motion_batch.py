@@ -1,4 +1,4 @@
-"""Batches of joint motions as tensors, and the numbers of the mission that formulas read."""
+"""Batches of joint motions as tensors, and the mission's numbers for formulas."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class States:
 
     Args:
         position: (batch, agents, steps, dim), metres.
-        velocity: (batch, agents, steps, dim), m/s, as ``base.trace.Trace`` has it.
+        velocity: (batch, agents, steps, dim), m/s, as in ``base.trace.Trace``.
     """
 
     position: Tensor
@@ -37,7 +37,7 @@ class Team:
 
 
 def team(mission: Mission, device: torch.device | None = None, dtype: torch.dtype = torch.float32) -> Team:
-    """The agents of a mission."""
+    """Agents of a mission as tensors."""
     return Team(
         mission,
         torch.tensor([[agent.radius] for agent in mission.agents], dtype=dtype, device=device),
@@ -46,7 +46,12 @@ def team(mission: Mission, device: torch.device | None = None, dtype: torch.dtyp
 
 
 def velocities(position: Tensor, step: float) -> Tensor:
-    """First-order velocities, constant within a step, the last one's kept: (..., steps, dim) -> the same, m/s."""
+    """First-order velocities, constant within a step, the last one repeated.
+
+    Shape: (..., steps, dim), metres -> the same shape, m/s.
+
+    Shape: (..., steps, dim) -> the same, m/s.
+    """
     if position.shape[-2] < 2:
         return torch.zeros_like(position)
     moved = (position[..., 1:, :] - position[..., :-1, :]) / step

@@ -26,10 +26,10 @@ from missionc.verification.monitoring.logic import ROBUSTNESS
 
 
 def length_value(node: RouteNode, team: Team, states: States, through: Tensor, end: Tensor) -> Tensor:
-    """The robustness of routes with a length, (batch, agents, steps), metres; it has no gradient.
+    """Robustness of routes with a length, (batch, agents, steps), metres; without gradient.
 
     Args:
-        through: the value of the agents on the way, (batch, agents, steps), metres; ``end`` of the last.
+        through: value of the agents on the route, (batch, agents, steps), metres; ``end``: of the last.
     """
     batch, agents, steps, dim = states.position.shape
     position = _numbers(states.position).reshape(agents, -1, dim)
@@ -41,33 +41,35 @@ def length_value(node: RouteNode, team: Team, states: States, through: Tensor, e
 
 
 def _numbers(value: Tensor) -> Array:
-    """(batch, agents, ...) -> (agents, batch, ...)."""
+    """Array of a tensor, in its unit such as metres: (batch, agents, ...) -> (agents, batch, ...)."""
     return value.detach().cpu().double().numpy().swapaxes(0, 1)
 
 
 class Robustness(Domain[Tensor]):
-    """The domain of values on given states.
+    """Domain of values on given states.
 
-    A value is (batch, agents, steps), with 1 in place of agents or steps where
-    it does not depend on them; metres. Where a window runs past the last step
-    it is ``-UNLIMITED``; the horizon check sees to it that no goal reads that.
-    Of a few steps nobody knows what was before: what reads that holds without limit there, and so does its negation.
+    A value is (batch, agents, steps), with 1 for an axis that does not matter; metres. If a window runs past the last
+    step, it is ``-UNLIMITED``; the horizon check ensures that no goal reads that. For partial motions the past is
+    unknown: predicates about it, and their negations, are ``UNLIMITED``.
     """
 
     def __init__(self, team: Team, states: States, ruled_out: Mapping[SignedPredicate, Tensor] | None = None) -> None:
-        """``ruled_out``: where a predicate, or its negation, is worth ``-UNLIMITED``, (agents, steps).
+        """Initialise.
 
-        Its opposite has to hold there.
+        ``ruled_out``: predicates or negations with value ``-UNLIMITED``, (agents, steps), boolean.
+
+        The opposite has to hold there.
         """
         self.team, self.states, self.ruled_out = team, states, ruled_out or {}
         self.margins: dict[Predicate, Tensor] = {}
         self.graphs: dict[Graph, Tensor] = {}
 
     def values(self, order: Iterable[Node]) -> dict[Node, Tensor]:
-        """The value of each of these formulas."""
+        """Value of each of these formulas: (batch, agents, steps), metres."""
         return evaluate(order, self)
 
     def atom(self, predicate: Predicate, holds: bool) -> Tensor:
+        """Margin of a predicate or its negation: (batch, agents, steps), metres."""
         if predicate.reads_past and self.states.position.shape[2] != self.team.mission.steps + 1:
             return self._constant(UNLIMITED)
         if predicate not in self.margins:
@@ -79,33 +81,41 @@ class Robustness(Domain[Tensor]):
         return value.masked_fill((out if value.shape[1] > 1 else out.any(dim=0, keepdim=True))[None], -UNLIMITED)
 
     def member(self, agents: frozenset[int], holds: bool) -> Tensor:
+        """Value of membership: (1, agents, 1), ``UNLIMITED`` metres or its negative."""
         limit = UNLIMITED if holds else -UNLIMITED
         each = [limit if index in agents else -limit for index in range(self.states.position.shape[1])]
         return self.states.position.new_tensor(each)[None, :, None]
 
     def meet(self, parts: Sequence[Tensor]) -> Tensor:
+        """Minimum of the parts: (batch, agents, steps), metres."""
         return reduce(torch.minimum, parts) if parts else self._constant(UNLIMITED)
 
     def join(self, parts: Sequence[Tensor]) -> Tensor:
+        """Maximum of the parts: (batch, agents, steps), metres."""
         return reduce(torch.maximum, parts) if parts else self._constant(-UNLIMITED)
 
     def at_least(self, count: int, parts: Sequence[Tensor]) -> Tensor:
+        """The ``count``-th largest of the parts: (batch, agents, steps), metres."""
         return torch.stack(torch.broadcast_tensors(*parts)).sort(dim=0, descending=True).values[count - 1]
 
     def window(self, node: WindowNode, body: Tensor) -> Tensor:
+        """Value over a window: (batch, agents, steps), metres."""
         if node.every:
             return -over(-self.spread(body), node.low, node.high, UNLIMITED)
         return over(self.spread(body), node.low, node.high, -UNLIMITED)
 
     def until(self, node: UntilNode, hold: Tensor, end: Tensor) -> Tensor:
+        """Value of until or its dual: (batch, agents, steps), metres."""
         if node.every:
             return -until(-self.spread(hold), -self.spread(end), node.low, node.high, UNLIMITED)
         return until(self.spread(hold), self.spread(end), node.low, node.high)
 
     def at(self, agent: int, body: Tensor) -> Tensor:
+        """Value of the body at an agent: (batch, 1, steps), metres."""
         return body if body.shape[1] == 1 else body[:, agent : agent + 1]
 
     def neighbour(self, node: NeighbourNode, body: Tensor) -> Tensor:
+        """Value over neighbours: (batch, agents, steps), metres."""
         graph, some = node.graph, not node.every
         batch, agents, steps, _ = self.states.position.shape
         result = self.states.position.new_full((batch, agents, steps), -UNLIMITED if some else UNLIMITED)
@@ -119,16 +129,19 @@ class Robustness(Domain[Tensor]):
         return result
 
     def route(self, node: RouteNode, through: Tensor, end: Tensor) -> Tensor:
+        """Value of routes bounded in metres: (batch, agents, steps), metres."""
         return length_value(node, self.team, self.states, through, end)
 
     def reach(self, node: ReachNode, through: Tensor, end: Tensor) -> Tensor:
+        """Not reached: a cost graph has no such node, so there is no value (batch, agents, steps), metres."""
         raise AssertionError("not in a cost graph")
 
     def path_length(self, node: PathLength, holds: bool) -> Tensor:
+        """Not reached: a cost graph has no such node, so there is no value (batch, agents, steps), metres."""
         raise AssertionError("not in a cost graph")
 
     def spread(self, value: Tensor) -> Tensor:
-        """The value at every step, also where it does not depend on the step."""
+        """Expand the value to every step: (batch, agents, steps), metres."""
         return value.expand(*value.shape[:2], self.states.position.shape[2])
 
     def links(self, graph: Graph) -> Tensor:
@@ -142,7 +155,7 @@ class Robustness(Domain[Tensor]):
 
 
 def over(values: Tensor, low: int, high: int | None, undefined: float) -> Tensor:
-    """The greatest over the window of every step: (..., steps) -> (..., steps), in O(steps log window)."""
+    """Maximum over the window of every step, metres: (..., steps) -> (..., steps), in O(steps log window)."""
     steps = values.shape[-1]
     result = torch.full_like(values, undefined)
     if high is None:
@@ -154,7 +167,10 @@ def over(values: Tensor, low: int, high: int | None, undefined: float) -> Tensor
 
 
 def until(hold: Tensor, end: Tensor, low: int, high: int | None, undefined: float = -UNLIMITED) -> Tensor:
-    """``end`` at some step of the window, ``hold`` from now up to, not at, that one: (..., steps) -> (..., steps)."""
+    """``end`` at some step of the window, ``hold`` from now until then, metres.
+
+    Shape: (..., steps) -> (..., steps).
+    """
     hold, end = torch.broadcast_tensors(hold, end)
     steps = hold.shape[-1]
     result = torch.full_like(end, undefined)
@@ -179,7 +195,10 @@ def until(hold: Tensor, end: Tensor, low: int, high: int | None, undefined: floa
 
 
 def _neighbours(values: Tensor, width: int) -> Tensor:
-    """The greatest of every ``width`` neighbours, by doubling: the result is ``width - 1`` shorter."""
+    """Maximum of every ``width`` neighbours by doubling, metres.
+
+    Shape: (..., steps) -> ``width - 1`` fewer steps.
+    """
     done = 1
     while 2 * done <= width:
         values = torch.maximum(values[..., :-done], values[..., done:])

@@ -1,4 +1,4 @@
-"""Printer of the cost graph and of the weights, as ``--emit cost-graph`` shows them."""
+"""Printer of the cost graph and of the weights for ``--emit cost-graph``."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def show_cost_graph(graph: Kernel, mission: Mission) -> str:
-    """Every formula once, then what is wanted of them, and what shortfalls weigh."""
+    """Print every formula once, then the goals, and the weights of shortfalls."""
     return show(graph, mission) + show_weights(clot_settings(mission))
 
 
 def show_weights(settings: ClotSettings) -> str:
-    """Every figure, with its unit and what it is for, one a line."""
+    """Print every figure with its unit and purpose, one a line."""
     shown: list[tuple[str, DataclassInstance]] = [
         (each.title, each) for each in (settings.weights, settings.spare, settings.probe)
     ]

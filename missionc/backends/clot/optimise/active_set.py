@@ -1,10 +1,8 @@
 """Active set of trajectory optimisation: the margins and links that satisfy a goal, with one choice per disjunction.
 
-A conjunction needs all of its parts, a disjunction the one that is nearest to
-holding, or the one that a witness names. What remains is a conjunction of
-margins at agents and steps, each of which can be pushed on its own: a motion
-in which all of them are positive satisfies the goal. The least of a hundred
-margins says nothing about the other ninety-nine; this does.
+A conjunction needs all of its parts, a disjunction the one nearest to holding, or the one of a witness. The result is a
+conjunction of margins at agents and steps, each with its own gradient. A motion with all of them positive satisfies the
+goal. The minimum of a hundred margins has no gradient for the other ninety-nine; this set has.
 """
 
 from __future__ import annotations
@@ -40,8 +38,8 @@ from missionc.ir.kernel.walk import children
 from missionc.ir.pair_ranges import directed
 
 Choices: TypeAlias = Mapping[tuple[Node, int, int], int]
-"""What a witness decided: of a formula at an agent and a step, the number of the part, of the step of the mission (of a
-``Release`` the last one where nothing frees it), or of the agent it is linked to."""
+"""Decisions of a witness for a formula at an agent and a step: the index of the part, the step of the mission (for a
+``Release``, the last one if nothing releases it), or the linked agent."""
 
 Links: TypeAlias = NDArray[np.int64]
 """(links, 3): two agents, from and to, and a step."""
@@ -49,25 +47,24 @@ Links: TypeAlias = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, order=True)
 class Stretch:
-    """A route, as agents one linked to the next, at a step: whether it has to be longer than a bound, or shorter."""
+    """A route of agents at a step, with a length above or below a bound."""
 
     agents: tuple[int, ...]
     step: int
     longer: bool
 
     def bound(self, node: RouteNode) -> float:
-        """Which of a node's bounds, metres: a route that must be is between them, one that must not be beyond one."""
+        """The node's bound, metres: a required route is between the bounds, a forbidden one beyond one of them."""
         return node.low if self.longer != node.every else node.high
 
 
 @dataclass(slots=True)
 class Active:
-    """What has to hold.
+    """Conditions that must hold.
 
-    ``margins``: where each predicate, or its negation, must hold, (agents, steps), by whichever formula. ``joined``
-    and ``parted``: the links a graph must have, and must not have.
-    ``lengths``: the routes whose lengths are bounded, by the formula that bounds them.
-    ``formulas``: where each of those must hold that were not to be gone into, (agents, steps).
+    ``margins``: agents and steps at which each predicate, or its negation, must hold, (agents, steps). ``joined`` and
+    ``parted``: required and forbidden links of each graph. ``lengths``: routes with bounded lengths, by formula.
+    ``formulas``: agents and steps at which each unexpanded formula must hold, (agents, steps).
     """
 
     margins: dict[SignedPredicate, Flags] = field(default_factory=dict)
@@ -89,18 +86,18 @@ def activate(
     closest: Array | None = None,
     whole: Collection[Node] = frozenset(),
 ) -> Active:
-    """What has to hold of one candidate for all of the roots to hold at step 0.
+    """Conditions of one candidate under which all of the roots hold at step 0.
 
     Args:
-        order: every formula, each after those below it.
-        values: of every node, (agents, steps) or 1 in place of either, metres.
-        links: of every graph that formulas read, (steps, members, members), metres.
+        order: every formula, children first.
+        values: value of every node, (agents, steps), or 1 for either axis, metres.
+        links: links of every graph that formulas read, (steps, members, members), metres.
         position: (agents, steps, dim), metres.
-        choices: where these have an answer it counts; elsewhere the values do.
-        decided: only what has to hold whatever the values are, which are not looked at then.
-        witness: is told what the values chose.
-        closest: how near each other bodies let agents come, (agents, agents), metres: what is nearer is not asked for.
-        whole: formulas that are not gone into.
+        choices: decisions that override the values.
+        decided: True for only the conditions that are independent of the values.
+        witness: receives the choices of the values.
+        closest: least distance of bodies, (agents, agents), metres: nearer conditions are dropped.
+        whole: formulas that are not expanded.
     """
     if closest is None:
         closest = np.zeros((len(position), len(position)))
@@ -180,7 +177,7 @@ class _Run:
         return self.choices.get((node, agent, step)) if node in self.choosers else None
 
     def _choose(self, node: Node, parts: tuple[Node, ...], count: int, mask: Flags) -> None:
-        """The best ``count`` of the parts, at each place of the mask."""
+        """Activate the best ``count`` parts at each place of the mask."""
         if not parts:
             return
         if self.decided:
@@ -206,9 +203,9 @@ class _Run:
                 self.mask(parts[number])[agent[here], step[here]] = True
 
     def _over_window(self, node: WindowNode | UntilNode, mask: Flags) -> None:
-        """Some: ``end`` at one step of the window, and ``hold`` before it.
+        """Activate a window. For some: ``end`` at one step, and ``hold`` before it.
 
-        Every: ``end`` at each step of the window up to one where ``hold`` holds, or up to the window's last.
+        For every: ``end`` at each step of the window up to one with ``hold``, or up to the last.
         """
         *hold, end = children(node)
         for agent, step in np.argwhere(mask).tolist():
@@ -224,18 +221,18 @@ class _Run:
                 self.mask(hold[0])[agent, chosen if node.every else slice(step, chosen)] = True
 
     def _best_step(self, node: WindowNode | UntilNode, agent: int, step: int, last: int) -> int:
-        """The step of the mission that the values choose."""
+        """Step of the mission that the values choose."""
         ends, *holds = (self.value(part)[agent, step : last + 1] for part in reversed(children(node)))
         if node.every:
             least = np.minimum.accumulate(np.where(np.arange(len(ends)) < node.low, np.inf, ends))
-            freed = np.minimum(holds[0], least)[:-1]  # least[k]: `end` from `low` up to and with k steps ahead
+            freed = np.minimum(holds[0], least)[:-1]  # least[k]: `end` from `low` up to and including k steps ahead
             return last if least[-1] >= freed.max(initial=-np.inf) else step + int(freed.argmax())
         for hold in holds:
             ends = np.minimum(np.minimum.accumulate(np.r_[np.inf, hold[:-1]]), ends)
         return step + node.low + int(ends[node.low :].argmax())
 
     def _places(self, graph: Graph, mask: Flags) -> tuple[Links, Links, Array]:
-        """Places of the mask that are members: number of the member and step (places,) each; and their links."""
+        """Members among the places of the mask: their index and step, (places,) each; and their links, metres."""
         member, step = np.nonzero(mask[list(graph.agents)])
         return member, step, self.links[graph][step, member]
 
@@ -275,7 +272,7 @@ class _Run:
         self.active.parted[graph].append(np.stack([agents[member[place]], agents[other], step[place]], axis=1))
 
     def _length(self, node: RouteNode, mask: Flags) -> None:
-        """What the best route rests on; or, where none must be, what breaks each of them."""
+        """Activate the conditions of the best route; or for a forbidden one, a violation of each route."""
         if self.decided:
             return
         agents = np.array(node.graph.agents, dtype=np.int64)
@@ -291,7 +288,7 @@ class _Run:
             place = places[step]
             worth = float(self.value(node)[agents[start], step])
             if holds and worth <= -UNLIMITED / 2:
-                continue  # there is no such route, wherever the agents are
+                continue  # no such route exists, for any positions
             for kind, members in (that_make if holds else that_break)(place, start, worth):
                 named = tuple(agents[list(members)].tolist())
                 match kind:

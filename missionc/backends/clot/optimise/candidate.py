@@ -1,4 +1,4 @@
-"""One candidate motion in numbers: its residuals, its smoothness, and the Jacobians of both by its control points."""
+"""One candidate motion in numbers: residuals, smoothness, and their Jacobians by the control points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.base.trace import Array
 
 
 class Look:
-    """A candidate, and all that is amiss with it."""
+    """A candidate with all its violations."""
 
     def __init__(self, control: Array, costs: Costs, active: Active, system: System) -> None:
         self.control, self.active = control, active
@@ -39,10 +39,10 @@ class Look:
 
 
 class System:
-    """The normal equations of a mission's motions, with a smoothness that is quadratic in the control points.
+    """Normal equations of a mission's motions, with a smoothness that is quadratic in the control points.
 
-    Metres of way count there as their squares over what they are at ``control``, (agents, points, dim), which is the
-    quadratic that touches their number there and is nowhere less (iteratively reweighted least squares).
+    Path lengths count as their squares over their values at ``control``, (agents, points, dim). This quadratic touches
+    the length there and is nowhere below it (iteratively reweighted least squares).
     """
 
     def __init__(self, costs: Costs, control: Array) -> None:
@@ -64,11 +64,14 @@ class System:
         self.base = sparse.csc_matrix(triples, shape=(self.count, self.count))
 
     def smoothness(self, control: Array) -> float:
-        """[clot] (2): lengths and bends of all motions, (agents, points, dim), metres; squared and weighed, no unit."""
+        """Smoothness [clot] (2): lengths and bends of all motions, (agents, points, dim), metres.
+
+        Squared, weighted, dimensionless.
+        """
         return 0.5 * float(np.vdot(control, self._slope(control)))
 
     def step(self, control: Array, parts: list[Rows], damping: float, penalty: float) -> Array:
-        """How to move the control points, (agents, points, dim), metres."""
+        """Movement of the control points, (agents, points, dim), metres."""
         pull = self.pull(control)
         matrix = self.base + damping * sparse.identity(self.count, format="csc")
         amiss = [part for part in parts if part.value.size]
@@ -83,13 +86,13 @@ class System:
         )
 
     def pull(self, control: Array) -> Array:
-        """The gradient of the smoothness by the unknowns, (unknowns,)."""
+        """Gradient of the smoothness by the unknowns, (unknowns,), per metre."""
         summed = np.zeros((self.count // self.shape[2], self.shape[2]))
         np.add.at(summed, self.number[self.free], self._slope(control)[self.free])
         return summed.ravel()
 
     def _slope(self, control: Array) -> Array:
-        """The gradient of the smoothness by all control points, (agents, points, dim)."""
+        """Gradient of the smoothness by all control points, (agents, points, dim), per metre."""
         slope = self.bands[0][:, :, None] * control
         for apart, band in enumerate(self.bands[1:], start=1):
             slope[:, :-apart] += band[:, :, None] * control[:, apart:]
@@ -97,13 +100,13 @@ class System:
         return slope
 
     def moved(self, unknowns: Array) -> Array:
-        """The unknowns, (unknowns,), as movements of control points, (agents, points, dim), metres."""
+        """Unknowns, (unknowns,), as movements of control points, (agents, points, dim), metres."""
         moved = np.zeros(self.shape)
         moved[self.free] = unknowns.reshape(-1, self.shape[2])[self.number[self.free]]
         return moved
 
     def jacobian(self, parts: list[Rows]) -> tuple[sparse.csr_matrix, Array]:
-        """The rows of all groups one below the other, weighed: (rows, unknowns); and their values, (rows,)."""
+        """Weighted rows of all groups: (rows, unknowns); and their values, (rows,), metres."""
         dim, done = self.shape[2], 0
         rows, columns, values, sides = [], [], [], []
         for part in parts:
@@ -127,12 +130,12 @@ class System:
 
 
 def _bands(costs: Costs, ways: Array) -> tuple[Array, Array, Array]:
-    """The quadratic forms of length and bend over agents' control points, by how far apart two points are: 0, 1 or 2.
+    """Quadratic forms of length and bend over agents' control points, by the distance of two points: 0, 1 or 2.
 
-    Outside the motion an agent is at rest: its first and last bends are those of setting out and of coming to a stop.
+    Outside the motion an agent is at rest: its first and last bends are those of starting and stopping.
 
     Args:
-        ways: metres from each control point to the next, (agents, points - 1), about which metres are made quadratic.
+        ways: distances between control points, (agents, points - 1), metres, at which lengths are made quadratic.
 
     Returns:
         (agents, points), (agents, points - 1) and (agents, points - 2): entries of symmetric matrices.

@@ -1,10 +1,9 @@
 """Uniform B-splines: motions as control points, such that any control points obey the dynamics' equations.
 
-First order: the control points are the positions at the steps, joined by straight lines.
-Second order: they are those of a uniform quadratic B-spline, whose acceleration is
-constant within each step. In both, what happens in a step is decided by at most three
-neighbouring control points, linearly, so that limits and distances can be pushed on
-directly and no equation of motion is ever only nearly satisfied.
+First order: the control points are the positions at the steps, joined by straight lines. Second order: they are those
+of a uniform quadratic B-spline with constant acceleration within each step. In both, motion in a step is linear in at
+most three neighbouring control points. Limits and distances therefore have direct gradients, and the equations of
+motion hold exactly.
 
 Source:
     [clot] (1), and the double integrator of its hardware; de Boor for the spline.
@@ -23,7 +22,7 @@ from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Mission
 
 SPARE = 3
-"""Control points beyond the number of steps, so that every argument reads three; those nobody needs stay put."""
+"""Control points beyond the number of steps, so that every argument reads three; unneeded ones stay fixed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,9 +30,9 @@ class Arguments:
     """Points, velocities or accelerations of motions, each a weighted sum of three neighbouring control points.
 
     Args:
-        agent: (arguments,).
-        first: (arguments,), the first of the three control points.
-        weight: (arguments, 3).
+        agent: (arguments,), index of the agent.
+        first: (arguments,), index of the first of the three control points.
+        weight: (arguments, 3), dimensionless or per second.
     """
 
     agent: Indices
@@ -41,26 +40,26 @@ class Arguments:
     weight: Array
 
     def of(self, control: Array) -> Array:
-        """Their values, (arguments, dim), for control points (agents, points, dim)."""
+        """Values, (arguments, dim), for control points (agents, points, dim), metres."""
         points = control[self.agent[:, None], self.first[:, None] + np.arange(3)]
         values: Array = np.einsum("rk,rkd->rd", self.weight, points)
         return values
 
     def take(self, which: Indices | Flags) -> Arguments:
-        """Some of them: by number, (some,), or by flag, (arguments,)."""
+        """Select arguments by index, (some,), or by flag, (arguments,)."""
         return Arguments(self.agent[which], self.first[which], self.weight[which])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Splines:
-    """How the control points of a mission's agents make motions.
+    """Map from control points of a mission's agents to motions.
 
     Args:
-        steps: of the motion; 0 is a single configuration.
+        steps: number of steps; 0 for a single configuration.
         step: seconds.
-        smooth: (agents,), whether an agent is of second order.
-        fixed: (agents, points), control points that no planner moves.
-        rest: the step from which on everybody is at rest, where there is one.
+        smooth: (agents,), True for second-order agents.
+        fixed: (agents, points), True for fixed control points.
+        rest: step from which on all agents are at rest, if any.
     """
 
     steps: int
@@ -74,7 +73,7 @@ class Splines:
         return self.steps + SPARE
 
     def unknowns(self) -> Indices:
-        """What a planner moves, by number: (agents, points), -1 where it moves nothing; points at rest are one."""
+        """Indices of the unknowns: (agents, points), -1 for fixed points; points at rest share one."""
         resting, point = self._resting(), np.arange(self.points)
         held = self.fixed | (resting & (resting & self.fixed).any(axis=1, keepdims=True))
         first = np.where(resting, self.rest or 0, point)
@@ -84,7 +83,7 @@ class Splines:
         return np.where(held, -1, np.take_along_axis(number, first, axis=1))
 
     def at_rest(self, control: Array) -> Array:
-        """Control points whose motions rest where they end: (agents, points, dim), metres."""
+        """Control points of motions that rest at their end: (agents, points, dim), metres."""
         resting = self._resting()
         rested = control.copy()
         for agent, here in enumerate(resting):
@@ -94,7 +93,7 @@ class Splines:
         return rested
 
     def _resting(self) -> Flags:
-        """Which control points are one, (agents, points)."""
+        """Flags of control points at rest, (agents, points)."""
         point = np.arange(self.points)
         if self.rest is None:
             return np.zeros_like(self.fixed)
@@ -102,7 +101,7 @@ class Splines:
         return resting
 
     def position(self, agent: Indices, step: Indices, part: Array) -> Arguments:
-        """Centres, metres, ``part`` of a step (0 to 1) after each step, (arguments,) each."""
+        """Centres, metres, at ``part`` of a step (0 to 1) after each step, (arguments,) each."""
         smooth, part = self.smooth[agent][:, None], np.asarray(part, dtype=float)[:, None]
         straight = np.concatenate([1 - part, part, 0 * part], axis=1)
         if not smooth.any():
@@ -113,18 +112,21 @@ class Splines:
     def velocity(self, agent: Indices, step: Indices) -> Arguments:
         """Velocities, m/s, at the steps of agents, (arguments,) each.
 
-        Those of first order are of the motion that starts there, or at the last that ended there.
+        For first-order agents, of the motion that starts there, or at the last step that ended there.
         """
         latest = np.where(self.smooth[agent], self.steps, max(self.steps - 1, 0))
         weight = np.array([-1.0, 1.0, 0.0]) / self.step if self.steps else np.zeros(3)
         return Arguments(agent, np.minimum(step, latest), np.tile(weight, (len(agent), 1)))
 
     def acceleration(self, agent: Indices, step: Indices) -> Arguments:
-        """Accelerations, m/s², within the steps of agents of second order, (arguments,) each."""
+        """Accelerations, m/s², within the steps of second-order agents, (arguments,) each."""
         return Arguments(agent, step, np.tile(np.array([1.0, -2.0, 1.0]) / self.step**2, (len(agent), 1)))
 
     def states(self, control: Array) -> tuple[Array, Array]:
-        """Positions and velocities at the steps: (..., agents, points, dim) -> (..., agents, steps + 1, dim) twice."""
+        """Positions and velocities at the steps, metres, m/s.
+
+        Shape: (..., agents, points, dim) -> (..., agents, steps + 1, dim) twice.
+        """
         count = self.steps + 1
         here, ahead = control[..., :count, :], control[..., 1 : count + 1, :]
         smooth = self.smooth[:, None, None]
@@ -136,9 +138,11 @@ class Splines:
         return position, np.where(smooth, velocity, first_order)
 
     def joined(self, position: Array, velocity: Array) -> Array:
-        """Control points of motions that have these states: (agents, steps + 1, dim) twice -> (agents, points, dim).
+        """Control points of motions with these states, metres, m/s.
 
-        Those of second order have constant accelerations between their states.
+        Shape: (agents, steps + 1, dim) twice -> (agents, points, dim).
+
+        Second-order motions have constant accelerations between their states.
         """
         control = self.through(position)
         half = velocity * (self.step / 2)
@@ -146,10 +150,12 @@ class Splines:
         return np.where(self.smooth[:, None, None], spline, control)
 
     def through(self, position: Array) -> Array:
-        """Control points of motions near the positions: (..., agents, steps + 1, dim) -> (..., agents, points, dim).
+        """Control points of motions near the positions, metres.
 
-        First order passes through them; second order starts and ends there at
-        rest, and cuts the corners in between.
+        Shape: (..., agents, steps + 1, dim) -> (..., agents, points, dim).
+
+        First-order motions pass through them; second-order ones start and end there at rest, and cut corners in
+        between.
         """
         padded = np.concatenate([position, *[position[..., -1:, :]] * (SPARE - 1)], axis=-2)
         halves = (position[..., 1:, :] + position[..., :-1, :]) / 2
@@ -163,7 +169,7 @@ class Splines:
 
 
 def splines(mission: Mission) -> Splines:
-    """The motions of a mission's agents."""
+    """Motions of a mission's agents."""
     count = mission.steps
     smooth = np.array([agent.dynamics.has_momentum for agent in mission.agents]) & (count > 0)
     points = np.arange(count + SPARE)
@@ -181,7 +187,7 @@ def splines(mission: Mission) -> Splines:
 
 
 def pinned(mission: Mission, made: Splines, control: Array) -> Array:
-    """The same control points, (agents, points, dim), metres, at rest where agents have to start and to finish."""
+    """The control points, (agents, points, dim), metres, at rest at given starts and finishes."""
     result = control.copy()
     for agent in mission.agents:
         ends = 1 + int(made.smooth[agent.index])
@@ -193,14 +199,14 @@ def pinned(mission: Mission, made: Splines, control: Array) -> Array:
 
 
 def control_after(mission: Mission, made: Splines, position: Array) -> Array:
-    """The control points, (agents, points, dim), metres, that go through such positions as they can be followed."""
+    """Control points, (agents, points, dim), metres, that follow positions as closely as possible."""
     return pinned(mission, made, made.through(followed(mission, position)))
 
 
 def trace(mission: Mission, made: Splines, control: Array) -> Trace:
-    """The motion of control points, (agents, points, dim), as a trace; headings follow the motion.
+    """Trace of control points, (agents, points, dim), metres; headings follow the motion.
 
-    Whose turning is bounded goes after its control points as far as it may, and turns while it stands.
+    An agent with bounded turning follows its control points within its limits, and turns at rest.
     """
     position, velocity = made.states(control)
     position, velocity = position.copy(), velocity.copy()
@@ -231,6 +237,6 @@ def trace(mission: Mission, made: Splines, control: Array) -> Trace:
 
 
 def _velocity(position: Array, step: float) -> Array:
-    """The velocities that lead from each position to the next, (steps + 1, dim), m/s; the last one's is kept."""
+    """Velocities between consecutive positions, (steps + 1, dim), m/s; the last one is repeated."""
     moved = np.diff(position, axis=0) / step
     return np.concatenate([moved, moved[-1:]])

@@ -1,10 +1,9 @@
-"""Sequential convex programming: from a plan to a shorter or smoother one that is a plan all the way.
+"""Sequential convex programming: from a plan to a shorter or smoother one, through plans only.
 
-Near a motion in which every margin holds, margins are nearly linear, and the smoothness is
-quadratic: the best motion nearby is a convex quadratic program. What its answer breaks, because a
-margin bends or was too far off to be looked at, is linearised there as well and the program
-solved again. Levenberg and Marquardt (``levenberg_marquardt``) find a plan from far away, but creep along
-margins that only just hold; this does not leave them.
+Near a motion with all margins satisfied, margins are nearly linear, and the smoothness is quadratic: the best nearby
+motion is a convex quadratic program. Margins that its solution violates, because they are curved or were too far off,
+are linearised there too, and the program is solved again. Levenberg-Marquardt (``levenberg_marquardt``) finds plans
+from far away, but is slow along active margins; this method is not.
 
 Source:
     [clot] Problem 1, (2); Duchi, Boyd and Mattingley, "Sequential Convex Programming", 2018.
@@ -37,13 +36,13 @@ def descend(
     cuts: int,
     go_on: Callable[[], bool] = lambda: True,
 ) -> Array:
-    """Control points of less length and bend, by ``weights``, at which all margins that held still hold.
+    """Control points with less length and bend, with all satisfied margins still satisfied.
 
     Args:
-        control: of a plan, (agents, points, dim), metres.
-        steps: as many at most.
-        gain: a step that gains less than this share is the last.
-        cuts: programs solved for one step, each with what the one before it broke.
+        control: control points of a plan, (agents, points, dim), metres.
+        steps: maximum number of steps.
+        gain: share of improvement below which a step is the last.
+        cuts: programs solved for one step, each with the violations of the previous one.
     """
     settings = clot_settings(costs.mission).shortening
     system, here = System(costs, control), Vicinity(control, costs, demand)
@@ -128,7 +127,7 @@ def _widest(system: System, control: Array, tasks: list[Rows], motion: list[Rows
 
 
 class Vicinity:
-    """A motion, what has to hold of it, and how much of what margins have to spare is used up there, by their names."""
+    """A motion, its conditions, and the used share of each target margin, by name."""
 
     def __init__(self, control: Array, costs: Costs, demand: Demand) -> None:
         self.control, self.costs = control, costs
@@ -139,18 +138,18 @@ class Vicinity:
             self.used[part.name] = max(self.used.get(part.name, 0.0), _used(part))
 
     def near(self, control: Array) -> list[Rows]:
-        """The margins that matter at control points, of what has to hold here."""
+        """Rows of the relevant margins at control points, (agents, points, dim), metres."""
         within = clot_settings(self.costs.mission).shortening.near
         groups = (rows(group, control, within) for group in self.costs.groups(control, self.active))
         return [replace(part, weight=1.0) for part in groups if part.value.size]
 
     def worse(self, than: Vicinity) -> list[Rows]:
-        """The rows here of what keeps less than part of what it is to have to spare, and less than in another one."""
+        """Rows with less than part of their target margin, and less than in another motion."""
         return _broken(self.parts, than.used)
 
     def best(self, system: System, reach: float, cuts: int) -> Array | None:
-        """The best motion nearby, as far as can be seen; None where what was found breaks something."""
-        shares = (0.5, 0.25)  # of the way to an answer that still violates something after all cuts
+        """Best nearby motion, (agents, points, dim), metres; None if its result violates something."""
+        shares = (0.5, 0.25)  # of the movement to a solution that still violates something after all cuts
         program = _Program(system, system.pull(self.control), reach)
         moved, parts = np.zeros(system.count), self.parts
         for _ in range(cuts):
@@ -167,14 +166,14 @@ class Vicinity:
 
 
 def _broken(parts: list[Rows], used: Mapping[str, float]) -> list[Rows]:
-    """The rows of margins that keep less than part of what they are to have to spare, and less than before."""
-    most_used = 0.5  # share of its spare that a margin may lose in one step
+    """Rows of margins with less than part of their target, and less than before."""
+    most_used = 0.5  # share of its target that a margin may lose in one step
     found = [part.taken(part.value > max(used.get(part.name, 0.0), most_used) * _spare(part)) for part in parts]
     return [part for part in found if part.value.size]
 
 
 def _used(part: Rows) -> float:
-    """The share of what they are to have to spare that the worst of some rows has used up."""
+    """Used share of the target margin in the worst of some rows."""
     return float(part.value.max()) / _spare(part)
 
 
@@ -184,10 +183,10 @@ def _spare(part: Rows) -> float:
 
 
 class _Program:
-    """The least smoothness over movements of at most ``reach`` metres along each axis, under rows that may be added."""
+    """Least smoothness over movements of at most ``reach`` metres along each axis, under added rows."""
 
     def __init__(self, system: System, pull: Array, reach: float) -> None:
-        convex = 1e-6  # added to the diagonal, so that a program has one answer
+        convex = 1e-6  # added to the diagonal, so that a program has a unique solution
         self.system, self.pull = system, pull
         self.matrix = (system.base + convex * sparse.identity(system.count)).tocsc()
         self.box = np.full(system.count, reach)
@@ -195,7 +194,7 @@ class _Program:
         self.bounds: list[Array] = []
 
     def add(self, parts: list[Rows], moved: Array, used: Mapping[str, float]) -> None:
-        """Rows, linear about a movement, of which no more of what they have to spare may be used than is."""
+        """Add rows, linearised at a movement (unknowns,), metres, that keep the used share of their targets."""
         side, value = self.system.jacobian(parts)
         allowed = np.concatenate(
             [np.zeros(0), *(np.full(len(part.value), used.get(part.name, 0.0) * part.spare) for part in parts)]
@@ -204,7 +203,7 @@ class _Program:
         self.bounds.append(allowed - value + side @ moved)
 
     def solved(self) -> Array | None:
-        """The movement, (unknowns,), metres; None where there is none."""
+        """Movement, (unknowns,), metres; None without a solution."""
         return _solved(
             self.matrix, self.pull, sparse.vstack(self.sides, format="csc"), np.concatenate(self.bounds), self.box
         )

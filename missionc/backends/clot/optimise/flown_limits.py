@@ -1,6 +1,6 @@
-"""Flown limits as residuals: motions of first order come to speed, turn and brake as their vehicles can fly it.
+"""Flown limits as residuals: first-order motions accelerate, turn and brake within their vehicles' limits.
 
-They are wishes of the search: what is judged of a plan is its dynamics, and of its flight the vehicle.
+They guide the search only: a plan is judged by its dynamics, and its flight by the vehicle.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FLOWN = "flown speed", "flown rest", "flown climb", "flown change", "flown turn"
 
 
 def flown_limits(mission: Mission, made: Splines, weights: Weights, spare: Spare) -> Iterator[Group]:
-    """A group for each limit, over all agents whose vehicles have any; in metres of a step."""
+    """A group for each limit, over all agents with vehicle limits; in metres of a step."""
     limits = {agent.index: found for agent in mission.agents if (found := step_limits(agent, made.step)) is not None}
     if not limits or made.steps == 0:
         return
@@ -46,7 +46,10 @@ def flown_limits(mission: Mission, made: Splines, weights: Weights, spare: Spare
 def _setting_out(
     mission: Mission, made: Splines, agents: Indices, table: dict[str, Array], weights: Weights, spare: Spare
 ) -> Iterator[Group]:
-    """The first step: of those who set out from rest, and of those who are in motion then."""
+    """Groups of the first step: of agents starting at rest, and of agents in motion.
+
+    ``agents`` are (some,), table in metres.
+    """
     moves = np.array([bool(mission.agents[agent].begins) for agent in agents.tolist()])
     first = np.zeros(1, dtype=np.int64)
     resting, moving = agents[~moves], agents[moves]

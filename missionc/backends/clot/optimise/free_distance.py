@@ -12,7 +12,7 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 
 class Surroundings:
-    """What of a mission stands or moves around, at instants ``parts`` to a step.
+    """Static and moving surroundings of a mission, at ``parts`` instants per step.
 
     Source:
         [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
@@ -27,29 +27,32 @@ class Surroundings:
         self.obstacles = Obstacles(mission, mission.obstacles, times, dtype, device)
 
     def room(self, points: Tensor, instants: Tensor, radius: float) -> Tensor:
-        """How far a body keeps from obstacles, less the clearance, and its centre from the bounds.
+        """Distance of a body from obstacles minus the clearance, and of its centre from the bounds.
 
         Args:
             points: centres, (..., instants, others, dim), metres.
-            instants: (instants,), int64, where the points are, counted in parts of a step.
-            radius: of the body, metres.
+            instants: (instants,), int64, times of the points in parts of a step.
+            radius: body radius, metres.
 
         Returns:
-            (..., instants, others), metres, negative where it is too near; at most ``REACH``.
+            (..., instants, others), metres, negative if too near; at most ``REACH``.
         """
-        reach = 0.4  # metres beyond what a body needs, within which obstacles count
+        reach = 0.4  # metres beyond a body's need within which obstacles count
         need = radius + self.mission.clearance
-        # Which obstacles are near is a number to be read; a GPU, which would be waited for, is asked about all.
+        # The number of near obstacles must be read, which would stall a GPU; there all obstacles are evaluated.
         near = self.all_near if points.device.type == "cpu" else self.all_of_them
         return torch.minimum(near(points, instants, need + reach) - need, -_distance(self.world, points))
 
     def all_near(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
-        """How far points, as in ``room``, are from obstacles, at most ``reach``: (..., instants, others), metres."""
+        """Distance of points, as in ``room``, from obstacles, at most ``reach``.
+
+        Shape: (..., instants, others), metres.
+        """
         instant = instants[:, None].expand(points.shape[:-1]).reshape(-1)
         return self.obstacles.room(points.reshape(-1, points.shape[-1]), instant, reach).reshape(points.shape[:-1])
 
     def all_of_them(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
-        """The same, (..., instants, others), metres, without a number that is read: one obstacle after the other."""
+        """The same, (..., instants, others), metres, without reading a number: one obstacle after the other."""
         left = torch.full_like(points[..., 0], reach)
         moved, grown = (iter(each[instants].unbind(1)) for each in (self.obstacles.moved, self.obstacles.grown))
         for obstacle in self.mission.obstacles:

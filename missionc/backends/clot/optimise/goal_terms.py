@@ -1,4 +1,4 @@
-"""Goals of a candidate: formulas that must hold at step 0, and the choices that a witness made for them."""
+"""Goals of a candidate: formulas that must hold at step 0, and the choices of a witness."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from missionc.ir.kernel.walk import children, graph_of, postorder
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Demand:
-    """Goals of motions, whose positions and velocities are (agents, steps, dim) each, metres and m/s.
+    """Goals of motions with positions and velocities (agents, steps, dim) each, metres and m/s.
 
     Args:
-        roots: the formulas that must hold, at step 0 (of a single configuration: at its step).
-        choices: what is decided already; elsewhere the values decide.
+        roots: formulas that must hold at step 0 (for a single configuration, at its step).
+        choices: fixed decisions; elsewhere the values decide.
     """
 
     mission: Mission
@@ -35,11 +35,11 @@ class Demand:
     order: Sequence[Node] = ()
     team: Team | None = None
     ruled_out: Mapping[SignedPredicate, Tensor] = field(default_factory=dict)
-    """Where predicates cannot hold, or fail, (agents, steps), for what is decided needs the opposite."""
+    """Agents and steps, (agents, steps), at which predicates cannot hold, or fail, because of decisions."""
 
     @staticmethod
     def of(mission: Mission, roots: tuple[Node, ...], choices: Choices, steps: int) -> Demand:
-        """What is asked of motions of so many steps."""
+        """Demand on motions of ``steps`` steps."""
         order = postorder(roots)
         nowhere = np.zeros((len(mission.agents), steps + 1, 0))
         forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
@@ -49,17 +49,20 @@ class Demand:
         return Demand(mission, roots, choices, order, team(mission, dtype=torch.float64), ruled_out)
 
     def active(self, position: Array, velocity: Array) -> Active:
-        """What has to hold, chosen by the values on this motion where no witness decided."""
+        """Conditions, chosen by the values on this motion, (agents, steps, dim), metres and m/s, if undecided."""
         return self._activated(position, velocity, None)
 
     def witness(self, position: Array, velocity: Array) -> Choices:
-        """What the values on this motion choose: which part, which step and which link makes each of the roots hold."""
+        """Choices of part, step and link by the values on this motion, (agents, steps, dim), metres and m/s."""
         choices: dict[tuple[Node, int, int], int] = {}
         self._activated(position, velocity, choices)
         return choices
 
     def states_asked(self, position: Array, velocity: Array) -> Mapping[Node, Flags]:
-        """The formulas about one step alone that have to hold, as large as they are, and where: (agents, steps)."""
+        """Largest single-step formulas that must hold, with flags (agents, steps); positions are in metres.
+
+        Shape: (agents, steps).
+        """
         whole: set[Node] = set()
         for node in self.order:
             reads_past = isinstance(node, Atom) and node.predicate.reads_past
@@ -68,7 +71,10 @@ class Demand:
         return self._activated(position, velocity, None, whole).formulas
 
     def failing(self, allowed: Mapping[Node, float], position: Array, velocity: Array) -> Mapping[Node, Flags]:
-        """Where such leaves have to hold and fail by more than is allowed each: (agents, steps)."""
+        """Agents and steps at which such leaves must hold but fail by more than allowed.
+
+        Shape: (agents, steps), metres allowed.
+        """
         _, values = self._evaluated(position, velocity)
         asked = self._activated(position, velocity, None, allowed.keys()).formulas
         return {leaf: mask & (values[leaf] < -allowed[leaf]) for leaf, mask in asked.items()}
@@ -95,10 +101,11 @@ class Demand:
             return robustness, {node: value[0].numpy() for node, value in robustness.values(self.order).items()}
 
     def untangled(self, position: Array, velocity: Array) -> Demand | None:
-        """The same with one side given up wherever a margin and its opposite are both asked for; None where none are.
+        """The demand without contradictions between a margin and its opposite; None if there are none.
 
-        Two choices made one by one may ask for both, each a hair's breadth away, and a motion is then stuck
-        between them: ``(row or parked) and (fan or not parked)``, on the border of the place to park.
+        Two separate choices may require both, each nearly satisfied, and a motion is then stuck between them: ``(row or
+        parked) and (fan or not parked)``, on the border of the parking place. Positions are (agents, steps, dim),
+        metres.
         """
         masks = self.active(position, velocity).margins
         torn = []
@@ -119,7 +126,7 @@ class Demand:
         return max(sides, key=lambda side: side.worst(position, velocity))
 
     def worst(self, position: Array, velocity: Array) -> float:
-        """The robustness of the root that has least of it, metres."""
+        """Least robustness of the roots, metres, for states (agents, steps, dim)."""
         _, values = self._evaluated(position, velocity)
         return min(
             float(np.broadcast_to(values[root], (1, *values[root].shape))[..., 0, 0].min()) for root in self.roots

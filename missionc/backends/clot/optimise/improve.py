@@ -1,7 +1,9 @@
-"""Anytime improvement of a plan: preferences by weight, then the objective; without one, some detours less.
+"""Anytime improvement of a plan: preferences by weight, then the objective.
 
-A preference is tried by a polish of the plan that there is, asked for more; what is to be least by
-a descent from it. What comes of it counts only where it is a plan as well, and a better one.
+Without one, fewer detours.
+
+A preference is tried by polishing the plan with it as a goal; the objective by a descent from the plan. A result counts
+only if it is a better plan.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ from missionc.verification.monitoring.normalised_margins import normalised_margi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shortened:
-    """A plan's control points, its motion, what it costs to change it so that it lasts no longer, and what to tell."""
+    """A plan's control points, motion, costs for changes of the same duration, and notes."""
 
     control: Array
     trace: Trace
@@ -46,13 +48,13 @@ def shorten(
     go_on: Callable[[], bool],
     least: int = 0,
 ) -> Shortened:
-    """The same plan, or one that is over sooner.
+    """The same plan or one of shorter duration.
 
     Args:
         control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
-        demand: what is asked of it, without saying when, for that has to change.
-        accept: the motion of control points, if it is as good a plan.
-        least: steps that every plan takes.
+        demand: demand on it without fixed times, which have to change.
+        accept: motion of control points, if it is an equally good plan.
+        least: lower bound of the steps of every plan.
     """
     before = best = duration(made)
     too_short = least - 1
@@ -84,7 +86,7 @@ def duration(made: Trace) -> int:
 
 
 def _starts(position: Array, lasts: int, target: int) -> Iterator[Array]:
-    """A motion that ``lasts`` so many steps in fewer, (agents, steps + 1, dim): all of it sooner; or cut short."""
+    """Faster versions of a motion of ``lasts`` steps, (agents, steps + 1, dim), metres: scaled or cut."""
     step = np.arange(position.shape[1])
     time = np.minimum(step * (lasts / max(target, 1)), lasts)
     here = np.minimum(time.astype(np.int64), lasts - 1)
@@ -95,7 +97,7 @@ def _starts(position: Array, lasts: int, target: int) -> Iterator[Array]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Improved:
-    """A plan's control points, its motion, and what to tell about how it came to be."""
+    """A plan's control points, motion, and notes on its origin."""
 
     control: Array
     trace: Trace
@@ -114,12 +116,12 @@ def improve(
     go_on: Callable[[], bool],
     enough: Callable[[float], float] = no_bound,
 ) -> Improved:
-    """The same plan, or one that keeps more preferences or has less of the objective.
+    """The same plan, or one that satisfies more preferences or improves the objective.
 
     Args:
         control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
-        accept: the motion of control points, if it is a plan.
-        enough: as of a ``Budget``.
+        accept: motion of control points, if it is a plan.
+        enough: as in ``Budget``.
     """
     settings = clot_settings(mission).shortening
     roots = demand.roots
@@ -129,7 +131,7 @@ def improve(
             notes.append(f"preference `{wish.name}` not satisfied: the search ended early")
             continue
         if not _kept(wish.name, mission, kernel, made):
-            for choices in (demand.choices, {}):  # what was scheduled, or what is nearest to holding
+            for choices in (demand.choices, {}):  # the schedule's choices, or those nearest to holding
                 wider = Demand.of(mission, (*roots, wish.formula), choices, mission.steps)
                 candidate = polish(control, costs, wider, settings.iterations, go_on).control
                 motion = accept(candidate)
@@ -150,7 +152,7 @@ def improve(
             return motion if motion is not None and as_many(mission, kernel, made, motion) else None
 
         anew = tuple(goal.formula for goal in graph.requirements) + roots[len(demand.roots) :]
-        full_demand = Demand.of(mission, anew, {}, mission.steps)  # when there is something to fill is open too
+        full_demand = Demand.of(mission, anew, {}, mission.steps)  # the time of refilling is free too
         shorter = shorten(control, made, full_demand, costs, as_good, go_on, int(enough(made.lasts)))
         control, made, costs = shorter.control, shorter.trace, shorter.costs
         full_demand = with_stays(full_demand, *costs.splines.states(control))
@@ -286,12 +288,12 @@ class Margins:
 
 
 def travelled(made: Trace) -> float:
-    """The metres all agents travel together."""
+    """Total length of all agents' paths, metres."""
     return made.metres
 
 
 def effort(made: Trace) -> float:
-    """The square of all agents' accelerations, summed over time: m²/s³. [clot] (2)."""
+    """Sum over time of all agents' squared accelerations: m²/s³. [clot] (2)."""
     return made.effort
 
 
@@ -303,7 +305,7 @@ def _kept(name: str, mission: Mission, kernel: Kernel, made: Trace) -> bool:
 
 
 def as_many(mission: Mission, kernel: Kernel, before: Trace, after: Trace) -> bool:
-    """Whether every preference kept before is kept after."""
+    """Return whether every preference satisfied before is satisfied after."""
     return all(
         _kept(goal.name, mission, kernel, after) or not _kept(goal.name, mission, kernel, before)
         for goal in kernel.preferences

@@ -1,7 +1,7 @@
-"""Levenberg-Marquardt on all agents and steps at once: from a candidate that is nearly right to one that is.
+"""Levenberg-Marquardt on all agents and steps at once: from a nearly feasible candidate to a feasible one.
 
-Every shortfall is a row of a sparse least-squares problem, every step solves it exactly. What
-has to hold is decided anew at each step by the motion itself, unless a witness decided it.
+Every shortfall is a row of a sparse least-squares problem, and every step solves it exactly. The motion chooses the
+active conditions at each step, unless a witness decided them.
 
 Source:
     [clot] Problem 1, (4); Nocedal and Wright, "Numerical Optimization", 10.3.
@@ -24,11 +24,13 @@ from missionc.base.trace import Array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Polished:
-    """Args:
-    control: (agents, points, dim), metres.
-    shortfall: metres by which the worst margin falls short of nothing to spare; at most 0 where all hold.
-    worst: what that margin is about.
-    cost: the sum of all costs.
+    """Result of a polish.
+
+    Args:
+        control: (agents, points, dim), metres.
+        shortfall: shortfall of the worst margin from its target, metres; at most 0 if all hold.
+        worst: subject of that margin.
+        cost: sum of all costs.
     """
 
     control: Array
@@ -46,11 +48,11 @@ def polish(
     go_on: Callable[[], bool] = lambda: True,
     tell: Callable[[int, float], None] = lambda iteration, margin: None,
 ) -> Polished:
-    """The motion after at most so many steps; earlier where all margins hold with most of what they are to spare.
+    """Polish for at most ``iterations`` steps; it ends earlier if all margins reach most of their targets.
 
     Args:
-        control: control points to start from, (agents, points, dim), metres.
-        tell: is told, at each step, its number and the worst margin of the best motion so far, metres.
+        control: initial control points, (agents, points, dim), metres.
+        tell: receives at each step its number and the worst margin of the best motion so far, metres.
     """
     settings = clot_settings(costs.mission).polish
     wide = costs.spare.scaled > 0
@@ -62,7 +64,7 @@ def polish(
     most = max(settings.longest, longest_step(costs.mission))
 
     def decided(control: Array) -> Look:
-        """A motion, and what has to hold by what it is itself."""
+        """A motion, (agents, points, dim), metres, with its own choice of conditions."""
         return Look(control, costs, demand.active(*costs.splines.states(control)), system)
 
     now = best = decided(control)

@@ -1,4 +1,4 @@
-"""Residual groups of a candidate: bodies, limits, and the margins that its goals rest on.
+"""Residual groups of a candidate: bodies, limits, and the active margins of its goals.
 
 Source:
     [clot] III-B, g_obs and g_int; III-C, the predicates; (3).
@@ -37,12 +37,12 @@ OBSTACLES, SEPARATION = "obstacles", "separation"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """The points of a motion at which obstacles are looked at.
+    """Points of a motion for obstacle checks.
 
     Args:
-        where: (samples,).
-        radius: (samples,), metres, of the agent there.
-        instant: (samples,), when it is there, as ``obstacles`` counts.
+        where: (samples,), their arguments.
+        radius: (samples,), radius of the agent, metres.
+        instant: (samples,), its time, in the counting of ``obstacles``.
     """
 
     where: Arguments
@@ -53,10 +53,10 @@ class Samples:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Costs:
-    """What is pushed on in motions of a mission.
+    """Costs of motions of a mission.
 
-    ``start`` is the mission's step at which the motion starts: 0, or that of a
-    single configuration. Control points are (agents, points, dim), metres.
+    ``start`` is the motion's first step in the mission: 0, or that of a single configuration. Control points are
+    (agents, points, dim), metres.
     """
 
     mission: Mission
@@ -67,7 +67,7 @@ class Costs:
     samples: Samples = field(init=False)
     turns: Turns = field(init=False)
     always: tuple[Group, ...] = field(init=False)
-    """The groups that are the same of all candidates: ends and limits."""
+    """Groups common to all candidates: ends and limits."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "samples", _samples(self.mission, self.splines, self.start))
@@ -75,7 +75,7 @@ class Costs:
         object.__setattr__(self, "always", (*self.ends(), *self.limits()))
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
-        """All residual groups of a candidate."""
+        """All residual groups of a candidate, (agents, points, dim), metres."""
         yield from self.motion(control)
         yield from self.tasks(control, active)
 
@@ -92,7 +92,7 @@ class Costs:
     # ---------------------------------------------------------------- motion
 
     def ends(self) -> Iterator[Group]:
-        """Starts and finishes that are regions: the centre is in them."""
+        """Groups of starts and finishes that are regions, for the centre."""
         if self.splines.steps == 0:
             return
         for name, step, ends in (
@@ -111,7 +111,10 @@ class Costs:
                 )
 
     def limits(self) -> Iterator[Group]:
-        """Speed at every step, the least of it too; turning from step to step; acceleration in every step."""
+        """Groups of speed at every step, including its minimum; turning between steps.
+
+        Acceleration in every step.
+        """
         made, step = self.splines, self.splines.step
         if made.steps == 0:
             return
@@ -160,7 +163,10 @@ class Costs:
             )
 
     def obstacles(self, control: Array) -> Iterator[Group]:
-        """Obstacles and the world's bounds, at the steps and between them."""
+        """Groups of obstacles and the world's bounds, at and between steps.
+
+        Control points are (agents, points, dim), metres.
+        """
         settings = clot_settings(self.mission).polish
         seen = self.samples
         radius, everywhere = seen.radius, seen.where
@@ -191,7 +197,7 @@ class Costs:
             )
 
     def separation(self, control: Array) -> Iterator[Group]:
-        """Every two bodies that come near each other within a step, along its whole length."""
+        """Groups of near pairs of bodies within each step; control points are (agents, points, dim), metres."""
         made, mission = self.splines, self.mission
         if len(mission.agents) < 2:
             return
@@ -253,7 +259,7 @@ class Costs:
 
 
 def _samples(mission: Mission, made: Splines, start: int) -> Samples:
-    fewest, most = 3, 12  # points within a step, whatever the speed
+    fewest, most = 3, 12  # points within a step, for any speed
     agents = np.arange(len(mission.agents))
     fastest = max(agent.dynamics.top_speed for agent in mission.agents)
     count = int(np.clip(np.ceil(fastest * made.step / clot_settings(mission).polish.gap), fewest, most))
@@ -271,14 +277,17 @@ def _samples(mission: Mission, made: Splines, start: int) -> Samples:
 
 
 def _measured(between: Tensor, factors: Tensor | None) -> Tensor:
-    """Differences, each axis by its factor: (rows, dim) twice."""
+    """Differences with each axis scaled by its factor: (rows, dim) twice, metres."""
     return between if factors is None else between * factors
 
 
 def _approach(
     one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor, factors: Tensor | None = None
 ) -> Tensor:
-    """The least distance of two points that each move straight: (rows, dim) four times, and factors -> (rows,)."""
+    """Least distance of two points in straight motion, metres.
+
+    Shape: (rows, dim) four times, and factors -> (rows,).
+    """
     apart, change = _measured(other - one, factors), _measured((other_next - other) - (one_next - one), factors)
     with torch.no_grad():
         square = (change * change).sum(dim=1)

@@ -1,9 +1,9 @@
-"""Spatial index of obstacles: which of them are near many points at once, and the distances to these.
+"""Spatial index of obstacles: the near ones for many points at once, and the distances to these.
 
-Standing obstacles are looked up by the cell of the plane a point is in; all that move or grow are looked at. Either way
-the box around an obstacle decides, and distances are taken to what is left. Boxes with boxes taken out of them become
-the boxes that are left: distances to these are exact. The signed distance to a difference is a bound, which in a door
-cut out of a wall sees the edges of the part cut away, and calls the door narrower than it is.
+Static obstacles are looked up by a point's cell of the plane; moving and growing ones are all tested. In both cases
+bounding boxes filter them, and distances are computed to the rest. Differences of boxes become the remaining boxes,
+with exact distances. The signed distance to a difference is only a bound: for a door in a wall, it includes the edges
+of the removed part and makes the door too narrow.
 
 Source:
     [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
@@ -28,7 +28,7 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 
 def carved(obstacle: Obstacle) -> list[Obstacle]:
-    """The obstacle as several that are solid, where it is made of boxes; as it is, where it is not."""
+    """Split an obstacle of boxes into solid ones; others stay unchanged."""
     pieces = _pieces(obstacle.shape)
     return [obstacle] if pieces is None else [replace(obstacle, shape=piece) for piece in pieces]
 
@@ -52,7 +52,7 @@ def _pieces(shape: Shape) -> list[Box] | None:
 
 
 def _without(box: Box, taken: Box) -> Iterator[Box]:
-    """What is left of a box: on either side of what is taken, one axis after the other."""
+    """Remaining boxes on both sides of the removed one, axis by axis."""
     if any(a >= d or c >= b for a, b, c, d in zip(box.low, box.high, taken.low, taken.high, strict=True)):
         yield box
         return
@@ -71,10 +71,10 @@ class Pairs:
     """Points and obstacles that may be near each other.
 
     Args:
-        row: (pairs,), of the point.
-        which: (pairs,), of the obstacle.
-        shift: (pairs, dim), how far the obstacle has moved, metres.
-        grown: (pairs,), by how much it has grown, metres.
+        row: (pairs,), index of the point.
+        which: (pairs,), index of the obstacle.
+        shift: (pairs, dim), displacement of the obstacle, metres.
+        grown: (pairs,), its growth, metres.
     """
 
     row: Tensor
@@ -85,7 +85,7 @@ class Pairs:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Cells:
-    """Which standing obstacles are within reach of a cell: for each cell, row by row, a list of obstacles."""
+    """Static obstacles within reach of each cell, row by row."""
 
     low: Tensor
     size: Tensor
@@ -97,9 +97,9 @@ class Obstacles:
     """Obstacles of a mission.
 
     Args:
-        every: those that count.
-        times: the instants at which they may be asked about, seconds.
-        dtype: of the points.
+        every: obstacles to include.
+        times: times of queries, seconds.
+        dtype: type of the points.
     """
 
     def __init__(
@@ -112,13 +112,13 @@ class Obstacles:
     ) -> None:
         self.mission = mission
         dim = mission.dimension
-        if dim == 3:  # in the plane an outline is as exact, and one obstacle
+        if dim == 3:  # in the plane an outline is equally exact, and one obstacle
             every = [piece for obstacle in every for piece in carved(obstacle)]
         self.solid = tuple(every)
         shapes = [outlined(obstacle.shape) for obstacle in every]
         self.stacked = Stacked(shapes, dim, dtype, device)
         boxes = np.array([box_around(obstacle.shape, dim) for obstacle in every]).reshape(-1, 2, dim)
-        boxes.sort(axis=1)  # of an intersection of what is apart, the corners are the wrong way round
+        boxes.sort(axis=1)  # for a disjoint intersection, the corners are reversed
         self.low, self.high = (torch.from_numpy(boxes[:, side]).to(device, dtype) for side in (0, 1))
         self.standing = [shape for shape, obstacle in zip(shapes, every, strict=True) if obstacle.constant]
         still = [obstacle.constant for obstacle in every]
@@ -137,11 +137,11 @@ class Obstacles:
         self.cells: dict[float, _Cells] = {}
 
     def near(self, points: Tensor, instant: Tensor, reach: float) -> Pairs:
-        """The obstacles whose boxes are less than ``reach`` away from points.
+        """Obstacles with bounding boxes less than ``reach`` away from points.
 
         Args:
             points: (rows, dim), metres.
-            instant: (rows,), which of ``times`` it is.
+            instant: (rows,), index into ``times``.
             reach: metres.
         """
         row, which = self._standing(points, reach)
@@ -156,18 +156,26 @@ class Obstacles:
         return Pairs(row, which, shift, swelling)
 
     def distance(self, points: Tensor, pairs: Pairs) -> Tensor:
-        """How far the points of pairs, (pairs, dim), are from their obstacles: (pairs,), metres, with its gradient."""
+        """Distance of the points of pairs, (pairs, dim), from their obstacles.
+
+        Shape: (pairs,), metres, with gradient.
+
+        Shape: (pairs,), metres, with its gradient.
+        """
         return self.stacked.distance(points - pairs.shift, pairs.which) - pairs.grown
 
     def room(self, points: Tensor, instant: Tensor, reach: float) -> Tensor:
-        """How far points are from the nearest obstacle, or ``reach`` where that is less: (rows,), metres."""
+        """Distance of points from the nearest obstacle, at most ``reach``: (rows,), metres."""
         pairs = self.near(points, instant, reach)
         room = points.new_full((len(points),), reach)
         return room.scatter_reduce_(0, pairs.row, self.distance(points[pairs.row], pairs), "amin")
 
     def standing_room(self, points: Array) -> Array:
-        """How far points are from the nearest obstacle that stands, however far: (rows, dim) -> (rows,), metres."""
-        few = 8  # obstacles up to which each is evaluated by itself
+        """Distance of points from the nearest static obstacle, without limit: (rows, dim) -> (rows,), metres.
+
+        Shape: (rows, dim) -> (rows,), metres.
+        """
+        few = 8  # number of obstacles up to which each is evaluated separately
         chunk = 1 << 18  # pairs of points and boxes in one array
         room = np.full(len(points), np.inf)
         if len(self.still) <= few:
@@ -179,7 +187,7 @@ class Obstacles:
             some = torch.from_numpy(points[begin : begin + size])
             beside = self._beside(some[:, None], self.still[None])
             nearest = self.stacked.distance(some, self.still[beside.argmin(dim=1)])
-            # What is nearer than the shape of the nearest box has a nearer box, or one that the point is in.
+            # A shape nearer than that of the nearest box has a nearer box, or one that contains the point.
             row, place = torch.nonzero(beside <= (nearest.clamp_min(0.0) ** 2)[:, None], as_tuple=True)
             every = self.stacked.distance(some[row], self.still[place])
             room[begin : begin + size] = nearest.scatter_reduce_(0, row, every, "amin").numpy()
@@ -206,7 +214,7 @@ class Obstacles:
         extent = torch.tensor(self.mission.world.high[:2], dtype=low.dtype, device=low.device) - corner
         along = min(cells, 2 * int(np.ceil(np.sqrt(len(self.still)))))
         empty = _Cells(corner, extent / along, along, lists([], torch.zeros(0, dtype=torch.int64), low.device))
-        # What is outside the world is in the cell at its border: that of a box reaches as far as that of its points.
+        # Points outside the world use the border cell; a box reaches as far as its points.
         first, last = _cell(low, empty), _cell(high, empty)
         span = last - first + 1
         boxes = lists(span.prod(dim=1).cpu().numpy(), torch.arange(int(span.prod(dim=1).sum())), low.device)
@@ -217,11 +225,14 @@ class Obstacles:
         return _Cells(corner, empty.size, along, lists(count.cpu().numpy(), place[order], low.device))
 
     def _beside(self, points: Tensor, which: Tensor) -> Tensor:
-        """The square of how far points, (..., dim), are from boxes: metres, 0 in them."""
+        """Squared distance of points, (..., dim), from boxes: (...), square metres, 0 inside."""
         beside = torch.maximum(self.low[which] - points, points - self.high[which]).clamp_min(0.0)
         return (beside * beside).sum(dim=-1)
 
 
 def _cell(points: Tensor, cells: _Cells) -> Tensor:
-    """(rows, 2) -> (rows, 2), int64; of points outside the world, the cell nearest to them."""
+    """Cell indices of points in metres: (rows, 2) -> (rows, 2), int64.
+
+    Outside the world, the nearest cell.
+    """
     return ((points - cells.low) / cells.size).floor().clamp(0, cells.along - 1).long()

@@ -1,9 +1,9 @@
-"""Residual groups of state of an agent's own: levels of resources, and the steps at which flags are set and cleared.
+"""Residual groups of own state: resource levels, and the steps that set and clear flags.
 
-A flag is a choice: to have been in one region at some step, and outside another at every step since. It is made on the
-motion, as that of any disjunction, and leaves margins of the two regions. A level reads every position up to its step.
-Where refills count is the same for all motions nearby, so that a level changes with the metres alone; where it is least
-between two steps that it rises at, all others of the agent follow.
+A flag is a choice: to have been in one region at some step, and outside another at every step since. The motion decides
+it, like any disjunction, and it leaves margins of the two regions. A level depends on every position up to its step.
+Nearby motions refill at the same steps, so a level changes only with the path length. Only its minima between refills
+need residuals.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from missionc.ir.language.margins.view import View
 
 
 def flag_pieces(flag: Flag, holds: bool, mask: Flags, position: Array) -> Iterator[tuple[Predicate, bool, Flags]]:
-    """The margins of regions, and where they have to hold, (agents, steps), for a flag to be set, or not to be.
+    """Margins of regions, with agents and steps, (agents, steps), for a flag to be set, or unset.
 
     Args:
-        mask: where it has to be, (agents, steps).
+        mask: agents and steps of the condition, (agents, steps).
         position: (agents, steps, dim), metres.
     """
     inside, outside = (np.zeros_like(mask) for _ in range(2))
@@ -48,18 +48,21 @@ def flag_pieces(flag: Flag, holds: bool, mask: Flags, position: Array) -> Iterat
 
 
 def _outside(region: Region | None, position: Array) -> Array:
-    """How far outside of a region each place is, (steps, dim) -> (steps,), metres; of none, infinitely far."""
+    """Distance outside a region for each place, (steps, dim) -> (steps,), metres.
+
+    Infinite without a region.
+    """
     if region is None:
         return np.full(len(position), np.inf)
     return np.asarray(signed_distance(np, region.shape, position))
 
 
 def _since(depth: Array, away: Array, holds: bool) -> tuple[int | None, int]:
-    """The step to be in the one region, and the first from which on to be out of the other; as well as can be.
+    """Best step inside the first region, and first step from which to be outside the second.
 
     Args:
-        depth: in the one at each step so far, (steps,); ``away``: from the other, (steps,); metres.
-        holds: a step in both counts for the one; and it has to have been in that.
+        depth: depth in the first at each step so far, (steps,); ``away``: distance from the second, (steps,); metres.
+        holds: True if a step in both counts for the first, which must have been visited.
     """
     kept = np.minimum.accumulate(away[::-1])[::-1]
     after = np.append(kept[1:], np.inf) if holds else kept
@@ -80,10 +83,10 @@ def level_groups(
     weights: Weights,
     spare: Spare,
 ) -> Iterator[Group]:
-    """A comparison of resources, where it has to hold or to fail and is least.
+    """Groups of a resource comparison at its minima, where it must hold or fail.
 
     Args:
-        mask: where that is, (agents, steps).
+        mask: agents and steps of the condition, (agents, steps).
         control: (agents, points, dim), metres.
     """
     sign = 1.0 if holds else -1.0
@@ -93,7 +96,10 @@ def level_groups(
     metres = torch.from_numpy(np.array([_metres(predicate, mission, agent) for agent in range(len(mask))]))
 
     def margins(agents: Indices, points: Tensor) -> Tensor:
-        """(agents, steps), of agents along their motions and those of others: (1 + others, agents, steps, dim)."""
+        """Margins, (agents, steps), metres, along motions of agents and of others.
+
+        Shape: (1 + others, agents, steps, dim).
+        """
         measured = predicate.margin(_Histories(mission, agents, points, others))
         value: Tensor = sign * measured * metres[torch.from_numpy(agents)][:, None]
         return value
@@ -122,7 +128,7 @@ def level_groups(
 
 
 def _least(value: Array) -> Flags:
-    """Where a value, (rows, steps), is no more than at the steps beside it; infinite where it is not asked for."""
+    """Flags of local minima of a value, (rows, steps), any unit; infinite values are excluded."""
     beside = np.pad(value, ((0, 0), (1, 1)), constant_values=np.inf)
     least: Flags = (value <= beside[:, :-2]) & (value <= beside[:, 2:]) & (value < np.inf)
     return least
@@ -133,7 +139,7 @@ def _resources(predicate: Compare) -> list[Resource]:
 
 
 def _metres(predicate: Compare, mission: Mission, agent: int) -> float:
-    """The metres at top speed that a unit of its margin stands for."""
+    """Metres at top speed that correspond to a unit of its margin."""
     if predicate.unit == "m":
         return 1.0
     fastest = mission.agents[agent].dynamics.top_speed
@@ -142,7 +148,7 @@ def _metres(predicate: Compare, mission: Mission, agent: int) -> float:
 
 
 class _Histories(View):
-    """Motions from the first step on, (agents, steps, dim), metres, each with those of the same others."""
+    """Motions from the first step on, (agents, steps, dim), metres, each with the same others."""
 
     def __init__(self, mission: Mission, agents: Indices, points: Tensor, others: list[int]) -> None:
         super().__init__(torch, points.shape[-1])

@@ -1,8 +1,8 @@
-"""Stays of a motion that own states rest on: where its agents fill resources and set flags, as formulas for the same.
+"""Stays that own states depend on: refills and flag regions of a motion, as formulas.
 
-A level has no slope in the direction of a region that fills it, and a flag may be set by any of many steps. So whoever
-fills a resource, or sets or clears a flag as it is asked for, on a first motion is asked to be in the region at the
-same steps. Of the level the metres are left, and of the flag that nobody passes the other region in between.
+A level has no gradient towards its refill region, and a flag may be set at any of many steps. An agent that refills, or
+sets or clears a flag as required, in a first motion must therefore be in the region at the same steps. For the level,
+only the path length remains to optimise; for the flag, only avoiding the other region in between.
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ from missionc.ir.language.margins.resources import within
 
 
 def with_stays(demand: Demand, position: Array, velocity: Array) -> Demand:
-    """What is asked of motions, and that they keep the stays of one: (agents, steps + 1, dim), metres and m/s."""
+    """Demand with the stays of one motion: (agents, steps + 1, dim), metres and m/s.
+
+    Shape: (agents, steps + 1, dim), metres and m/s.
+    """
     mission, roots = demand.mission, demand.roots
     atoms = {node.predicate for node in postorder(roots) if isinstance(node, Atom)}
     if not any(each.reads_past for each in atoms):
@@ -44,7 +47,7 @@ def _refills(mission: Mission, resources: list[Resource], position: Array) -> It
 
 
 def _settings(demand: Demand, position: Array, velocity: Array) -> Iterator[Node]:
-    """The steps that set flags where they have to be, and that clear them where they must not."""
+    """Required steps that set flags, and that clear them; positions are (agents, steps, dim), metres."""
     for (predicate, holds), mask in demand.active(position, velocity).margins.items():
         if isinstance(predicate, Flagged):
             for region, inside, where in flag_pieces(predicate.flag, holds, mask, position):
@@ -53,6 +56,6 @@ def _settings(demand: Demand, position: Array, velocity: Array) -> Iterator[Node
 
 
 def _stretches(inside: Flags) -> Iterator[tuple[int, int]]:
-    """The first and the last step of each stretch of steps, (steps,)."""
+    """First and last step of each run of set flags, (steps,)."""
     change = np.diff(np.concatenate([[0], inside.astype(np.int8), [0]]))
     yield from zip(np.flatnonzero(change > 0).tolist(), (np.flatnonzero(change < 0) - 1).tolist(), strict=True)

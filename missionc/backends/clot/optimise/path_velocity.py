@@ -1,14 +1,14 @@
 """Path-velocity decomposition: dynamic programming of the progress along a fixed path, with rests.
 
-    in   nodes of a path, and at which step, at which speed, each of them is allowed
-    out  the node at each moment, in their order; None where there are none
+    in   nodes of a path, with the allowed steps and speeds of each
+    out  the node at each time, in order; None if impossible
 
-Several agents go along one path together: a node is how far along it is, and where each agent is then. A path is
-counted in steps at top speed, those of the agent that takes longest.
+Several agents move along one path together: a node has the progress, and the position of each agent then. Path lengths
+are in steps at top speed of the slowest agent.
 
-Each step in which something moves costs 1 and the square of its speed over ``PACE``, so that a path costs least at that
-pace, and rest costs nothing. Dynamic programming over (moment, node, last step) finds the least. Unlike
-``space_time_search`` it has one dimension of space, and the last step in its state, for the acceleration.
+Each step in motion costs 1 plus the square of its speed over ``PACE``, so that a path is cheapest at that pace, and
+rest is free. Dynamic programming over (time, node, last step) finds the minimum. Unlike ``space_time_search``, it has
+one space dimension, and the last step in its state for the acceleration.
 
 Source:
     Kant and Zucker, "Toward Efficient Trajectory Planning: The Path-Velocity Decomposition", 1986.
@@ -29,15 +29,15 @@ class Nodes:
     """Nodes of a path.
 
     Args:
-        along: (nodes,), how far along each is.
-        place: (agents, nodes, dim), metres.
+        along: (nodes,), progress of each.
+        place: (agents, nodes, dim), positions, metres.
     """
 
     along: Array
     place: Array
 
     def corner(self, here: int, there: int) -> int | None:
-        """The node between two that is furthest from the straight way; None where the path is straight there."""
+        """Node between two others furthest from the straight path; None if the path is straight there."""
         bend = 0.03  # distance of a corner from the straight path, as a share of its length
         if there <= here + 1:
             return None
@@ -50,7 +50,7 @@ class Nodes:
 
 
 def lengths(path: Array, unit: Array) -> Array:
-    """How long each step of a path is, (points - 1,).
+    """Length of each step of a path, (points - 1,), dimensionless, in steps at top speed.
 
     Args:
         path: (agents, points, dim), metres.
@@ -61,14 +61,14 @@ def lengths(path: Array, unit: Array) -> Array:
 
 
 def path_nodes(path: Array, unit: Array, fine: int, exactly: Flags) -> Nodes:
-    """Nodes of a path, a cell of which is 1 / ``fine`` long.
+    """Nodes of a path with cells of length 1 / ``fine``.
 
     Args:
         path: (agents, points, dim), metres.
         unit: a step at top speed, (agents,), metres.
-        exactly: the points at which it matters where somebody is, (points,).
+        exactly: (points,), True for points with exact positions.
     """
-    fine_spacing, usual_spacing = 0.1, 0.5  # cells between two nodes at least
+    fine_spacing, usual_spacing = 0.1, 0.5  # least number of cells between two nodes
     steps = lengths(path, unit)
     reached = np.concatenate([[0.0], np.cumsum(steps)])
     parts = np.ceil(steps * fine).astype(np.int64)
@@ -91,38 +91,38 @@ def path_nodes(path: Array, unit: Array, fine: int, exactly: Flags) -> Nodes:
 
 
 PACE = 0.4
-"""The share of the top speed at which a way costs least."""
+"""Share of the top speed at which a path costs least."""
 
 SETTING_OUT = 2.0
-"""What it costs to set out, in steps: so that a way is gone in one piece."""
+"""Cost of setting out, in steps: so that a path is traversed without stops."""
 
 CHANGE = 4.0
-"""What it costs to change to or from that pace within a step, where the velocity may jump; else the square of it."""
+"""Cost of changing to or from that pace within a step, if the velocity may jump; else its square."""
 
 SPEEDS = tuple(number / 16 for number in range(17))
-"""The shares of the top speed at which it is asked whether what reads a speed holds."""
+"""Shares of the top speed at which predicates of speed are evaluated."""
 
 ROUNDING = 1e-9
 
 SOON = 1e-6
-"""What each step costs in which a step at top speed is still to go: of two ways that cost the same the sooner one."""
+"""Cost of each step with one full-speed step still to go: of equal paths the earlier wins."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounds:
-    """What a motion along a path has to keep.
+    """Constraints of a motion along a path.
 
     Args:
-        allowed: at each speed of ``SPEEDS``, (speeds, steps + 1, nodes).
+        allowed: allowed nodes at each speed of ``SPEEDS``, (speeds, steps + 1, nodes).
         unit: a step at top speed, (agents,), metres.
-        top: how long a step may be.
-        gain: by how much a step may differ from the one before it, as a share of such a step; infinite where the
-            velocity may jump.
-        begin: moments at the beginning that are at the first node.
-        last: the moment after which nothing moves.
-        finish: whether it ends at the last node; where ``gain`` is finite, at rest.
-        forbidden: two nodes that are not one step apart.
-        stops: nodes that no step leads over, and for how many steps whoever passes has to turn there.
+        top: maximum length of a step.
+        gain: greatest difference of consecutive steps, as a share of such a step; infinite if the velocity may
+                jump.
+        begin: number of initial times at the first node.
+        last: time after which nothing moves.
+        finish: True if it ends at the last node; with finite ``gain``, at rest.
+        forbidden: pairs of nodes that may not be one step apart.
+        stops: nodes that no step may skip, with the number of steps for turning there.
     """
 
     allowed: Flags
@@ -137,17 +137,17 @@ class Bounds:
 
 
 def restlessness(lengths: Array) -> float:
-    """What the steps of a motion cost, (steps,), each in steps at top speed."""
+    """Cost of the steps of a motion, (steps,), each in dimensionless steps at top speed."""
     moving = lengths > 0
     sets_out = moving & ~np.concatenate([[False], moving[:-1]])
     return float((moving + (lengths / PACE) ** 2 + SETTING_OUT * sets_out).sum())
 
 
 def path_velocity(nodes: Nodes, bounds: Bounds) -> Indices | None:
-    """The node at each moment: at each step; where ``gain`` is finite steps are halfway between two moments.
+    """Node at each time: at each step, or with finite ``gain`` with steps halfway between two times.
 
     Returns:
-        (steps + 1,), or one more.
+        (steps + 1,), or one more; indices of nodes.
     """
     tuning = _Tuning(nodes, bounds)
     choices: list[Indices] = []
@@ -169,8 +169,10 @@ def path_velocity(nodes: Nodes, bounds: Bounds) -> Indices | None:
 
 
 class _Tuning:
-    """The costs of steps, (nodes, most + 1): of those that leave a node for the one so many ahead. A node at which an
-    agent turns for some steps is there as often again, and each step of turning leads from one to the next."""
+    """Costs of steps, (nodes, most + 1): from a node to the one that many ahead.
+
+    A node with turning steps is repeated accordingly, and each turning step leads from one copy to the next.
+    """
 
     def __init__(self, nodes: Nodes, bounds: Bounds) -> None:
         self.bounds = bounds
@@ -199,8 +201,9 @@ class _Tuning:
         self.links = self._links(nodes.place[:, places], to, number, length)
 
     def _links(self, place: Array, to: Indices, number: Indices, length: Array) -> Array:
-        """What one step after another costs beside the two, (nodes, most + 1, most + 1): of a node by how far back the
-        one begins and how far ahead the other leads."""
+        """Additional cost of one step after another, (nodes, most + 1, most + 1), a dimensionless number: for a node by
+        the first's start and the second's end.
+        """
         width, before = self.width, np.maximum(number[:, None] - self.width, 0)
         charge = np.where((width[:, None] == 0) & (width > 0), SETTING_OUT, 0.0)
         if not self.smooth:
@@ -213,7 +216,10 @@ class _Tuning:
         return np.where(change <= self.bounds.gain, charge, np.inf)
 
     def step(self, moment: int, value: Array) -> tuple[Indices, Array]:
-        """For each step that leaves a node the one it came by; and what it costs to be at each node after a step."""
+        """Predecessor of each step that leaves a node, and the costs at each node after a step.
+
+        Shape: (nodes, most + 1), numbers.
+        """
         every = value[:, :, None] + self.links
         choice, leaving = every.argmin(axis=1), every.min(axis=1)
         leaving = np.where(self.allowed[self.speed, moment - 1, self.where], leaving + self.cost, np.inf)
@@ -225,7 +231,7 @@ class _Tuning:
         return choice, arriving + SOON * (self.along[-1] - self.along)[:, None]
 
     def ends(self) -> Flags:
-        """With which steps to which nodes a motion may end, (nodes, most + 1)."""
+        """Flags of possible last steps and nodes, (nodes, most + 1)."""
         ends = np.ones_like(self.cost, dtype=np.bool_)
         if not self.smooth:
             ends &= self.allowed[0, -1][:, None]

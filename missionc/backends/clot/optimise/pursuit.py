@@ -1,9 +1,8 @@
-"""Pursuit: motions of agents that turn slowly or cannot wait, as near as they can come to motions of agents that do.
+"""Pursuit: motions of agents that turn slowly or cannot wait, as near as possible to given motions.
 
-In every step the agent turns towards where it is to be next, as far as it may, and goes as
-far ahead as that is, as its speeds allow: it rounds corners, turns where it stands, and circles where it cannot
-stand. Who waits turns meanwhile to where it goes next. What obeys the dynamics stays as it is. Obstacles are not
-looked at.
+In every step the agent turns towards its next place and moves as far ahead as needed, within its limits. It rounds
+corners, turns in place, and circles if it cannot wait. A waiting agent turns towards its next motion. Motions within
+the dynamics stay unchanged. Obstacles are ignored.
 
 Source:
     Coulter, "Implementation of the pure pursuit path tracking algorithm", 1992.
@@ -21,7 +20,7 @@ from missionc.ir import Dynamics, Mission
 
 
 def followed(mission: Mission, position: Array) -> Array:
-    """The same positions, (agents, steps + 1, dim), metres, but for agents that turn slowly or cannot wait."""
+    """Replace the positions, (agents, steps + 1, dim), metres, of agents that turn slowly or cannot wait."""
     result = position.copy()
     for agent in mission.agents:
         if not can_wait(agent.dynamics) or math.isfinite(turn_in_step(agent.dynamics, mission.step)):
@@ -30,8 +29,8 @@ def followed(mission: Mission, position: Array) -> Array:
 
 
 def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
-    """A motion of first order after positions at the steps, (steps + 1, dim), metres, that obeys the dynamics."""
-    still = 1e-4  # share of its longest step, below which an agent that can wait stands
+    """First-order motion after positions at the steps, (steps + 1, dim), metres, within the dynamics."""
+    still = 1e-4  # share of its longest step, below which an agent that can wait is at rest
     limit = turn_in_step(dynamics, step)
     shortest, longest = dynamics.lowest_speed * step, dynamics.top_speed * step
     position, facing = ahead.copy(), math.nan
@@ -61,8 +60,7 @@ def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
 
 
 def _leaves(position: Array, still: float) -> list[int]:
-    """For each step the next one at which positions, (steps + 1, 2), metres, are elsewhere; past the last where none
-    are."""
+    """For each step, the next one with another position, (steps + 1, 2), metres; past the last if none."""
     leaves = [len(position)] * len(position)
     for now in range(len(position) - 2, -1, -1):
         moves = math.hypot(*(position[now + 1] - position[now])) > still

@@ -1,8 +1,7 @@
 """Residuals of one candidate, place by place, in metres, each with its gradient: rows of a sparse Jacobian.
 
-A residual is how much a margin lacks of what is asked of it; it reads one to four points
-of the motion and nothing else. So the derivative of each by its own points is a
-row of a sparse matrix, exact, from one backward pass over all of them at once.
+A residual is the shortfall of a margin from its target; it reads one to four points of the motion. Its exact derivative
+by these points is a row of a sparse matrix, from one backward pass over all residuals.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from missionc.backends.clot.optimise.control_points import Arguments
 from missionc.base.trace import Array, Flags
 
 Function = Callable[..., Tensor]
-"""Points (residuals, dim) each -> (residuals,): the margin's shortfall, of which the part above 0 counts."""
+"""Function from points, (residuals, dim) each, to the margin's shortfall, (residuals,); only positive parts count."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,10 +25,10 @@ class Group:
     """Residuals of one kind.
 
     Args:
-        name: what they are about, for reports.
-        arguments: the points each residual reads, as many for each.
-        shortfall: of those points; rows are independent.
-        spare: how much of it is more than the margin needs to be positive, metres.
+        name: subject, for reports.
+        arguments: points that each residual reads, equally many.
+        shortfall: function of those points; rows are independent.
+        spare: part of the target beyond a positive margin, metres.
     """
 
     name: str
@@ -41,7 +40,7 @@ class Group:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
-    """The residuals of a group that matter, linearised.
+    """Relevant residuals of a group, linearised.
 
     Args:
         value: (rows,), metres.
@@ -56,21 +55,21 @@ class Rows:
     gradient: tuple[Array, ...]
 
     def taken(self, some: Flags) -> Rows:
-        """Some of the rows, (rows,)."""
+        """Select rows, (rows,)."""
         where = np.flatnonzero(some)
         arguments = tuple(argument.take(where) for argument in self.arguments)
         gradient = tuple(each[where] for each in self.gradient)
         return Rows(self.name, self.weight, self.spare, self.value[where], arguments, gradient)
 
 
-@torch.enable_grad()  # torch may be without: whoever was interrupted as it entered `no_grad` has never left it
+@torch.enable_grad()  # torch may have lost `no_grad`: an interruption on entry never leaves it
 def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
-    """What of a group is amiss at these control points, (agents, points, dim), and how that changes.
+    """Violated rows of a group at these control points, (agents, points, dim), metres, with gradients.
 
     Args:
-        near: metres; also what would be amiss if it were worse by so much.
+        near: metres; also include rows that would be violated if worse by this.
     """
-    # Functions may carry a number per row: they are asked about all rows, and read where something is amiss.
+    # Functions may carry a number per row: they are evaluated for all rows, and read for violated ones.
     leaves = [torch.from_numpy(argument.of(control)).requires_grad_() for argument in group.arguments]
     value = group.shortfall(*leaves)
     some = np.flatnonzero(value.detach().numpy() > -near)

@@ -1,11 +1,11 @@
 """Retiming of trajectories: the same paths with new velocity profiles, so that agents with slack rest.
 
-    in   a plan's control points, its motion and its goals
-    out  the same; or of a motion along the same paths, with more rest, that is a plan as well
+    in   a plan's control points, motion and goals
+    out  the same, or those of another plan along the same paths with more rest
 
-Whoever creeps, or need not go anywhere, is given another pace along its path (``path_velocity``): first all together,
-for those whom a formation ties, then one after the other. What makes the goals hold, at the steps at which it does, has
-to hold as well as before, and no more of what other margins have to spare is used up than was.
+An agent that creeps, or need not move, gets another velocity profile along its path (``path_velocity``): first all
+agents of a formation together, then one after the other. Conditions that satisfy the goals must hold at their steps as
+well as before, and other margins must keep their present share of the target.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ def retime(
     accept: Callable[[Array], Trace | None],
     go_on: Callable[[], bool] = lambda: True,
 ) -> tuple[Array, Trace]:
-    """A plan's control points, (agents, points, dim), metres, and its motion, with more rest.
+    """Control points of a plan, (agents, points, dim), metres, and its motion, with more rest.
 
     Args:
-        demand: what is asked of it, whatever makes that hold.
-        accept: the motion of control points, if it is as good a plan.
+        demand: demand on it, satisfied in any way.
+        accept: motion of control points, if it is an equally good plan.
     """
     count = len(control)
     everyone, singles = tuple(range(count)), [(agent,) for agent in range(count)]
@@ -93,10 +93,10 @@ def retime(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Asked:
-    """A formula about one step that has to hold, and where: (agents, some) of these steps, (some,).
+    """A single-step formula that must hold: flags (agents, some) at these steps, (some,).
 
     Args:
-        about: whose motion matters, (agents,).
+        about: agents whose motion matters, (agents,).
     """
 
     formula: Node
@@ -107,7 +107,7 @@ class _Asked:
     reads_speed: bool
 
     def worst(self, demand: Demand, states: States) -> Array:
-        """How well it holds where it has to, at each of its steps, (batch, some), metres."""
+        """Least robustness at the required agents for each of its steps, (batch, some), metres."""
         assert demand.team is not None
         at = States(states.position[:, :, self.steps], states.velocity[:, :, self.steps])
         value = Robustness(demand.team, at).values(self.order)[self.formula].numpy()
@@ -123,26 +123,31 @@ def _asked(formula: Node, mask: Flags) -> _Asked:
 
 
 def _of_team(demand: Demand) -> bool:
-    """Whether something is asked of the team as a whole."""
+    """Return whether some condition is about the team as a whole."""
     return any(isinstance(node, Atom) and node.predicate.about_team for node in demand.order)
 
 
 def _path(control: Array, members: list[int], costs: Costs) -> tuple[Array, Array]:
-    """The control points that are moved, (members, points, dim), and a step at top speed, (members,); metres."""
+    """Moved control points, (members, points, dim), metres, and a step at top speed, (members,), metres.
+
+    Metres.
+    """
     made, mission = costs.splines, costs.mission
     unit = np.array([mission.agents[each].dynamics.top_speed for each in members]) * made.step
     return control[members, : made.steps + 1 + bool(made.smooth[members[0]])], unit
 
 
 def _creeps(pace: Array) -> bool:
-    """Whether it goes slowly for so much of its way that it may as well rest."""
-    creep, share = 0.05, 0.1  # of the top speed; of the steps, from which an agent may as well rest
+    """Return whether ``pace``, (steps,), a dimensionless number, is slow for so long that the agent may
+    rest instead.
+    """
+    creep, share = 0.05, 0.1  # of the top speed; of the steps, from which an agent may rest instead
     return bool(((pace > 0) & (pace < creep)).sum() >= share * len(pace))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Need:
-    """A goal, what about single steps makes it hold, and how well it does, metres."""
+    """A goal, its satisfying single-step conditions, and its robustness, metres."""
 
     demand: Demand
     asked: tuple[_Asked, ...]
@@ -151,7 +156,7 @@ class _Need:
 
 @dataclass(slots=True, eq=False)
 class _Calm:
-    """Control points of a plan, (agents, points, dim), metres, that become calmer path by path."""
+    """Control points of a plan, (agents, points, dim), metres, that are retimed path by path."""
 
     control: Array
     demand: Demand
@@ -159,12 +164,12 @@ class _Calm:
     vicinity: Vicinity = field(init=False)
     needs: list[_Need] = field(init=False)
     tight: Flags = field(init=False)
-    """The steps at which a goal holds by no more than it does, (steps + 1,)."""
+    """Steps at which a goal holds with no additional margin, (steps + 1,)."""
     apart: Array = field(init=False)
-    """How far two agents are to be apart, (agents, agents), metres of ``metric``, (agents, agents, dim)."""
+    """Required distance of two agents, (agents, agents), metres in ``metric``, (agents, agents, dim)."""
     metric: Array = field(init=False)
     room: float = field(init=False)
-    """Metres to spare that are as good as any."""
+    """Margin beyond which more does not count, metres."""
     work: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -188,11 +193,11 @@ class _Calm:
         self.room = with_room(mission).task
 
     def tune(self, group: tuple[int, ...]) -> None:
-        """Gives agents another pace along their paths, one for all of them, where that is as good."""
-        # Cells of a path in a step at top speed: with momentum from 12 to 48, two for what a step gains.
+        """Retime agents along their paths, one profile for all of them, if the result is equally good."""
+        # Cells of a path in a step at top speed: with momentum 12 to 48, two for the gain of a step.
         plain, finer, finest = 6, 12, 48
-        cuts = 8  # paces that are tried, each without what the one before violated
-        less = 0.5  # steps that another pace has to gain
+        cuts = 8  # number of profiles tried, each without the violations of the previous one
+        less = 0.5  # least number of steps gained by another profile
         settings = clot_settings(self.costs.mission).shortening
         mission, made, members = self.costs.mission, self.costs.splines, list(group)
         agents = [mission.agents[each] for each in group]
@@ -246,22 +251,25 @@ class _Calm:
                 return
 
     def _may_stay(self, members: list[int], start: Array) -> bool:
-        """Whether agents of whom nothing is asked as a team may stay where they start, (agents, 1, dim), metres."""
+        """Return whether agents without team conditions may stay at their starts, (agents, 1, dim), metres."""
         return not _of_team(self.demand) and bool(self._allowed(members, start, 0.0)[0].all())
 
     def _as_good(self, tried: Array, cell: float) -> bool:
-        """Whether each goal holds as well as it did."""
+        """Return whether each goal holds as well as before; control points are (agents, points, dim), metres."""
         states = self.costs.splines.states(tried)
         return all(need.demand.worst(*states) >= self._least(need, cell) - ROUNDING for need in self.needs)
 
     def _least(self, need: _Need, cell: float) -> float:
-        """How well a goal has to hold, metres: as it does, or less by half a ``cell`` of a path where there is room."""
+        """Required robustness of a goal, metres: the present one, or less by half a ``cell`` if there is room."""
         return max(min(need.worst, self.room), need.worst - cell)
 
     def _turn(self, tried: Array, part: Rows, found: Indices, stops: dict[int, int]) -> None:
-        """Adds nodes at which an agent turns further than it may while it passes, and how long it has to stand."""
+        """Add nodes with turns above the limit, and the duration of standing there.
+
+        Points are (agents, points, dim), metres.
+        """
         one, other = part.arguments
-        soonest = (other.first - one.first).min()  # a turn is too much for all pairs of steps before and after it
+        soonest = (other.first - one.first).min()  # a turn is too large for all pairs of steps around it
         for agent, early, late in zip(one.agent, one.first, other.first, strict=True):
             if late - early > soonest:
                 continue
@@ -273,7 +281,7 @@ class _Calm:
             stops[node] = max(stops.get(node, 0), int(np.ceil(turned)) - 1)
 
     def _keep_away(self, part: Rows, agent: int, nodes: Array, allowed: Flags) -> None:
-        """Allows nodes, (nodes, dim), metres, only further from those whom an agent meets between two steps."""
+        """Restrict nodes, (nodes, dim), metres, to larger distances from agents in conflict between two steps."""
         position, _ = self.costs.splines.states(self.control)
         one, other = part.arguments[:2]
         for first, second, step, short in zip(one.agent, other.agent, one.first, part.value, strict=True):
@@ -287,10 +295,10 @@ class _Calm:
     def _cut(
         self, part: Rows, found: Indices, nodes: Nodes, forbidden: set[tuple[int, int]], stops: dict[int, int]
     ) -> None:
-        """Adds what is not to be done in one step: where a corner is cut, to go over it."""
+        """Add forbidden steps: nodes at cut corners must be visited."""
         first = {int(step) for each in part.arguments for step in each.first}
         last = len(found) - 1
-        if last > self.costs.splines.steps:  # three control points decide a step
+        if last > self.costs.splines.steps:  # three control points determine a step
             first |= {step + 1 for step in first}
         for here, there in sorted({(int(found[each]), int(found[each + 1])) for each in first if each < last}):
             corner = nodes.corner(here, there) if part.name == OBSTACLES else None
@@ -300,13 +308,13 @@ class _Calm:
                 forbidden.add((here, there))
 
     def _allowed(self, members: list[int], nodes: Array, cell: float) -> Flags:
-        """Where agents may be at each step for each goal to hold as well as it does, at each of ``SPEEDS``.
+        """Allowed nodes at each step for each goal to hold as well as before, at each of ``SPEEDS``.
 
         Args:
             nodes: (agents, nodes, dim), metres.
 
         Returns:
-            (speeds, steps + 1, nodes)
+            (speeds, steps + 1, nodes), boolean
         """
         mission = self.costs.mission
         position, velocity = self.costs.splines.states(self.control)
@@ -339,8 +347,9 @@ class _Calm:
 
 
 def _apart(costs: Costs, position: Array) -> tuple[Array, Array]:
-    """How far two agents are to be apart, (agents, agents), metres: no nearer than they come, (agents, steps + 1, dim),
-    or so near that there is room; and by what each axis of their difference counts, (agents, agents, dim)."""
+    """Required distances of agents, (agents, agents), metres: the present ones, (agents, steps + 1, dim), or a
+    sufficient margin; and the axis factors, (agents, agents, dim).
+    """
     mission, spacing = costs.mission, SpacingTable.of(costs.mission)
     pairs = np.arange(len(position))[:, None], np.arange(len(position))
     factors = spacing.metric(*pairs)

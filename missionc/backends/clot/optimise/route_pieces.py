@@ -1,7 +1,7 @@
-"""Witnesses of communication routes bounded in metres: the links of one route, or a cut of all, at one step.
+"""Witnesses of routes bounded in metres: the links of one route, or a cut of all, at one step.
 
-That a route is there rests on one route: its links, its agents and its length. That none
-is there rests on something of every route, and one thing may do for many.
+Existence of a route depends on one route: its links, agents and length. Absence depends on a violation of every route,
+and one violation may serve many.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from missionc.base.trace import Array, Flags
 from missionc.verification.monitoring.graph_routes import shortest
 
 ROUNDING = 1e-9
-"""Metres: what sums in another order may differ by."""
+"""Metres: rounding difference of sums in another order."""
 
 Members: TypeAlias = tuple[int, ...]
-"""Members of a graph, by number."""
+"""Members of a graph, by index."""
 
 Piece: TypeAlias = tuple[Literal["link", "through", "end", "shorter", "longer"], Members]
-"""What has to hold: of two members that they are linked, or not; of one what agents on the way satisfy, or those at the
-end; of a route that it is shorter, or longer, than the bound for that."""
+"""A condition: a link of two members, or its absence; the through or end condition of one member; a route's length
+below, or above, its bound."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,9 +34,9 @@ class RoutePoint:
 
     Args:
         links: margins, (members, members), from and to, metres; likewise ``lengths``.
-        closest: how near each other their bodies let them come; likewise.
-        through: the value of each agent on a route but the last, (members,), metres; ``end`` of the last.
-        one_way: links lead from the first of two to the second.
+        closest: least distances of their bodies; likewise.
+        through: value of each agent on a route except the last, (members,), metres; ``end``: of the last.
+        one_way: True for directed links.
     """
 
     links: Array
@@ -49,12 +49,12 @@ class RoutePoint:
     one_way: bool = False
 
     def link(self, one: int, other: int) -> Piece:
-        """The link from a member to another; of links that lead both ways, either of the two is the same."""
+        """Link from one member to another; for undirected links, both directions are the same."""
         return ("link", (one, other)) if self.one_way else ("link", (min(one, other), max(one, other)))
 
 
 def that_make(place: RoutePoint, start: int, worth: float) -> set[Piece]:
-    """The pieces of the shortest route from a member that is worth as much as the best is."""
+    """Pieces of the shortest route from a member with the best value."""
     route = _route(place, start, worth - ROUNDING)
     pieces: set[Piece] = {("end", route[-1:])}
     for one, other in pairwise(route):
@@ -67,14 +67,14 @@ def that_make(place: RoutePoint, start: int, worth: float) -> set[Piece]:
 
 
 def that_break(place: RoutePoint, start: int, worth: float) -> set[Piece]:
-    """For each route from a member the best of what breaks it, where nothing chosen for another does.
+    """For each route from a member, its best violation, unless one chosen for another route suffices.
 
     Args:
-        place: with ``through`` and ``end`` as they are to be for a route to be broken.
-        worth: of the worst route's best; nothing chosen is worth less.
+        place: with ``through`` and ``end`` in the form for violations.
+        worth: value of the worst route's best violation, a lower bound for all chosen ones.
     """
     clear = 0.4  # metres of shortfall at one link or agent, from which the rest of a route does not count
-    most = 300  # beginnings of routes considered, the shortest first
+    most = 300  # number of route beginnings considered, the shortest first
     enough = max(worth, clear) - ROUNDING
     parted, passed, closed = -place.links >= enough, place.through >= enough, place.end >= enough
     metres = _metres(place, ~parted & ~passed[:, None])
@@ -103,7 +103,7 @@ def that_break(place: RoutePoint, start: int, worth: float) -> set[Piece]:
 
 
 def _breaking(place: RoutePoint, route: Members, length: float) -> Iterator[tuple[float, Piece]]:
-    """Everything that breaks a route, and what it is worth."""
+    """Every violation of a route, with its value."""
     yield place.end[route[-1]], ("end", route[-1:])
     for one, other in pairwise(route):
         yield -place.links[one, other], place.link(one, other)
@@ -115,7 +115,7 @@ def _breaking(place: RoutePoint, route: Members, length: float) -> Iterator[tupl
 
 
 def _route(place: RoutePoint, start: int, enough: float) -> Members:
-    """A route with all its parts worth ``enough``, by the shortest ways first."""
+    """A route with all parts of value ``enough``, by shortest paths first."""
     ends = place.end >= enough
     if place.low <= 0 and ends[start]:
         return (start,)
@@ -135,5 +135,5 @@ def _route(place: RoutePoint, start: int, enough: float) -> Members:
 
 
 def _metres(place: RoutePoint, usable: Flags) -> Array:
-    """Lengths of the links that may be used, (members, members); infinite for others."""
+    """Lengths of the usable links, (members, members), metres; infinite for others."""
     return np.where(usable & ~np.eye(len(usable), dtype=np.bool_), place.lengths, np.inf)

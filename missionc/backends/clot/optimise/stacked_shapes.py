@@ -1,7 +1,7 @@
-"""Signed distances of points to many shapes, each to its own, in one operation: shapes stacked into a few tables.
+"""Signed distances of points to many shapes, each to its own, in one operation on stacked tables.
 
-Every plain shape is a polygon of one corner or more, less a radius, between two heights; a ball is one corner and the
-way up to it as well. Combined shapes are folded level by level. The values are those of ``world.signed_distance``.
+Every plain shape is a polygon of one or more corners, with a radius, between two heights; a ball is one corner with its
+height. Combined shapes are folded level by level. The values equal ``world.signed_distance``.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ OPERATIONS = {Union: (1.0, 1.0), Intersection: (-1.0, -1.0), Difference: (-1.0, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leaves:
-    """Plain shapes of about as many sides.
+    """Plain shapes of similar numbers of sides.
 
     Args:
-        sides: (leaves, 6, sides): where a side begins, x and y, the way along it, one by the square of its length, and
-            how far to the right it goes on the way up. What has no length counts as 0; the first corner fills up.
+        sides: (leaves, 6, sides): begin of a side, x and y, its direction, the inverse of its squared length, and its
+                slope dx/dy. Sides of length zero have 0; the first corner is the padding.
         own: (leaves, 5): radius, bottom and top, height of the middle of a ball, 1 for balls and else 0.
     """
 
@@ -39,14 +39,14 @@ class Leaves:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lists:
-    """For each shape a list of rows: which, (rows,), one shape after the other, the first and how many, (shapes,)."""
+    """A list of rows for each shape: rows, (rows,), in sequence; first index and count, (shapes,)."""
 
     rows: Tensor
     first: Tensor
     count: Tensor
 
     def of(self, which: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """All rows of some shapes, (some,): for each the place in ``which``, in its list, and the row, (rows,) each."""
+        """Rows of some shapes, (some,): index into ``which``, index in its list, and row, (rows,) each."""
         count = self.count[which]
         place = torch.repeat_interleave(torch.arange(len(which), device=which.device), count)
         within = torch.arange(len(place), device=which.device) - (count.cumsum(0) - count)[place]
@@ -54,11 +54,11 @@ class Lists:
 
 
 class Stacked:
-    """Shapes, one below the other.
+    """Stacked shapes.
 
     Args:
-        dimension: of the points.
-        dtype: of the points.
+        dimension: dimension of the points.
+        dtype: type of the points.
     """
 
     def __init__(
@@ -89,15 +89,17 @@ class Stacked:
         ]
 
     def distance(self, points: Tensor, which: Tensor) -> Tensor:
-        """How far each point is from the border of its shape: (rows, dim), (rows,) -> (rows,), metres, negative inside.
+        """Distance of each point from its shape's border.
 
-        Has a gradient by the points: a unit vector where there is one, as ``world.signed_distance`` has it.
+        Shape: (rows, dim), (rows,) -> (rows,), metres, negative inside.
+
+        It has a gradient by the points: a unit vector if defined, as in ``world.signed_distance``.
         """
         distance: Tensor = _Distance.apply(points, self, which)  # type: ignore[no-untyped-call]
         return distance
 
     def measured(self, points: Tensor, which: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
-        """Distances, (rows,), and, if ``slope``, their gradients, (rows, dim); else of those nothing."""
+        """Distances, (rows,), metres, and with ``slope`` their gradients, (rows, dim); else empty."""
         if not self.levels:
             return self._leaves(points, which, slope)
         place, within, leaf = self.of_shape.of(which)
@@ -124,7 +126,7 @@ class Stacked:
         return value[last], gradient[last] if slope else gradient
 
     def _leaves(self, points: Tensor, leaf: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
-        """``measured`` of plain shapes, by their own numbers."""
+        """``measured`` for plain shapes, by their own indices: (rows,), metres, and (rows, dim)."""
         chunk = 1 << 16  # numbers in one table, which stays in the cache
         if len(self.leaves) == 1 and len(leaf) * self.leaves[0].sides.shape[2] <= chunk:
             return _plain(points, self.leaves[0].sides[leaf], self.leaves[0].own[leaf], slope)
@@ -159,7 +161,7 @@ def lists(count: Any, rows: Any, device: torch.device | None) -> Lists:
 
 
 def _plain(points: Tensor, sides: Tensor, own: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
-    """Distance of each point to its plain shape, (rows,), and its gradient, (rows, dim)."""
+    """Distance of each point to its plain shape, (rows,), metres, and its gradient, (rows, dim)."""
     x, y, along_x, along_y, scale, slant = sides.unbind(1)
     off_x, off_y = points[:, :1] - x, points[:, 1:2] - y
     inside = off_x.new_zeros(len(points), dtype=torch.bool)
@@ -198,10 +200,10 @@ def _plain(points: Tensor, sides: Tensor, own: Tensor, slope: bool) -> tuple[Ten
 
 
 class _Tree:
-    """A shape's plain ones, in order, and how they are folded, lower levels first.
+    """Plain shapes of a shape, in order, and their folds, lower levels first.
 
-    A fold is its level, its slot, those of its two parts and the two factors of its operation. Slots are the plain
-    shapes and then the folds; the last one is the shape itself.
+    A fold has its level, its slot, the slots of its two parts and the two factors of its operation. Slots are the plain
+    shapes, then the folds; the last one is the shape itself.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -209,7 +211,7 @@ class _Tree:
         folds: list[tuple[int, int, int, float, float]] = []
 
         def walk(shape: Shape) -> tuple[int, int]:
-            """Level and number: of a leaf its place, of a fold the bitwise complement of its place."""
+            """Level and index: the index of a leaf, or the bitwise complement of a fold's index."""
             match shape:
                 case Union(left, right) | Intersection(left, right) | Difference(left, right):
                     (one, left_number), (two, right_number) = walk(left), walk(right)

@@ -46,7 +46,7 @@ from missionc.ir.pair_ranges import directed
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TaskCosts:
-    """What the formulas of a mission ask of motions made of ``splines``."""
+    """Costs of a mission's formulas for motions of ``splines``."""
 
     mission: Mission
     splines: Splines
@@ -54,7 +54,7 @@ class TaskCosts:
     spare: Spare
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
-        """The margins and links of a candidate, (agents, points, dim), metres, that have to hold."""
+        """Active margins and links of a candidate, (agents, points, dim), metres."""
         for (predicate, holds), mask in active.margins.items():
             yield from self._margin(predicate, holds, mask, control)
         for lists, together in ((active.joined, True), (active.parted, False)):
@@ -80,7 +80,10 @@ class TaskCosts:
             yield self._measured(predicate, holds, mask)
 
     def _own_state(self, predicate: Predicate, holds: bool, mask: Flags, control: Array) -> Iterator[Group]:
-        """What the steps before decide: nothing of a motion that begins later."""
+        """Groups for predicates of the past; (agents, points, dim), metres.
+
+        Empty for a motion that begins later.
+        """
         made = self.splines
         if made.steps != self.mission.steps:
             return
@@ -91,9 +94,11 @@ class TaskCosts:
             yield from level_groups(predicate, holds, mask, control, self.mission, made, self.weights, self.spare)
 
     def _formation(self, formation: Formation, moments: Indices, holds: bool, control: Array) -> Iterator[Group]:
-        """Every edge's error within the tolerance; or, where the formation must not be, the worst one's beyond it.
+        """Groups for every edge's error; for a forbidden formation, the worst one.
 
-        Of a total tolerance each edge has the share that its own error is nearest to.
+        Control points (agents, points, dim), metres.
+
+        With a total tolerance, each edge gets the share nearest to its own error.
         """
         if not len(moments):
             return
@@ -134,7 +139,7 @@ class TaskCosts:
             )
 
     def _measured(self, predicate: Predicate, holds: bool, mask: Flags) -> Group:
-        """What is measured of agents, whatever it reads: own position and velocity, and other agents' positions."""
+        """Group for measures of agents: own position and velocity, and other agents' positions."""
         made, sign = self.splines, 1.0 if holds else -1.0
         agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
         if predicate.about_team:
@@ -190,10 +195,10 @@ class TaskCosts:
         )
 
     def _second_eigenvalue(self, graph: Graph, moments: Indices) -> Iterator[Group]:
-        """λ₂ at least that of a ring of full links; in metres a full link's margin, where it is nothing.
+        """Group for λ₂ at least that of a ring of full links; in metres, a full link's margin at λ₂ = 0.
 
-        All of it is to spare: where links of the best tree hold, which are pushed on beside it
-        because λ₂ of a graph in parts has no slope, it is more than nothing.
+        All of it is target margin: links of the best tree have their own residuals, since λ₂ of a disconnected graph
+        has no gradient. If they hold, λ₂ is positive.
         """
         count, full = len(graph.agents), self.spare.links
         if count < 2 or not len(moments):
@@ -214,7 +219,7 @@ class TaskCosts:
         yield Group(f"connectivity of {graph.name}", where, shortfall, self.weights.links, full)
 
     def _lengths(self, node: RouteNode, stretches: list[Stretch]) -> Iterator[Group]:
-        """Routes that are long enough, and routes that are short enough; those of as many agents together."""
+        """Groups for routes that must be long, and short, enough; equal numbers of agents together."""
         spare = min(self.spare.task, (node.high - node.low) / 3) if not node.every else self.spare.task
         for _, alike in groupby(sorted(stretches, key=_kind), key=_kind):
             some = list(alike)
@@ -230,7 +235,10 @@ class TaskCosts:
             )
 
     def _tree(self, graph: Graph, moments: Indices, control: Array) -> Links:
-        """The edges of each step's best spanning tree; of links that lead one way, of the trees there and back."""
+        """Edges of each step's best spanning tree, (links, 3); for directed links, of both trees.
+
+        Control points are in metres.
+        """
         agents = np.array(graph.agents)
         if len(agents) < 2:
             return np.zeros((0, 3), dtype=np.int64)
@@ -245,7 +253,9 @@ class TaskCosts:
         return np.unique(np.concatenate([there, back]), axis=0)
 
     def _cut(self, graph: Graph, moments: Indices, control: Array) -> Links:
-        """At each step, all pairs across the tree's worst edge: the parting that takes least."""
+        """Pairs across the tree's worst edge at each step, (links, 3), the cheapest cut; control points are
+        in metres.
+        """
         if directed(graph):
             return self._one_way_cut(graph, moments, control)
         agents = np.array(graph.agents)
@@ -255,7 +265,7 @@ class TaskCosts:
         for row, step in enumerate(moments) if len(agents) > 1 else ():
             side = np.zeros(len(agents), dtype=np.bool_)
             side[second[row, worst[row]]] = True
-            for number in range(worst[row] + 1, len(agents) - 1):  # edges come in the order the tree grew
+            for number in range(worst[row] + 1, len(agents) - 1):  # edges are in the order of growth
                 if side[first[row, number]]:
                     side[second[row, number]] = True
             one, other = np.nonzero(side[:, None] & ~side[None, :])
@@ -263,9 +273,11 @@ class TaskCosts:
         return np.concatenate(cuts) if cuts else np.zeros((0, 3), dtype=np.int64)
 
     def _one_way_cut(self, graph: Graph, moments: Indices, control: Array) -> Links:
-        """At each step, all links out of the agents that a tree had before its worst one, of the tree with the worse.
+        """Links out of the agents before the worst edge, (links, 3), for the tree with the worse one.
 
-        No link of the tree was better when it was chosen, so that none out of these is.
+        Control points in metres.
+
+        No link out of these agents is better than the tree's choice.
         """
         agents = np.array(graph.agents)
         links = self._all_links(graph, moments, control)
@@ -282,7 +294,7 @@ class TaskCosts:
         return np.concatenate(cuts)
 
     def _all_links(self, graph: Graph, moments: Indices, control: Array) -> Array:
-        """(moments, members, members), from and to, metres."""
+        """Link margins at some steps: (moments, members, members), from and to, metres."""
         agents = np.array(graph.agents, dtype=np.int64)
         position, _ = self.splines.states(control)
         members = position[agents][:, moments].swapaxes(0, 1)
@@ -297,7 +309,7 @@ class TaskCosts:
 
 
 class _OfPoints(View):
-    """Points that a predicate reads, (moments, dim) each: one's own, then one's velocity, then those of others."""
+    """Points that a predicate reads, (moments, dim) each: own position, own velocity, then other agents."""
 
     def __init__(
         self,
@@ -343,12 +355,12 @@ def _kind(stretch: Stretch) -> tuple[int, bool]:
 
 
 def _length(points: tuple[Tensor, ...]) -> Tensor:
-    """The length of routes from point to point, (rows, dim) each -> (rows,), metres."""
+    """Length of routes through points, (rows, dim) each -> (rows,), metres."""
     return reduce(torch.add, [norm(after - here) for here, after in pairwise(points)])
 
 
 def shares(errors: Array, total: float) -> Array:
-    """What is nearest to these errors, (edges, moments), metres, among what is nowhere below 0 and sums to a total.
+    """Projection of errors, (edges, moments), metres, to nonnegative numbers with a given sum.
 
     Source:
         Duchi, Shalev-Shwartz, Singer and Chandra, "Efficient projections onto the l1-ball", 2008, algorithm 1.
@@ -361,5 +373,5 @@ def shares(errors: Array, total: float) -> Array:
 
 
 def norm(vector: Tensor) -> Tensor:
-    """Lengths, (rows, dim) -> (rows,), with a gradient everywhere."""
+    """Lengths, (rows, dim) -> (rows,), such as metres, with a gradient everywhere."""
     return reduce(torch.add, [vector[:, axis] ** 2 for axis in range(vector.shape[1])]).add(1e-18).sqrt()

@@ -1,9 +1,8 @@
-"""Bounded turning as residuals: by how much agents that move where they face turn too fast.
+"""Bounded turning as residuals: excess turns of agents that move along their heading.
 
-Who stands may turn further, by so much in each step. So what is bounded is the angle between any two
-steps in which an agent moves, by the number of steps from one to the other. The excess is an
-angle; it counts as the metres by which the steps lead aside, so that it is nothing for one who stands:
-standing is one way to turn. What is left of it in steps of next to nothing, ``pursuit`` takes out.
+A resting agent continues to turn. The bound therefore applies to the angle between any two steps in motion, in
+proportion to the number of steps between them. The excess angle counts as lateral metres, which vanish at rest, so that
+resting is one way to turn. ``pursuit`` removes remaining excess in tiny steps.
 
 Source:
     [strel] Experiment Setup, the unicycle.
@@ -24,15 +23,15 @@ from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Mission
 
 TURN = "turn"
-"""The name of its residuals."""
+"""Name of its residuals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turns:
-    """Pairs of steps of one agent between which it may turn so far.
+    """Pairs of steps of one agent with a maximum turn between them.
 
     Args:
-        pair: the velocities in both, (pairs,) each.
+        pair: velocities in both, (pairs,) each.
         most: (pairs,), rad.
     """
 
@@ -40,7 +39,7 @@ class Turns:
     most: Tensor
 
     def excess(self, one: Tensor, other: Tensor, share: float) -> Tensor:
-        """Metres by which movements, (pairs, dim), metres, turn beyond what is allowed, less a share of it."""
+        """Lateral metres, (pairs,), of movements, (pairs, dim), metres, beyond the allowed turn minus a share of it."""
         still = 1e-6  # metres; an agent that moves less in a step does not turn in it
         one, other = one[:, :2], other[:, :2]
         first, second = norm(one), norm(other)
@@ -49,12 +48,12 @@ class Turns:
         here, there = torch.where(moving, one, ahead), torch.where(moving, other, ahead)
         dot = (here * there).sum(dim=1)
         cross = here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0]
-        angle = torch.atan2(torch.where(cross < 0, -cross, cross), dot)  # of a half turn too, the slope is not 0
+        angle = torch.atan2(torch.where(cross < 0, -cross, cross), dot)  # at a half turn too, the gradient is not 0
         return 2 * first * second / (first + second) * (angle - self.most * (1 - share))
 
 
 def turns(mission: Mission, made: Splines) -> Turns:
-    """What bounds the turns of a mission's agents."""
+    """Turn limits of a mission's agents."""
     agents, earlier, apart, most = (list[int](), list[int](), list[int](), list[float]())
     for agent in mission.agents:
         limit = turn_in_step(agent.dynamics, made.step)

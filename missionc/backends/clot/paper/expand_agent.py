@@ -1,7 +1,7 @@
 """Expansion of a search node: one more agent planned by Algorithm 1; or all at once, without a search.
 
     in   a node of the search and an agent
-    out  candidates of its motion, with their cost and whether they hold among those planned before
+    out  candidates of its motion, with cost and feasibility among the agents planned before
 
 Source:
     [clot] Algorithm 2, lines 4 to 8; V-A.3 (I) for all at once.
@@ -39,17 +39,17 @@ from missionc.ir import Mission
 from missionc.ir.kernel import nodes as kernel
 
 TYPICAL = 10.0
-"""Metres: the radii and deviations of presets are meant for a world of this size, and scaled for others."""
+"""Size of the world, metres, for which the radii and deviations of presets are meant; they are scaled for others."""
 
 
 def scale(mission: Mission) -> float:
-    """The least side of the world in the plane, against a typical one."""
+    """Ratio of the world's smallest horizontal side to a typical one."""
     return float(min(np.array(mission.world.high)[:2] - np.array(mission.world.low)[:2])) / TYPICAL
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """A node, the agent to expand it by, with how many trajectories, and what they are drawn from."""
+    """A node, the agent to expand it by, the number of trajectories, and their distribution."""
 
     node: Node
     agent: int
@@ -59,7 +59,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Crowd:
-    """Pieces with the same agents, and the same of them to plan: one cost serves for all.
+    """Pieces with the same agents and the same one to plan: one cost serves all.
 
     ``planned`` are the motions of ``others``, (1 or batch, others, steps + 1, dim), metres.
     """
@@ -71,19 +71,19 @@ class Crowd:
 
 
 Goals: TypeAlias = tuple[tuple[kernel.Node, kernel.Node], ...]
-"""Goals, each with what it asks of part of the team (``prefix.asked``)."""
+"""Goals with their restrictions to part of the team (``prefix.asked``)."""
 
 
 @dataclass(slots=True, eq=False)
 class Expansion:
-    """``tree_search.Expand``.
+    """Implementation of ``tree_search.Expand``.
 
     Args:
-        goals: the requirements' formulas.
-        choices: what the schedule decided; nothing where candidates are free to choose.
-        device: where candidates are moved and judged, in float32.
-        go_on: whether there is time.
-        tell: is told, after an expansion, how many agents are planned and the best margin, metres.
+        goals: formulas of the requirements.
+        choices: decisions of the schedule; empty if candidates are free.
+        device: device of the computations, in float32.
+        go_on: returns whether time is left.
+        tell: receives, after an expansion, the number of planned agents and the best margin, metres.
 
     Source:
         [clot] Algorithm 2, lines 4 to 8.
@@ -104,12 +104,12 @@ class Expansion:
     checked: Surroundings = field(init=False)
     workers: Children[Piece, tuple[list[Candidate], float]] | None = field(init=False, default=None)
     in_one_batch: bool = field(init=False)
-    """Whether the pieces of a round are one batch; on a CPU they are planned one by one, or each in a process."""
+    """True if the pieces of a round form one batch; on a CPU they are planned one by one, or one per process."""
     known: dict[tuple[frozenset[int], int | None, bool], Goals] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        parts = 4  # instants of a step at which candidates are checked for obstacles.
-        # Steps of the paper's missions, for which the widths of smoothing are meant; ``printed`` presets scale them.
+        parts = 4  # times within a step at which candidates are checked for obstacles
+        # Steps of the paper's missions, for which the smoothing widths are meant; ``printed`` presets scale them.
         typical_steps = 47
         self.team = team(self.mission, self.device)
         self.probed = Surroundings(self.mission, 2, self.device)
@@ -123,7 +123,7 @@ class Expansion:
             self.settings = replace(self.settings, first_width=first, last_width=last)
 
     def __call__(self, work: Sequence[tuple[Node, int]], samples: int, seed: int, /) -> list[list[Candidate]]:
-        """Candidates for each node and agent, those that hold."""
+        """Feasible candidates for each node and agent."""
         pieces = [Piece(node, agent, samples, seed + number) for number, (node, agent) in enumerate(work)]
         if self.workers is not None:
             by_place = dict(self.workers.answers(pieces))
@@ -138,7 +138,7 @@ class Expansion:
 
     @contextmanager
     def spread(self, processes: int) -> Iterator[None]:
-        """Within, pieces of work are shared out to so many child processes; on a GPU all stay in this one."""
+        """Distribute pieces of work to child processes within the context; on a GPU all stay in this one."""
         count = min(processes, max(self.preset.search.wide, self.preset.search.narrow))  # no round has more pieces
         if count == 1 or self.device.type != "cpu":
             yield
@@ -148,7 +148,7 @@ class Expansion:
         self.workers = None
 
     def together(self, samples: int, seed: int) -> list[Candidate]:
-        """Joint motions, (agents, steps + 1, dim), of all agents moved at once, those that hold.
+        """Feasible joint motions, (agents, steps + 1, dim), with all agents moved at once.
 
         Source:
             [clot] V-A.3 (I), MPOT extended to several robots.
@@ -227,7 +227,7 @@ class Expansion:
         return [answers[number] for number in range(len(pieces))]
 
     def _crowd(self, pieces: Sequence[Piece]) -> Crowd:
-        """What pieces with the same agents, and the same of them to plan, have in common."""
+        """Common data of pieces with the same agents and the same one to plan."""
         agent, others = pieces[0].agent, tuple(sorted(pieces[0].node.planned))
         each = [piece.node.trajectories[np.argsort(piece.node.planned)] for piece in pieces] if others else []
         shape = len(pieces), len(others), self.mission.steps + 1, self.mission.dimension
@@ -239,8 +239,9 @@ class Expansion:
     def _held(self, crowd: Crowd, motions: Tensor, samples: int) -> list[tuple[list[Candidate], float]]:
         """Feasible candidates of each of the crowd's pieces, and the best margin, metres.
 
-        A motion costs its effort, less the room it keeps were those who are planned the whole team. Where ``printed``,
-        what goals lack costs as many metres, so that ξ of (9) stays about as large as the number of robots.
+        ``motions`` is (batch, steps + 1, dim), metres. The cost of a motion is its effort minus its margin if the
+        planned agents were the whole team. With ``printed``, shortfalls of goals cost their metres, so that ξ of (9)
+        stays about as large as the number of robots.
         """
         margin, whole = self._margins(crowd, motions, True)
         effort = self._effort(motions)
@@ -253,7 +254,7 @@ class Expansion:
         return [(self._candidates(own, by, price), float(by.max())) for own, by, price in shares]
 
     def _generators(self, seed: int) -> tuple[torch.Generator, torch.Generator]:
-        """For what is drawn on the CPU, and for what is drawn on the device; one and the same where that is the CPU."""
+        """Generators for draws on the CPU, and on the device; the same one if that is the CPU."""
         drawn = seeded(seed, torch.device("cpu"))
         return drawn, drawn if self.device.type == "cpu" else seeded(seed, self.device)
 
@@ -283,11 +284,10 @@ class Expansion:
     def _spelled(
         self, root: kernel.Node, form: kernel.Node, agent: int, others: tuple[int, ...], planned: Tensor | None
     ) -> kernel.Node:
-        """A goal with ``until`` spelled out; of a disjunction, less the parts that those who are planned rule out.
+        """A goal with ``until`` expanded; for a disjunction, without the parts that planned agents exclude.
 
-        By the mean, a moment of an end that they miss by little is worth more than one that only this agent can still
-        make good; and a region that they pass by hides that this agent comes nearer to it. Who has a target leaves
-        such a region to others.
+        With means, an end that they narrowly miss has a higher value than one that only this agent can still reach. A
+        region that they pass hides the approach of this agent. Agents with a target leave such a region to others.
         """
         before = dict(self._goals(frozenset(others), None, False)).get(root, form)
         spelled, known = spelled_out((form, before), self.mission.steps)
@@ -297,19 +297,27 @@ class Expansion:
         return spelled
 
     def _margins(self, crowd: Crowd, own: Tensor, as_whole: bool) -> tuple[Tensor, Tensor]:
-        """By how much candidates hold, whatever those do who are still to come, (batch,), metres; and what they are
-        worth were those who are planned the whole team: bodies and limits first, then each goal, (1 + goals, batch).
+        """Margins of candidates, (batch,), metres, for any later agents.
+
+        The second result is values with the planned agents as the whole team, (1 + goals, batch): bodies and limits
+        first, then each goal.
         """
         known = frozenset((*crowd.others, crowd.agent))
         hard, whole = (tuple(form for _, form in self._goals(known, None, how)) for how in (False, True))
         among = self.team, crowd.agent, crowd.others, own, crowd.planned
-        as_flown = not self.preset.polished  # who polishes mends the ends
+        as_flown = not self.preset.polished  # polish corrects the ends
         margins = prefix_margins(*among, hard, self.checked, as_flown)
         worth = torch.cat([margins[:1], goal_margins(*among, whole)]) if as_whole else margins
         return margins.amin(dim=0), worth
 
     def _effort(self, candidates: Tensor) -> Tensor:
-        """Way against the size of the world, and a little for bends: without unit, about 1. Source: [clot] (2)."""
+        """Path length relative to the world's size, plus a small bend cost.
+
+        Shape: (batch,), a dimensionless number near 1.
+
+        Source:
+            [clot] (2).
+        """
         size = TYPICAL * scale(self.mission)
         way = torch.linalg.vector_norm(candidates.diff(dim=1), dim=-1).sum(dim=1)
         bend = torch.linalg.vector_norm(candidates.diff(dim=1).diff(dim=1), dim=-1).sum(dim=1)
@@ -317,10 +325,11 @@ class Expansion:
         return effort
 
     def _candidates(self, motions: Tensor, margin: Tensor, cost: Tensor) -> list[Candidate]:
-        """Those that hold but for the slack.
+        """Candidates that are feasible up to the slack.
 
         Args:
-            margin: by which candidates hold, metres.
+            motions: (batch, steps + 1, dim), metres.
+            margin: margin of each candidate, (batch,), metres.
         """
         feasible = margin > -self.preset.slack
         motions, cost, feasible = motions.cpu(), cost.cpu(), feasible.cpu()
@@ -334,7 +343,7 @@ class Expansion:
         return clot_settings(self.mission).probe
 
     def _spare(self, margin: Tensor) -> Tensor:
-        """Value of clearance, up to the clearance that is wanted: it makes up for a longer path."""
+        """Value of clearance, (batch,), up to the wanted clearance in metres: it compensates a longer path."""
         room = self.weights.room
         worth: Tensor = margin.clamp(max=room) / room
         return worth

@@ -24,15 +24,18 @@ from missionc.ir import Mission
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstMotions:
-    """Args:
-    key: the configurations of which the first gives the starts, and the last the finishes.
-    schedule: whose appointments candidates keep; None for none.
-    sketch: (agents, steps + 1, dim), metres; None for none.
-    guide: of the mission, for ways round what stands still.
-    deviation: of the prior half-way between two ends, metres.
-    follows: without a sketch, half of the candidates of an agent with a parent are drawn around the parent's motion.
-    targets: the agents with a target, where the last key frame has them, and where they stay from the first key frame
-        on that has them there too.
+    """Generator of initial candidates.
+
+    Args:
+        key: key frames; the first gives the starts, and the last the finishes.
+        schedule: schedule whose appointments candidates respect; None for none.
+        sketch: (agents, steps + 1, dim), metres; None for none.
+        guide: geodesics of the mission, for paths around static obstacles.
+        deviation: deviation of the prior half-way between two ends, metres.
+        follows: without a sketch, half of the candidates of an agent with a parent are drawn around the parent's
+            motion.
+        targets: agents with a target, given by the last key frame; they stay from the first key frame on that has them
+            there too.
     """
 
     mission: Mission
@@ -45,7 +48,7 @@ class FirstMotions:
     targets: frozenset[int] = frozenset()
 
     def fixed(self, agent: int) -> Tensor:
-        """Which waypoints keep their place, (steps + 1,): the first; the last where the mission has a finish."""
+        """Flags of fixed waypoints, (steps + 1,), boolean: the first; the last if there is a finish."""
         fixed = torch.zeros(self.mission.steps + 1, dtype=torch.bool)
         fixed[0] = True
         fixed[-1] = self.mission.agents[agent].finish is not None
@@ -54,11 +57,10 @@ class FirstMotions:
     def of(self, agent: int, parent: tuple[int, Array] | None, samples: int, generator: torch.Generator) -> Tensor:
         """Candidates of an agent, (samples, steps + 1, dim), metres.
 
-        With a sketch, they come in four equal parts: around the sketch (the first
-        is the sketch itself), through the agent's own key frames by its own way
-        round what stands there, behind or ahead of ``parent``, an agent and its
-        planned motion, and drawn from the prior. Where a team has to go one by
-        one, the sketch, which keeps its shape, does not fit and the others may.
+        With a sketch, they come in four equal parts: around the sketch (the first is the sketch itself); through the
+        agent's key frames by its own path around static obstacles; behind or ahead of ``parent``, an agent and its
+        planned motion; and drawn from the prior. If a team must pass one by one, the sketch, which keeps its shape,
+        does not fit, but the others may.
         """
         if self.sketch is None:
             beside = samples // 2 if self.follows and parent is not None else 0
@@ -77,11 +79,11 @@ class FirstMotions:
         return torch.cat([begun, self._from_prior(agent, count, generator)])[:samples]
 
     def _ends(self, agent: int) -> bool:
-        """Whether the agent has a place to end at."""
+        """Return whether the agent has a final place."""
         return agent in self.targets or self.mission.agents[agent].finish is not None
 
     def _arrival(self, agent: int) -> int:
-        """The step from which on the agent stays where it ends; the last where it has no target."""
+        """Step from which on the agent stays at its end; the last step without a target."""
         arrival: int = self.mission.steps
         end = self.key[-1].position[agent]
         for frame in reversed(self.key if agent in self.targets else ()):
@@ -91,7 +93,12 @@ class FirstMotions:
         return int(self.mission.steps)
 
     def _beside(self, agent: int, motion: Array) -> Tensor:
-        """The parent's motion from the agent's own start, and to its own end if it has one: (1, steps + 1, dim)."""
+        """The parent's motion moved to the agent's own start, and end if it has one.
+
+        Shape: (1, steps + 1, dim), metres.
+
+        Shape: (1, steps + 1, dim).
+        """
         arrival, end = self._arrival(agent), self.key[-1].position[agent]
         begin = self.key[0].position[agent] - motion[0]
         last = end - motion[arrival] if self._ends(agent) else begin
@@ -102,9 +109,14 @@ class FirstMotions:
         return torch.from_numpy(beside).float()[None]
 
     def _own_way(self, agent: int, count: int, generator: torch.Generator) -> Tensor:
-        """From key frame to key frame round what stands there, early or late between them: (count, steps + 1, dim)."""
-        # The share of the way between two key frames by which an agent is ahead half-way, or behind; beyond 1/3 it
-        # turns.
+        """Paths between key frames around static obstacles, early or late in between.
+
+        Shape: (count, steps + 1, dim), metres.
+
+        Shape: (count, steps + 1, dim).
+        """
+        # Share of the path between two key frames by which an agent is ahead or behind half-way; beyond 1/3 it
+        # reverses.
         most_early = 0.3
         radius = self.mission.agents[agent].radius + self.mission.clearance
         early = (most_early * (2 * torch.rand(count, generator=generator) - 1)).numpy()
@@ -119,7 +131,10 @@ class FirstMotions:
         return torch.from_numpy(np.concatenate(parts, axis=1)).float()
 
     def _along(self, agent: int, parent: int, motion: Array, count: int, generator: torch.Generator) -> Tensor:
-        """On the parent's track, before or after it, beside it near key frames only: (count, steps + 1, dim)."""
+        """Paths on the parent's track, before or after it, beside it only near key frames.
+
+        Shape: (count, steps + 1, dim), metres.
+        """
         most_late = 0.12  # share of the mission by which an agent passes a place before or after its parent
         steps = self.mission.steps
         late = (most_late * steps * (2 * torch.rand(count, generator=generator) - 1)).numpy()
@@ -138,8 +153,11 @@ class FirstMotions:
         return torch.from_numpy(np.stack(tracks)).float()
 
     def _from_prior(self, agent: int, samples: int, generator: torch.Generator, still: bool = False) -> Tensor:
-        """Drawn from the prior, every candidate with a deviation of its own; ``still``: their deviations alone."""
-        at_once = 1 << 13  # candidates that are drawn in one call, which no limit of time can interrupt.
+        """Samples of the prior, (samples, steps + 1, dim), metres, with random scales.
+
+        ``still``: deviations only.
+        """
+        at_once = 1 << 13  # candidates drawn in one call, which no time limit can interrupt
         # Half-way between two ends at rest, T steps apart, the prior deviates by this multiple of T^1.5 accelerations.
         midway = 0.072
         if samples > at_once:
@@ -160,7 +178,7 @@ class FirstMotions:
         return torch.cat([made, made[:, -1:].expand(-1, steps - arrival, -1)], dim=1)
 
     def _appointments(self, agent: int) -> Mapping[int, Array]:
-        """Where the agent is to be at which steps: at its visits, as the key frames have it."""
+        """Places of the agent, (dim,), metres, by step: at its visits, from the key frames."""
         if self.schedule is None:
             return {}
         steps = {

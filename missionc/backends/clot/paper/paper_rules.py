@@ -1,17 +1,15 @@
-"""The paper's estimate of a moved waypoint's robustness by its rules.
+"""Paper's estimate of robustness under a moved waypoint, by its four rules.
 
-A least hides all but the worst of its parts, so the paper replaces it above a
-moved waypoint: (I) a leaf has its value where the waypoint is moved; (II) a
-conjunction directly above a leaf that reads the waypoint passes that leaf's
-value on (the least of them, where they are several); (III) a conjunction
-further up takes the mean of its parts; (IV) a disjunction takes the greatest.
-What does not read the waypoint has its usual value.
+A minimum hides all but the worst of its parts, so the paper replaces it above a moved waypoint. (I) A leaf has its
+value with the waypoint moved. (II) A conjunction directly above a leaf that reads the waypoint passes on that leaf's
+value (the least of several). (III) A conjunction further up takes the mean of its parts. (IV) A disjunction takes the
+maximum. Formulas that do not read the waypoint have their usual value.
 
-A leaf is a formula of one moment, which the paper's predicates are: "all robots are in the region" is its
-μ_A, and a disjunction of two of those reads the waypoint at that moment alone. So ``always (row or parked)`` passes
-on what the moment of the waypoint is worth; were it their mean, each waypoint would count for one step in
-all of them. Formulas over links are leaves too. ``a until b`` is read as ``b or (a and what is so one step later)``,
-``release`` as ``b and (a or ...)``. Parts without limit stay out of means.
+A leaf is a formula of one time, like the paper's predicates: "all robots are in the region" is its μ_A, and a
+disjunction of two of those reads the waypoint at that time only. Therefore ``always (row or parked)`` passes on the
+value at the waypoint's time; with a mean, each waypoint would count for one step among all. Formulas over links are
+leaves too. ``a until b`` is read as ``b or (a and the same one step later)``, ``release`` as ``b and (a or ...)``.
+Infinite parts stay out of means.
 
 Source:
     [clot] IV-A.2.
@@ -36,14 +34,14 @@ from missionc.ir.kernel.nodes import All, Node, UntilNode, WindowNode
 from missionc.ir.kernel.walk import children
 
 Reading: TypeAlias = tuple[Tensor, Flags]
-"""Values, (batch, rows, steps, offsets, directions), and where they read the waypoint, (rows, steps, offsets)."""
+"""Values, (batch, rows, steps, offsets, directions), and flags (rows, steps, offsets) of those at the waypoint."""
 
 
 class PaperRules(Perturbed):
     """Values of formulas by the paper's four rules.
 
     Args:
-        enough: what a part counts in a mean at most, metres, so that none with room to spare pays for one that fails.
+        enough: greatest value of a part in a mean, metres, so that no large margin compensates a failure.
     """
 
     def __init__(
@@ -53,6 +51,7 @@ class PaperRules(Perturbed):
         self.enough = enough
 
     def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
+        """Value of a conjunction: (batch, rows, steps, offsets, directions), metres."""
         if isinstance(node, UntilNode):
             return self._until(node, pattern)
         if isinstance(node, All) and self.is_leaf(node):
@@ -66,7 +65,10 @@ class PaperRules(Perturbed):
         return whole.value()
 
     def _passed(self, node: WindowNode, pattern: NodePattern) -> Tensor:
-        """``always`` over such a part, by rule II alone: what the part is worth at the waypoint's moment."""
+        """Value of ``always`` over such a part by rule II only, at the waypoint's time.
+
+        Its shape is (batch, rows, steps, offsets, directions), metres.
+        """
         here = slice(pattern.first, pattern.first + pattern.steps)
         still = self.unmoved.spread(self._rows(self.standard[node], pattern.rows))[:, :, here, None, None]
         value, part, below = self._full(still, pattern).clone(), self.values[node.body], self.patterns.of[node.body]
@@ -76,7 +78,10 @@ class PaperRules(Perturbed):
         return value
 
     def _until(self, node: UntilNode, pattern: NodePattern) -> Tensor:
-        """``until``, or where ``every`` its dual: from the last step of the window to the first."""
+        """Value of ``until`` or its dual, from the last step of the window to the first.
+
+        Its shape is (batch, rows, steps, offsets, directions), metres.
+        """
         held, ends = (self._or, self._and) if node.every else (self._and, self._or)
         nothing = inf if node.every else -inf
         later, nonzero = self.everywhere(nothing, pattern), np.zeros_like(pattern.nonzero)
@@ -103,11 +108,11 @@ class PaperRules(Perturbed):
         return later, nonzero
 
     def _steps(self, pattern: NodePattern, ahead: int) -> int:
-        """How many of the steps have a step so far ahead of them."""
+        """Number of steps with a step that far ahead."""
         return min(pattern.steps, self.position.shape[2] - pattern.first - ahead)
 
     def _reads(self, part: Node, pattern: NodePattern, ahead: int = 0) -> Flags:
-        """What a part touches, laid out as in ``laid``: (rows, steps, offsets)."""
+        """Flags of the part's sparsity, laid out as in ``laid``: (rows, steps, offsets)."""
         rows, _, offsets = pattern.nonzero.shape
         nonzero = np.zeros((rows, self._steps(pattern, ahead), offsets), dtype=bool)
         below = self.patterns.of.get(part)
@@ -122,12 +127,12 @@ class PaperRules(Perturbed):
 
 
 class Conjunction:
-    """A conjunction whose parts come one after the other.
+    """Conjunction of parts added one after the other.
 
     Args:
-        least: of the parts so far, (batch, rows, steps, offsets, directions).
-        nonzero: (rows, steps, offsets), where a part so far reads the waypoint.
-        enough: what a part counts in the mean at most, metres.
+        least: minimum of the parts so far, (batch, rows, steps, offsets, directions).
+        nonzero: (rows, steps, offsets), True if a part so far reads the waypoint.
+        enough: greatest value of a part in the mean, metres.
     """
 
     def __init__(self, least: Tensor, nonzero: Flags, enough: float = inf) -> None:
@@ -136,7 +141,7 @@ class Conjunction:
         self.total, self.count = torch.zeros_like(least), torch.zeros_like(least)
 
     def add(self, value: Tensor, nonzero: Flags, leaf: bool) -> None:
-        """A part; it may be missing at the last steps."""
+        """Add a part, (batch, rows, steps, offsets, directions), metres; it may be missing at the last steps."""
         steps = nonzero.shape[1]
         least, passed, total, count = (each[:, :, :steps] for each in (self.least, self.passed, self.total, self.count))
         least.copy_(torch.minimum(least, value))
@@ -149,7 +154,10 @@ class Conjunction:
             passed.copy_(torch.minimum(passed, torch.where(_tensor(nonzero, value.device), value, inf)))
 
     def value(self) -> Tensor:
-        """By rule II where a leaf reads the waypoint, by rule III where any part does; else the least."""
+        """Value by rule II if a leaf reads the waypoint, by rule III if any part does; else the minimum.
+
+        Its shape is (batch, rows, steps, offsets, directions), metres.
+        """
         unlimited = (self.count == 0) | (self.least <= -UNLIMITED)
         mean = torch.where(unlimited, self.least, self.total / self.count.clamp(min=1.0))
         above = torch.where(_tensor(self.nonzero, mean.device), mean, self.least)
@@ -157,5 +165,5 @@ class Conjunction:
 
 
 def _tensor(nonzero: Flags, device: torch.device) -> Tensor:
-    """(rows, steps, offsets) -> (1, rows, steps, offsets, 1)."""
+    """Boolean tensor of flags: (rows, steps, offsets) -> (1, rows, steps, offsets, 1)."""
     return torch.from_numpy(np.array(nonzero)).to(device, non_blocking=True)[None, ..., None]

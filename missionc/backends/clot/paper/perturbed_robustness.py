@@ -1,11 +1,11 @@
 """Values of formulas under a perturbation of one waypoint, for every waypoint and many directions.
 
-Only values that read the moved waypoint are worked out again (``sparsity_pattern``). Those of conjunctions are given by
-rules of their own (``paper_rules``). A leaf reads one step, so the moved places of a step stand side by side as if they
-were steps of their own, and the formulas are those of ``leaf_margins``.
+Only values that read the moved waypoint are recomputed (``sparsity_pattern``). Conjunctions have separate rules
+(``paper_rules``). A leaf reads one step, so the moved places of a step are treated like separate steps, with the
+formulas of ``leaf_margins``.
 
 Source:
-    [clot] IV-A.2, for what is asked.
+    [clot] IV-A.2.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ from missionc.ir.language.margins.predicate_margins import link_margin
 def moved_margin(
     predicate: Predicate, reading: NodePattern, team: Team, position: Tensor, agent: int, probes: Tensor
 ) -> Tensor:
-    """A predicate's margin where a waypoint is moved: (batch, rows, steps, offsets, directions), metres.
+    """Margin of a predicate with a moved waypoint: (batch, rows, steps, offsets, directions), metres.
 
     Args:
-        reading: the rows, steps and offsets asked for.
+        reading: rows, steps and offsets to compute.
         position: (batch, agents, steps, dim), metres.
-        probes: where each waypoint of ``agent`` is moved to, (batch, steps, directions, dim), metres.
+        probes: places of each moved waypoint of ``agent``, (batch, steps, directions, dim), metres.
     """
     read = sorted({agent, *(reading.rows or ()), *predicate.others})
     own = read.index(agent)
@@ -80,9 +80,9 @@ def moved_margin(
 
 
 def moved_links(graph: Graph, position: Tensor, agent: int, probes: Tensor, here: slice, back: bool) -> Tensor:
-    """The margins of links from the moved agent to the graph's agents, or with ``back`` from these to it.
+    """Margins of links from the moved agent to the graph's agents, or with ``back`` the reverse.
 
-    (batch, members, steps, directions), metres.
+    Their shape is (batch, members, steps, directions), metres.
     """
     members = np.array(graph.agents, dtype=np.int64)
     others, moved = position[:, places(graph.agents, position.device), here, None, :], probes[:, None, here]
@@ -100,8 +100,8 @@ def moved_links(graph: Graph, position: Tensor, agent: int, probes: Tensor, here
 def _moved_velocities(own: Tensor, probes: Tensor, step: float) -> tuple[Tensor, Tensor, Tensor]:
     """Velocities of the moved agent, (batch, steps, directions, dim), m/s.
 
-    At each step, where the waypoint before it, its own, or the one after it is
-    moved. The one before it counts at the last step alone.
+    At each step, with the previous, the own, or the next waypoint moved. The previous one matters only at the last
+    step.
     """
     own = own[:, :, None].expand_as(probes)
     still = velocities(own.transpose(1, 2), step).transpose(1, 2)
@@ -114,15 +114,14 @@ def _moved_velocities(own: Tensor, probes: Tensor, step: float) -> tuple[Tensor,
 
 
 class Perturbed(ABC):
-    """Values of formulas where a waypoint is moved.
+    """Values of formulas with a moved waypoint.
 
-    A value is (batch, rows, steps, offsets, directions), laid out as the formula's
-    ``NodePattern`` says: the value at a step where the waypoint that many steps
-    ahead of it is moved.
+    A value is (batch, rows, steps, offsets, directions), laid out by the formula's ``NodePattern``: the value at a step
+    with the waypoint that many steps ahead moved.
 
     Args:
         position: (batch, agents, steps, dim), metres.
-        probes: where each waypoint of the agent is moved to, (batch, steps, directions, dim), metres.
+        probes: places of each moved waypoint of the agent, (batch, steps, directions, dim), metres.
     """
 
     def __init__(self, patterns: SparsityPattern, team: Team, position: Tensor, probes: Tensor) -> None:
@@ -133,7 +132,7 @@ class Perturbed(ABC):
         self.margins: dict[tuple[Predicate, int, int], Tensor] = {}
 
     def goals(self) -> Tensor:
-        """The robustness of each goal: (goals, batch, waypoints, directions), metres."""
+        """Robustness of each goal: (goals, batch, waypoints, directions), metres."""
         for node in self.patterns.order:
             if node in self.patterns.of:
                 self.values[node] = self.value(node, self.patterns.of[node])
@@ -150,10 +149,10 @@ class Perturbed(ABC):
 
     @abstractmethod
     def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
-        """The value of what asks for several things at once, from those of the formulas below it."""
+        """Value of a conjunctive node from its children: (batch, rows, steps, offsets, directions), metres."""
 
     def value(self, node: Node, pattern: NodePattern) -> Tensor:
-        """The value of a formula from those of the formulas below it."""
+        """Value of a formula from its children: (batch, rows, steps, offsets, directions), metres."""
         assert not isinstance(node, Is | Unrolled), "no motion changes it, or not in a cost graph"
         if isinstance(node, WindowNode) and not node.every:
             return self._eventually(node, pattern)
@@ -184,17 +183,17 @@ class Perturbed(ABC):
                 assert_never(node)
 
     def ahead(self, node: WindowNode | UntilNode, pattern: NodePattern) -> range:
-        """The steps ahead that a window looks at, from the first step at which it is needed."""
+        """Steps ahead in a window, from the first step at which it is needed."""
         last = self.position.shape[2] - 1 - pattern.first if node.high is None else node.high
         return range(min(ask.low for ask in asks(node)), last + 1)
 
     def laid(self, part: Node, pattern: NodePattern, rows: Rows = None, ahead: int = 0) -> Tensor:
-        """A part's values as they lie in a formula's: 1 in place of what they do not depend on.
+        """Values of a part in the layout of its parent, metres: 1 for axes that do not matter.
 
         Args:
-            pattern: of the formula.
-            rows: the agents asked for; the pattern's, where None.
-            ahead: for a part read that many steps ahead; at fewer steps, where it would run past the last one.
+            pattern: pattern of the parent, (rows, steps, offsets).
+            rows: agents to compute; None for the pattern's.
+            ahead: number of steps by which the part is read ahead; fewer steps at the mission's end.
         """
         rows = pattern.rows if rows is None else rows
         first = pattern.first + ahead
@@ -224,7 +223,7 @@ class Perturbed(ABC):
         return node in self.patterns.leaves
 
     def at_moment(self, part: Node) -> bool:
-        """Whether a part is a leaf whose every value reads the waypoint at its own moment and at no other."""
+        """Return whether a part is a leaf whose values read only the waypoint of their own time."""
         below = self.patterns.of.get(part)
         return self.is_leaf(part) and below is not None and below.low == below.high == 0 and bool(below.nonzero.all())
 
@@ -239,7 +238,10 @@ class Perturbed(ABC):
         return greatest
 
     def _greatest_of_moments(self, part: Node, pattern: NodePattern) -> Tensor:
-        """``eventually`` over such a part, asked at one step: the moved moment, or the best of the others."""
+        """Value of ``eventually`` over such a part at one step: the moved time, or the best of the others.
+
+        Its shape is (batch, rows, 1, offsets, directions), metres.
+        """
         moments = slice(pattern.first + pattern.low, pattern.first + pattern.high + 1)
         still = self.unmoved.spread(self._rows(self.standard[part], pattern.rows))[:, :, moments]
         best = still.topk(min(2, still.shape[2]), dim=2)
@@ -250,6 +252,7 @@ class Perturbed(ABC):
         return (torch.maximum(rest[..., None], moved) if len(number) > 1 else moved)[:, :, None]
 
     def everywhere(self, value: float, pattern: NodePattern) -> Tensor:
+        """Constant values: (batch, rows, steps, offsets, directions), metres."""
         return self.position.new_full((self.probes.shape[0], *pattern.nonzero.shape, self.probes.shape[2]), value)
 
     def _margin(self, predicate: Predicate, pattern: NodePattern) -> Tensor:
@@ -261,7 +264,10 @@ class Perturbed(ABC):
         return self.margins[key]
 
     def _linked(self, graph: Graph, body: Tensor, pattern: NodePattern, part: Node) -> Tensor:
-        """``Neighbour`` for each of the graph's agents: only changed agents and links are looked at again."""
+        """Value of ``Neighbour`` for each of the graph's agents; only changed agents and links are recomputed.
+
+        Its shape is (batch, members, steps, offsets, directions), metres.
+        """
         members, agent = list(graph.agents), self.patterns.agent
         here = slice(pattern.first, pattern.first + pattern.steps)
         links = self.unmoved.links(graph)[:, here]
@@ -294,7 +300,10 @@ class Perturbed(ABC):
         return value
 
     def _route(self, node: RouteNode, pattern: NodePattern) -> Tensor:
-        """Judged again where it changes, as ``length_value`` does."""
+        """Value of a route, recomputed as in ``length_value``.
+
+        Shape: (batch, rows, steps, offsets, directions), metres.
+        """
         batch, agents, _, dim = self.position.shape
         directions, everyone = self.probes.shape[2], tuple(range(agents))
         here = slice(pattern.first, pattern.first + pattern.steps)

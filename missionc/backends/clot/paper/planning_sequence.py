@@ -1,9 +1,9 @@
-"""The dependency graph of agents, phase by phase: the orders in which they may be planned.
+"""Dependency graph of agents by phase: the possible orders of planning.
 
-A phase is a run of steps at which the same pairs of agents are coupled. Couplings come from
-the requirements alone: formations couple their edges, distances their two agents, ``connected``
-and the spatial operators the agents that are linked where they start. Formations of the same agents at the same steps
-are kept one at a time, nobody knows when which: there each has a phase of its own beside that of all pairs together.
+A phase is a run of steps with the same coupled pairs of agents. Couplings come from the requirements only: formations
+couple their edges, distances their two agents, ``connected`` and the spatial operators the agents that are linked at
+their starts. Formations of the same agents at the same steps hold one at a time, at unknown times: each has a separate
+phase beside that of all pairs together.
 """
 
 from __future__ import annotations
@@ -30,18 +30,17 @@ Edge: TypeAlias = tuple[int, int]
 """Two agents by mission index, the lower first."""
 
 Offers: TypeAlias = Callable[[frozenset[int]], Sequence[int]]
-"""Which agents may be planned next, given those that are."""
+"""Function from planned agents to those that may be planned next."""
 
 NEARLY = 1e-6
-"""Metres by which edges of a formation may differ and count as equally long."""
+"""Difference, metres, up to which edges of a formation count as equally long."""
 
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """The steps ``first`` … ``last``, both included, and what couples agents at each of them.
+    """Steps ``first`` … ``last``, both included, and the coupled pairs at each of them.
 
-    ``neighbours`` and ``part`` are by agent: those it shares an edge with, and the
-    number of its connected component.
+    ``neighbours`` and ``part`` are by agent: the agents with a common edge, and the index of its connected component.
 
     Source:
         [clot] IV-B.1, one G_s of the time-varying constraints.
@@ -59,9 +58,9 @@ class Phase:
         )
 
     def meets(self, planned: Collection[int], agent: int) -> bool:
-        """Whether the phase lets the agent follow: it is coupled to a planned one, or is the first of its component.
+        """Return whether the agent may follow in this phase: coupled to a planned one, or first of its component.
 
-        An agent without an edge is a component of its own, and so free.
+        An agent without an edge is a separate component, and therefore free.
         """
         if not self.neighbours[agent].isdisjoint(planned):
             return True
@@ -70,7 +69,7 @@ class Phase:
 
 @dataclass(frozen=True, slots=True)
 class Couplings:
-    """A mission's dependency graph over time; ``whole`` has the edges of all phases.
+    """Dependency graph of a mission over time; ``whole`` has the edges of all phases.
 
     Source:
         [clot] IV-B.1, {G_s} and the graph of their edges together.
@@ -80,24 +79,30 @@ class Couplings:
     whole: Phase
 
     def neighbours(self, agent: int, phase: int) -> frozenset[int]:
-        """N_i of a phase (by its place in ``phases``). Source: [clot] IV-B.1."""
+        """Neighbours N_i in a phase, by its index in ``phases``.
+
+        Source:
+            [clot] IV-B.1.
+        """
         return self.phases[phase].neighbours[agent]
 
     @property
     def components(self) -> tuple[frozenset[int], ...]:
-        """The agents that depend on each other, in any phase and through any others; by their lowest agent."""
+        """Components of agents that depend on each other in any phase, directly or indirectly.
+
+        By lowest agent.
+        """
         groups: dict[int, set[int]] = {}
         for agent, part in enumerate(self.whole.part):
             groups.setdefault(part, set()).add(agent)
         return tuple(frozenset(group) for group in groups.values())
 
     def may_follow(self, planned: Collection[int], agent: int) -> bool:
-        """Whether a sequence stays valid when the agent is planned after these.
+        """Return whether a sequence stays valid if the agent is planned after these.
 
-        It is coupled to a planned agent, and to one in each phase that couples
-        it at all. The paper's condition has no answer where a phase's graph is
-        not connected; here the first agent of a component is free, in a phase
-        as on the whole.
+        It must be coupled to a planned agent, and to one in each phase that couples it. The paper's condition is
+        undefined if a phase's graph is not connected; here the first agent of a component is free, in each phase and in
+        the whole.
 
         Source:
             [clot] IV-B.1, the condition below (5) and its strengthened form.
@@ -107,11 +112,11 @@ class Couplings:
         return all(phase.meets(planned, agent) for phase in (self.whole, *self.phases))
 
     def next_agents(self, planned: frozenset[int]) -> tuple[int, ...]:
-        """Who may be planned next, in mission order; nobody exactly where all are planned.
+        """Agents that may be planned next, in mission order; empty only if all are planned.
 
-        All, where nobody is planned, or nobody of a component, but for those after whom no valid sequence takes in
-        everybody. A component that has been begun is finished first. Where no agent of it meets every phase, no valid
-        sequence goes on from here, and those that meet the most are offered.
+        Without planned agents in a component, these are all its agents from which a valid sequence covers it. A started
+        component is finished first. If no agent of it suits every phase, no valid sequence continues, and those that
+        suit the most are offered.
 
         Source:
             [clot] IV-C.1 (II), N_ext, among the valid sequences of (5).
@@ -124,7 +129,9 @@ class Couplings:
         return tuple(agent for agent, count in zip(near, met, strict=True) if count == max(met))
 
     def valid_agents(self, planned: frozenset[int]) -> tuple[int, ...]:
-        """Those of ``next_agents`` after whom the sequence is still valid; all if their component has no valid one.
+        """Agents of ``next_agents`` that keep the sequence valid; all if their component has no valid one.
+
+        All if their component has no valid one.
 
         Source:
             [clot] IV-B.1, the strengthened condition below (5).
@@ -136,9 +143,9 @@ class Couplings:
         return valid if any(map(self._leads_on, component)) else offered
 
     def _leads_on(self, first: int) -> bool:
-        """Whether a valid sequence takes in all of an agent's component after that agent.
+        """Return whether a valid sequence covers an agent's component from that agent on.
 
-        Whoever may follow some may follow more of the component too, so each is taken as soon as it can be.
+        An agent that may follow some agents may follow more of the component too, so each is taken as soon as possible.
         """
         left = {agent for agent, part in enumerate(self.whole.part) if part == self.whole.part[first]} - {first}
         planned = {first}
@@ -148,7 +155,7 @@ class Couplings:
         return not left
 
     def breadth_first(self, first: int) -> tuple[int, ...]:
-        """One sequence from this agent on: always the neighbour of the agent that was planned earliest.
+        """One sequence from this agent on: always the neighbour of the earliest planned agent.
 
         Source:
             [clot] (5), κ, for the ablation with a fixed sequence (FSOT).
@@ -168,13 +175,13 @@ class Couplings:
             chosen = min(offered, key=earliest)
 
     def parent(self, agent: int, planned: Collection[int], positions: Array) -> int | None:
-        """The nearest planned agent that this one is coupled to in some phase; None where there is none.
+        """Nearest planned agent that this one is coupled to in some phase; None without one.
 
         Args:
-            positions: of all agents, (agents, dim), metres.
+            positions: positions of all agents, (agents, dim), metres.
 
         Source:
-            [clot] IV-B.1: the preceding robot i_ℓ is connected to.
+            [clot] IV-B.1: the preceding robot that i_ℓ is connected to.
         """
         near = sorted(self.whole.neighbours[agent].intersection(planned))
         if not near:
@@ -183,16 +190,15 @@ class Couplings:
 
 
 def couplings(mission: Mission, kernel: Kernel, positions: Array, nearest: bool = False) -> Couplings:
-    """The dependency graph of a mission's requirements.
+    """Dependency graph of a mission's requirements.
 
-    An edge belongs to every step at which the truth of its formula can matter,
-    windows nested and judged at step 0. Preferences couple nobody.
+    An edge belongs to every step at which the truth of its formula can matter, windows nested and judged at step 0.
+    Preferences couple no agents.
 
     Args:
-        positions: at which agents count as linked, as a rule the starts,
-            (agents, dim), metres. Where a graph is not connected there, its
-            nearest agents are coupled until it is.
-        nearest: a formation couples only pairs of which one has no nearer agent in it, and not all of its edges.
+        positions: positions for links, usually the starts, (agents, dim), metres.
+                If a graph is not connected there, its nearest agents are coupled until it is.
+        nearest: True if a formation couples only pairs with one agent nearest to the other, not all edges.
 
     Source:
         [clot] IV-B.1, the dependency graph and its phases; III-C, the neighbouring robots of a formation.
@@ -227,7 +233,7 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array, nearest: bool 
 
 
 def _one_at_a_time(shaped: list[tuple[frozenset[Edge], Flags]]) -> Iterator[tuple[int, int, frozenset[Edge]]]:
-    """The phases of formations that others of some of the same agents are asked for beside, at the same steps."""
+    """Phases of formations that compete with others of the same agents at the same steps."""
     members = [frozenset(agent for edge in edges for agent in edge) for edges, _ in shaped]
     nobody: frozenset[Edge] = frozenset()
     for number, (edges, at) in enumerate(shaped):
@@ -240,7 +246,7 @@ def _one_at_a_time(shaped: list[tuple[frozenset[Edge], Flags]]) -> Iterator[tupl
 
 
 def of_phases(phases: Iterable[tuple[int, int, Collection[Edge]]], agents: int) -> Couplings:
-    """The couplings of so many agents, from the first step, last step and edges of each phase.
+    """Couplings of ``agents`` agents from the first step, last step and edges of each phase.
 
     Source:
         [clot] IV-B.1, {G_s}.
@@ -251,10 +257,10 @@ def of_phases(phases: Iterable[tuple[int, int, Collection[Edge]]], agents: int) 
 
 
 def communication(graph: Graph, positions: Array) -> frozenset[Edge]:
-    """The pairs linked at these positions; where that leaves the graph in parts, the nearest pairs join them.
+    """Pairs linked at these positions; parts of a disconnected graph are joined by the nearest pairs.
 
     Args:
-        positions: of all the mission's agents, (agents, dim), metres.
+        positions: positions of all the mission's agents, (agents, dim), metres.
 
     Source:
         [clot] IV-B.1: global constraints are modelled by the initial communication graph.
@@ -267,17 +273,25 @@ def communication(graph: Graph, positions: Array) -> frozenset[Edge]:
 
 
 def in_order(sequence: Sequence[int]) -> Offers:
-    """The agents in this order and no other. Source: [clot] V-A.3, FSOT."""
+    """Offer the agents in this order only.
+
+    Source:
+        [clot] V-A.3, FSOT.
+    """
     return lambda planned: tuple(sequence[len(planned) : len(planned) + 1])
 
 
 def in_any_order(agents: int) -> Offers:
-    """Whoever is not planned yet, coupled or not. Source: [clot] Remark 2, random orderings."""
+    """Offer all unplanned agents, coupled or not.
+
+    Source:
+        [clot] Remark 2, random orderings.
+    """
     return lambda planned: tuple(agent for agent in range(agents) if agent not in planned)
 
 
 def _coupled_by(predicate: Predicate, where: Flags) -> Iterator[tuple[frozenset[Edge], Flags]]:
-    """The pairs that a predicate couples, and at which steps: (steps + 1,); ``where`` it is asked, as ``relevance``."""
+    """Pairs that a predicate couples, with the steps, (steps + 1,); ``where`` as in ``relevance``."""
     for agent in np.flatnonzero(where.any(axis=1)).tolist():
         for first, second in predicate.pairs_of(agent):
             if first != second:
@@ -285,7 +299,7 @@ def _coupled_by(predicate: Predicate, where: Flags) -> Iterator[tuple[frozenset[
 
 
 def _nearest(formation: Formation) -> frozenset[Edge]:
-    """The edges that are the shortest of one of their agents."""
+    """Edges that are the shortest of one of their agents."""
     metres = {_edge(each.first, each.second): float(np.linalg.norm(each.target)) for each in formation.edges}
     least = {
         agent: min((far for edge, far in metres.items() if agent in edge), default=inf) for agent in formation.agents
@@ -294,7 +308,7 @@ def _nearest(formation: Formation) -> frozenset[Edge]:
 
 
 def _any_agent(where: Flags) -> Flags:
-    """The steps at which some agent is asked, (steps + 1,)."""
+    """Steps at which the node is evaluated for some agent, (steps + 1,)."""
     steps: Flags = np.logical_or.reduce(where)
     return steps
 
@@ -304,7 +318,7 @@ def _edge(first: int, second: int) -> Edge:
 
 
 def _runs(by_step: list[frozenset[Edge]]) -> Iterator[tuple[int, int, frozenset[Edge]]]:
-    """Steps one after the other with the same edges, as first step, last step and edges."""
+    """Runs of consecutive steps with the same edges: first step, last step and edges."""
     first = 0
     for edges, run in groupby(by_step):
         length = len(list(run))

@@ -1,4 +1,4 @@
-"""Regular polytopes, turned at random: their corners are the directions in which a waypoint is probed.
+"""Regular polytopes with random rotations: their corners are the probe directions of a waypoint.
 
 Source:
     [clot] Algorithm 1, line 4.
@@ -17,10 +17,11 @@ from missionc.backends.clot.settings import Polytope
 
 
 def directions(polytope: Polytope, dim: int) -> Tensor:
-    """Its corners as unit vectors, (directions, dim), float64; ``dim`` is at least 1."""
+    """Corners as unit vectors, (directions, dim), dimensionless, float64; ``dim`` is at least 1."""
     match polytope:
         case Polytope.SIMPLEX:
-            # The unit vectors of dim + 1 axes, seen in the hyperplane across their mean (the rows of Helmert's matrix).
+            # The unit vectors of dim + 1 axes, projected to the hyperplane across their mean (the rows of Helmert's
+            # matrix).
             rows = [[1.0] * axis + [-float(axis)] + [0.0] * (dim - axis) for axis in range(1, dim + 1)]
             corners = torch.tensor(rows, dtype=torch.float64)
             lengths: Tensor = torch.linalg.vector_norm(corners, dim=1, keepdim=True)
@@ -36,10 +37,10 @@ def directions(polytope: Polytope, dim: int) -> Tensor:
 
 
 def rotations(shape: tuple[int, ...], dim: int, generator: torch.Generator) -> Tensor:
-    """Rotations drawn uniformly (from the Haar measure), each by itself.
+    """Independent uniform rotations (from the Haar measure).
 
     Returns:
-        (*shape, dim, dim), float32, on the generator's device: orthogonal, of
+        (*shape, dim, dim), dimensionless, float32, on the generator's device: orthogonal, of
         determinant 1.
     """
     if dim == 2:
@@ -55,13 +56,15 @@ def rotations(shape: tuple[int, ...], dim: int, generator: torch.Generator) -> T
 
 
 def _turns(angle: Tensor) -> Tensor:
-    """Rotations of the plane by angles (...) in rad."""
+    """Plane rotations by angles (...), rad: (..., 2, 2)."""
     cos, sin = angle.cos(), angle.sin()
     return torch.stack([cos, -sin, sin, cos], dim=-1).reshape(*angle.shape, 2, 2)
 
 
 def _quaternions(gaussian: Tensor) -> Tensor:
-    """Rotations of space from the directions of (..., 4): a uniform direction is a uniform rotation."""
+    """Space rotations, (..., 3, 3), dimensionless, from directions (..., 4): a uniform direction gives a uniform
+    rotation.
+    """
     length: Tensor = torch.linalg.vector_norm(gaussian, dim=-1, keepdim=True)
     w, x, y, z = (gaussian / length).unbind(-1)
     rows = [

@@ -1,14 +1,15 @@
-"""Robustness of the goals with some agents planned: an optimistic bound, and a reading for the whole team.
+"""Robustness of goals with some agents planned: an optimistic bound, and a reading for the team so far.
 
-*Optimistic*, by which candidates are given up: the others count as the best there is.
-Negations are at the leaves, so a formula is worth no less where every margin that reads an agent not
-planned yet holds without limit. A goal that fails all the same cannot be kept by planning the
-others; only then is a partial team given up. *As a whole*, by which candidates are guided and compared: the planned
-agents are the team, so what asks for some agent asks for one of them. "In the region, or some agent outside it"
-holds of any part of a team by the first, for it may be one who is still to come who is outside; by the second
-it asks the region of those who are planned. One exception in both: ``connected`` is asked of the planned
-agents among themselves, which the sequence makes possible and a bound could not guide. What reads the steps before,
-a resource or a flag, is left to the polish too: a waypoint that is moved has no value of its own for it.
+*Optimistic*, for discarding candidates: other agents count as the best possible.
+Negations are at the leaves, so
+    the value cannot decrease if every margin that reads an unplanned agent is infinite. A goal that still fails cannot
+    be satisfied by planning the others; only then is a partial team discarded.
+    *As a whole*, for guiding and comparing candidates: the planned agents are the team, so *some agent* means one of
+    them. "In the region, or some agent outside it" holds for any partial team by the first reading, since a later agent
+    may be outside; the second requires the planned agents to be in the region.
+    One exception in both: ``connected`` applies to the planned agents among themselves, which the sequence makes
+    possible and a bound could not guide. Predicates of the past, resources and flags, are left to the polish: a moved
+    waypoint has no separate value for them.
 
 Source:
     [clot] IV-B.2, Γ_ℓ in (6), and IV-D.1 for partial teams.
@@ -44,10 +45,10 @@ from missionc.ir.kernel.normal_form import YES, folded
 from missionc.ir.kernel.walk import children, postorder, rebuilt
 
 HOLDS = YES
-"""What no planned agent can break."""
+"""Formula that no planned agent can violate."""
 
 KNOWN, UNKNOWN = -1, -2
-"""Rows of agents that need not be told apart: planned ones, and the others."""
+"""Rows of agents that need not be distinguished: planned ones, and the others."""
 
 
 def about(
@@ -57,14 +58,13 @@ def about(
     newest: int | None = None,
     as_whole: bool = False,
 ) -> tuple[Node, ...]:
-    """The goals for these agents alone; those that they cannot break are left out.
+    """Goals for these agents only, without those that they cannot violate.
 
     Args:
-        choices: what a witness decided; the goals ask for it then, and for nothing else.
-        as_whole: of what asks for some agent, those who are not planned are left out, unless nobody else is asked.
-        newest: of the planned agents the one that is being moved: ``connected``
-            becomes a link of its own to any other, which takes a fraction of
-            the work and is the same where the others are connected already.
+        choices: decisions of a witness, which replace the alternatives.
+        as_whole: True to restrict *some agent* to planned ones, unless there are none.
+        newest: planned agent that is being moved: ``connected`` becomes its link to any
+                other, which is much cheaper and equivalent if the others are connected.
     """
     return tuple(form for _, form in asked(goals, planned, choices, newest, as_whole))
 
@@ -76,20 +76,20 @@ def asked(
     newest: int | None = None,
     as_whole: bool = False,
 ) -> tuple[tuple[Node, Node], ...]:
-    """The same, each with the goal that it comes of before it."""
+    """The same goals, each after its original."""
     roots = tuple(goals)
     made = _Prefix(postorder(roots), roots, planned, choices, newest, as_whole).made
     return tuple((root, form) for root in roots if (form := made[root]) is not HOLDS)
 
 
 def spelled_out(goals: tuple[Node, ...], steps: int) -> tuple[Node, ...]:
-    """The same goals, with no ``until``: some moment has the end, and what is to hold before does so at every moment.
+    """The goals without ``until``: some time has the end, and the hold applies at every time before.
 
-    Of the rules for a moved waypoint, the mean then is of these two, and not of one step and all that follow it, in
-    which the end is halved at each step. One that is asked at a later moment up to the last step is left as it is.
+    In the rules for a moved waypoint, the mean is then of these two, not of one step and all that follow, which would
+    halve the end's value at each step. An ``until`` evaluated at a later time up to the last step stays unchanged.
 
     Args:
-        steps: of the mission.
+        steps: number of steps of the mission.
 
     Source:
         [clot] IV-A.1: ``until`` expands into a recursive combination.
@@ -178,7 +178,7 @@ class _Prefix:
                 assert_never(node)
 
     def _asked(self, node: Any, parts: tuple[Node, ...]) -> tuple[Node, ...]:
-        """The parts of a disjunction without what asks nothing but somebody who is no part of the team."""
+        """Parts of a disjunction without those about agents outside the team."""
         if not self.as_whole:
             return parts
         each = zip(children(node), parts, strict=True)
@@ -188,7 +188,9 @@ class _Prefix:
         return isinstance(part, At) and part.agent not in self.planned
 
     def _windowed(self, node: WindowNode | UntilNode, parts: tuple[Node, ...], only: int | None) -> Node:
-        """``only`` is how many steps ahead a witness has the end of ``Eventually`` or ``Until``."""
+        """A window; ``only`` is the number of steps ahead at which a witness has the end of ``Eventually`` or
+        ``Until``.
+        """
         *hold, end = parts
         if only is None or node.every:
             free = node.every or node.low == 0 or not hold
@@ -200,7 +202,7 @@ class _Prefix:
         return row == KNOWN or row in self.planned
 
     def _leaf(self, node: Node, row: int) -> Node:
-        """A predicate, or its negation, where all it reads is planned; of one about several, what it asks of those."""
+        """A predicate or negation if all its agents are planned; for several agents, its restriction to those."""
         predicate, holds = signed_predicate(node)
         if predicate.reads_past or (predicate.reads_oneself(3) and not self._is_planned(row)):
             return HOLDS

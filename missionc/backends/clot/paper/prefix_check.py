@@ -1,7 +1,7 @@
 """Feasibility of one agent's candidates among those planned before it: every hard constraint, exactly.
 
 Source:
-    [clot] IV-D.1: only what satisfies all constraints by the standard semantics enters the tree.
+    [clot] IV-D.1: only candidates that satisfy all constraints by the standard semantics enter the tree.
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ def prefix_margins(
     around: Surroundings,
     as_flown: bool = False,
 ) -> Tensor:
-    """The margins of each candidate: the least of obstacles, bounds, separation and limits first, then of each goal.
+    """Margins of each candidate: first the least of obstacles, bounds, separation and limits, then each goal.
 
     Args:
         candidates: (batch, steps, dim), metres.
         others: mission indices of the planned agents; ``planned``: their motions,
             (batch or 1, others, steps, dim), metres.
         goals: ``prefix.about`` the planned agents and this one.
-        around: obstacles are looked at so many times in each step.
-        as_flown: whether accelerations are those of the spline that an agent with momentum flies between rest and rest
-            (``control_points.Splines.through``), and not the second differences of the candidate alone.
+        around: surroundings, with the number of obstacle checks per step.
+        as_flown: True to use the accelerations of the spline that an agent with momentum flies from rest to rest
+                (``control_points.Splines.through``) instead of the candidate's second differences.
 
     Returns:
-        (1 + goals, batch), metres; of speed and acceleration, in the metres they move in a step. Positive where all
-        hold.
+        (1 + goals, batch), metres; speed and acceleration in the metres they move in a step. Positive if all
+            hold.
 
     Source:
         [clot] IV-D.1; II-B for the goals.
@@ -58,7 +58,10 @@ def prefix_margins(
 def goal_margins(
     team: Team, agent: int, others: tuple[int, ...], candidates: Tensor, planned: Tensor, goals: tuple[Node, ...]
 ) -> Tensor:
-    """The robustness of each goal, by the standard semantics: (goals, batch), metres. Arguments: ``prefix_margins``."""
+    """Robustness of each goal by the standard semantics: (goals, batch), metres.
+
+    Arguments as for ``prefix_margins``.
+    """
     if not goals:
         return candidates.new_zeros(0, len(candidates))
     position = candidates.new_zeros(len(candidates), len(team.mission.agents), *candidates.shape[1:])
@@ -70,12 +73,12 @@ def goal_margins(
 
 
 def left_open(choice: Any, known: Any, team: Team, agents: tuple[int, ...], planned: Tensor) -> Any:
-    """A disjunction without the parts that are lost whatever the others do; all of it where nothing is left.
+    """A disjunction without the parts that are violated for any other agents; unchanged if none remains.
 
     Args:
-        known: the same, part by part, about the planned agents alone; or ``choice`` itself, where only the parts that
-            no other agent matters to are known. What fails in all of the batch is lost.
-        agents: mission indices of the planned agents, and their motions, (batch, agents, steps, dim), metres.
+        known: the same parts about the planned agents only; or ``choice`` itself if only the parts independent of
+                other agents are known. A part that fails in the whole batch is violated.
+        agents: mission indices of the planned agents; ``planned``: their motions, (batch, agents, steps, dim), metres.
     """
     parts, same = _parts(choice), _parts(known)
     if len(parts) != len(same):
@@ -92,7 +95,7 @@ def left_open(choice: Any, known: Any, team: Team, agents: tuple[int, ...], plan
 
 
 def _parts(choice: Node) -> tuple[Node, ...]:
-    """The parts of a disjunction, and of the disjunctions in it."""
+    """Parts of a disjunction, including those of nested disjunctions."""
     if not isinstance(choice, Any):
         return (choice,)
     return tuple(chain.from_iterable(map(_parts, choice.parts)))
@@ -132,17 +135,24 @@ def _body_margin(
 
 
 def _spline(candidates: Tensor) -> Tensor:
-    """The control points of the splines that are flown: (batch, steps, dim) -> (batch, steps + 1, dim), metres."""
+    """Control points of the flown splines: (batch, steps, dim) -> (batch, steps + 1, dim), metres.
+
+    Shape: (batch, steps, dim) -> (batch, steps + 1, dim), metres.
+    """
     begin, end = candidates[:, :1], candidates[:, -1:]
     halves = (candidates[:, 1:] + candidates[:, :-1]) / 2
     return torch.cat([begin, begin, halves[:, 1:-1], end, end], dim=1)
 
 
 def _approach(one: Tensor, other: Tensor, factors: Tensor) -> Tensor:
-    """The least distance within each step of points that move straight: (..., steps, dim) -> (..., steps - 1).
+    """Least distance within each step of points in straight motion.
+
+    Shape: (..., steps, dim) -> (..., steps - 1), metres.
+
+    Shape: (..., steps, dim) -> (..., steps - 1).
 
     Args:
-        factors: (..., dim), by what each axis of a difference counts.
+        factors: (..., dim), factor of each axis of a difference.
     """
     apart = (other - one) * factors
     change = apart.diff(dim=-2)

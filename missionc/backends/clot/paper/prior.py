@@ -1,8 +1,7 @@
-"""A Gaussian process prior over waypoints, from which candidates are drawn, and the kernel that smooths their steps.
+"""Gaussian process prior over waypoints, for sampling candidates, and the kernel that smooths their steps.
 
-Waypoints are positions at the mission's steps. Their second differences are
-white noise, so that likely trajectories turn and speed up gently; what is known
-(the ends, places to pass through) is met exactly.
+Waypoints are positions at the mission's steps. Their second differences are white noise, so that likely trajectories
+turn and accelerate gently. Known values (ends, places to pass through) hold exactly.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from torch import Tensor
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fixed:
-    """An end that is given: ``position`` is (dim,) or (batch, dim), metres; at rest, or at any velocity."""
+    """A given end: ``position`` is (dim,) or (batch, dim), metres; at rest, or at any velocity."""
 
     position: Tensor
     at_rest: bool = True
@@ -24,7 +23,7 @@ class Fixed:
 
 @dataclass(frozen=True, slots=True)
 class Free:
-    """An end that may be anywhere, at any velocity."""
+    """A free end, at any place and velocity."""
 
 
 End: TypeAlias = Fixed | Free
@@ -36,9 +35,8 @@ class Prior:
 
     Args:
         mean: (batch, steps, dim), metres, float32: the trajectory of least
-            acceleration that passes through what is pinned.
-        pinned: (batch, steps), bool: waypoints that every sample shares with
-            the mean.
+            acceleration through the pinned waypoints.
+        pinned: (batch, steps), bool: waypoints equal to the mean in every sample.
         root: (batch, steps, steps), float64: lower Cholesky factor of the
             precision (1/m²), identity in the pinned rows.
     """
@@ -48,10 +46,10 @@ class Prior:
     root: Tensor
 
     def sample(self, generator: torch.Generator, scale: float = 1.0) -> Tensor:
-        """A trajectory for each candidate.
+        """Sample a trajectory for each candidate.
 
         Args:
-            scale: multiplies the deviation from the mean; 0 gives the mean.
+            scale: factor of the deviation from the mean; 0 gives the mean.
 
         Returns:
             (batch, steps, dim), metres, float32.
@@ -63,17 +61,17 @@ class Prior:
 
 
 def prior(steps: int, start: End, finish: End, acceleration: float, via_steps: Tensor, via_positions: Tensor) -> Prior:
-    """The prior of a batch of candidates.
+    """Prior of a batch of candidates.
 
     Args:
-        steps: waypoints of a trajectory, its ends among them; at least 3.
+        steps: number of waypoints of a trajectory, including its ends; at least 3.
         acceleration: standard deviation of a second difference in each
             coordinate, metres per step²; more than 0.
-        via_steps: (batch, places), int64: when a candidate passes a place,
-            from 0 to ``steps - 1``. Of a step that is named twice the last
-            place counts, and a fixed end counts more than any.
-        via_positions: (batch, places, dim), metres: the places. With no
-            places, still (batch, 0, dim).
+        via_steps: (batch, places), int64: step at which a candidate passes a place,
+                from 0 to ``steps - 1``. If a step occurs twice, the last place counts, and a
+                fixed end has priority.
+        via_positions: (batch, places, dim), metres: the places; (batch, 0, dim) for
+                none.
 
     Raises:
         ValueError: too little is known for a proper distribution: a candidate
@@ -104,8 +102,8 @@ def prior(steps: int, start: End, finish: End, acceleration: float, via_steps: T
     if batch and int(pinned.sum(1).min()) + _rests(start) + _rests(finish) < 2:
         raise ValueError("a candidate needs two pinned waypoints, or a fixed end at rest")
     precision = (differences.mT @ differences) / acceleration**2
-    # Pinned waypoints leave the system: their rows and columns become the identity's, so that they are met exactly and
-    # the conditioning of what remains does not depend on how they are pinned.
+    # Pinned waypoints leave the system: their rows and columns become the identity's. They then hold exactly, and the
+    # conditioning of the rest is independent of them.
     known = known * pinned[..., None]
     pull = torch.where(pinned[..., None], known, -(precision @ known))
     free = ~pinned
@@ -116,11 +114,10 @@ def prior(steps: int, start: End, finish: End, acceleration: float, via_steps: T
 
 
 def smoother(fixed: Tensor, width: float) -> Tensor:
-    """The matrix that spreads a step of one waypoint over its neighbours in time.
+    """Matrix that spreads a step of one waypoint over its neighbours in time.
 
-    A Gaussian kernel whose rows sum to 1, faded out on both sides towards fixed
-    waypoints. A step of every waypoint therefore stays as short as the longest
-    of them, and a fixed waypoint neither moves nor is felt.
+    It is a Gaussian kernel with rows of sum 1, faded out towards fixed waypoints. No waypoint therefore moves further
+    than the longest step, and fixed waypoints neither move nor have influence.
 
     Args:
         fixed: (steps,) or (batch, steps), bool.
@@ -128,7 +125,7 @@ def smoother(fixed: Tensor, width: float) -> Tensor:
             steps; more than 0.
 
     Returns:
-        (steps, steps) or (batch, steps, steps), float32.
+        (steps, steps) or (batch, steps, steps), dimensionless weights, float32.
     """
     steps = torch.arange(fixed.shape[-1], dtype=torch.float32, device=fixed.device)
     apart = (steps[:, None] - steps).abs()
@@ -143,7 +140,10 @@ def _rests(end: End) -> bool:
 
 
 def _second_differences(steps: int, rests_first: bool, rests_last: bool) -> Tensor:
-    """(steps - 2 … steps, steps), float64. An end at rest was, or will be, where it is for one step more."""
+    """Second differences, (steps - 2 … steps, steps), dimensionless, float64.
+
+    An end at rest continues for one more step.
+    """
     rows = torch.zeros(steps, steps, dtype=torch.float64)
     rows.diagonal().fill_(-2.0)
     rows.diagonal(1).fill_(1.0)

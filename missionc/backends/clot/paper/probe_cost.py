@@ -32,7 +32,7 @@ from missionc.ir.kernel.nodes import Node
 
 
 def kept_from(mission: Mission, agent: int, others: Sequence[int], like: Tensor) -> tuple[Tensor, Tensor]:
-    """Metres sideways from centre to centre, (others,), and by what each axis of a difference counts, (others, dim)."""
+    """Required horizontal distance of centres, (others,), metres, and factors of the axes, (others, dim)."""
     spacing, pair = SpacingTable.of(mission), (np.array(agent), np.array(others))
     metric = spacing.metric(*pair)
     factors = torch.ones(len(others), mission.dimension) if metric is None else torch.from_numpy(metric)
@@ -40,7 +40,7 @@ def kept_from(mission: Mission, agent: int, others: Sequence[int], like: Tensor)
 
 
 PLACES = ((1.0, 0), (0.5, -1), (0.5, 1))
-"""Where a moved waypoint is judged: itself, half-way to the one before and to the one after; what each weighs."""
+"""Places of a moved waypoint's evaluation: itself, half-way to the previous and to the next; with weights."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,10 +50,10 @@ class ProbeCost:
     Args:
         others: mission indices of the planned agents.
         goals: ``prefix.about`` these and this one.
-        around: with two parts to a step.
-        reward: what a metre of the goals' mean robustness is worth, beside a metre of margin that one of them lacks.
-        shares: by what counts what each of them lacks; 1 where there are none.
-        capped: whether no robustness beyond what is enough counts, of a goal or of its parts.
+        around: surroundings with two parts per step.
+        reward: weight of a metre of the goals' mean robustness against a metre of a goal's shortfall.
+        shares: weight of each goal's shortfall; 1 if not given.
+        capped: True if robustness beyond the target does not count, for goals and parts.
     """
 
     mission: Mission
@@ -79,10 +79,10 @@ class ProbeCost:
         object.__setattr__(self, "counts", counts.to(self.team.radius))
 
     def __call__(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
-        """(batch, steps, probes).
+        """Cost of each probe: (batch, steps, probes), metres times weights.
 
         Args:
-            waypoints: of the agent, (batch, steps, dim), metres.
+            waypoints: waypoints of the agent, (batch, steps, dim), metres.
             probes: (batch, steps, probes, dim), metres.
             planned: motions of ``others``, (batch or 1, others, steps, dim), metres.
         """
@@ -96,7 +96,11 @@ class ProbeCost:
         )
 
     def _bodies(self, waypoints: Tensor, places: tuple[Tensor, ...], planned: Tensor) -> Tensor:
-        """g_obs and g_int. Source: [clot] III-B."""
+        """Cost of bodies, g_obs and g_int: (batch, steps, probes); waypoints in metres.
+
+        Source:
+            [clot] III-B.
+        """
         room = self.weights.room
         radius = self.mission.agents[self.agent].radius
         instants = 2 * torch.arange(waypoints.shape[1], device=waypoints.device)
@@ -131,7 +135,13 @@ class ProbeCost:
         return cost
 
     def _motion(self, waypoints: Tensor, probes: Tensor) -> Tensor:
-        """Speed, acceleration and bends; ends go on straight. Source: [clot] (2)."""
+        """Cost of speed, acceleration and bends: (batch, steps, probes); ends are extrapolated.
+
+        Waypoints in metres.
+
+        Source:
+            [clot] (2).
+        """
         dynamics, step = self.mission.agents[self.agent].dynamics, float(self.mission.step)
         farthest = dynamics.top_speed * step
         ahead = torch.cat([waypoints[:, 1:], waypoints[:, -1:]], dim=1)[:, :, None]
@@ -153,7 +163,11 @@ class ProbeCost:
         return cost + self.weights.bend * ((slope[:, :, None] * moved).sum(dim=-1) + 3 * square)
 
     def _task(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
-        """What each goal lacks, and a share of -ρ̂, the mean of them. Source: [clot] IV-A.2, (6)."""
+        """Cost of each goal's shortfall, and a share of -ρ̂, their mean: (batch, steps, probes), metres.
+
+        Source:
+            [clot] IV-A.2, (6).
+        """
         if not self.reads.goals:
             return torch.zeros_like(probes[..., 0])
         batch, steps, dim = waypoints.shape
@@ -167,6 +181,9 @@ class ProbeCost:
 
 
 def _shifted(values: Tensor, by: int) -> Tensor:
-    """The values one step later (1) or earlier (-1); nothing beyond the ends: (batch, steps, dim) -> the same."""
+    """Values one step later (1) or earlier (-1), 0 beyond the ends.
+
+    Shape: (batch, steps, dim) -> same shape and unit (metres).
+    """
     nothing = torch.zeros_like(values[:, :1])
     return torch.cat([values[:, 1:], nothing] if by == 1 else [nothing, values[:, :-1]], dim=1)

@@ -1,4 +1,4 @@
-"""The run of Algorithm 2 over Algorithm 1 that a preset asks for, from the first to the last agent.
+"""Run of Algorithm 2 over Algorithm 1 for a preset, from the first to the last agent.
 
 Source:
     [clot] Algorithm 2.
@@ -43,19 +43,19 @@ def run_algorithm_2(
     keep: Callable[[Searching], None],
     resume: Searching | None,
 ) -> Searched:
-    """What the search finds.
+    """Result of the search.
 
-    Each motion holds by the preset's own check, but for its slack; whether it is a plan is for others to say.
+    Each motion is feasible by the preset's own check, up to its slack; the caller decides whether it is a plan.
 
     Args:
-        attempt: to tell the listener, from 1.
-        device: where Algorithm 1 works on its batches.
-        processes: in which the pieces of a round are planned at once, each by itself.
-        keep: is given how far the search is, before each of its rounds.
-        resume: how far it was, where it was interrupted.
+        attempt: index for the listener, from 1.
+        device: device of Algorithm 1's batches.
+        processes: number of processes that plan the pieces of a round in parallel.
+        keep: receives the search's progress before each round.
+        resume: progress at an interruption.
 
     Raises:
-        UnusableSnapshot: ``resume`` is no state of this search.
+        UnusableSnapshot: ``resume`` is not a state of this search.
 
     Source:
         [clot] Algorithm 2; V-A.3 (I) and (II) for presets without a search.
@@ -107,12 +107,12 @@ def run_algorithm_2(
             search = from_arrays(resume.arrays, resume.text, agents, offers, expansion, preset.search)
         except UNUSABLE as wrong:
             raise UnusableSnapshot(str(wrong)) from wrong
-    # Who has the longest way to a target, in tenths of the world's width, has the least choice.
+    # The agent with the longest path to a target, in tenths of the world's width, has the least choice.
     ways = np.linalg.norm(begun.key[-1].position - starts, axis=1) / scale(mission)
     search.ranks = tuple(-round(float(ways[agent])) if agent in targets else 0 for agent in range(agents))
 
     def stop() -> bool:
-        """Whether to end; what is known by now is kept where not, for a round that was cut short is no part of it."""
+        """Return whether to end; otherwise save the state, since an interrupted round is not part of it."""
         if not go_on():
             return True
         keep(Searching(*to_arrays(search), most, best))
@@ -125,7 +125,7 @@ def run_algorithm_2(
 
 
 def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
-    """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all."""
+    """Offers of next agents; a fixed sequence begins nearest to the middle of all starts, (agents, dim), metres."""
     if preset.order is SequenceChoice.SEARCHED:
         return coupled.valid_agents if preset.search.printed else coupled.next_agents
     middle = np.linalg.norm(starts - starts.mean(axis=0), axis=1)
@@ -133,6 +133,6 @@ def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
 
 
 def _targets(begun: WarmStart, mission: Mission) -> frozenset[int]:
-    """Agents that have to be somewhere, or in a formation, for a time that lasts to the end."""
+    """Agents that must be somewhere, or in a formation, until the end."""
     visits = [each.visit for each in begun.schedule.appointments if each.step + each.visit.lasts >= mission.steps]
     return frozenset().union(*(visit.agents for visit in visits if visit.lasts > 0))

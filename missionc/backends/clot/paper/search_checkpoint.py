@@ -1,4 +1,7 @@
-"""Checkpoints of the tree search: plain arrays and a JSON text, from which it goes on. ``run_state`` has the run."""
+"""Checkpoints of the tree search as plain arrays and a JSON text. ``run_state`` has the run.
+
+``run_state`` has the run.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,13 @@ COUNTERS = ("rounds", "expansions", "pruned", "first")
 
 
 def to_arrays(search: TreeSearch) -> tuple[dict[str, Array], str]:
-    """All that a search knows, between two of its rounds.
+    """State of a search between two rounds.
 
     Returns:
         ``parent``, ``agent``, ``cost``, ``earned``, ``visits``: (nodes,);
         ``motion``: (nodes - 1, steps + 1, dim), metres, without the root;
-        ``tried``: (rows, 3), a node, an agent and how often. And a JSON text
-        with the counters, the settings and the generator's state.
+        ``tried``: (rows, 3), a node, an agent and a count. The JSON text has
+        the counters, the settings and the generator's state.
 
     Raises:
         ValueError: the generator is not numpy's default one.
@@ -54,13 +57,13 @@ def to_arrays(search: TreeSearch) -> tuple[dict[str, Array], str]:
 def from_arrays(
     arrays: Mapping[str, Array], text: str, agents: int, offers: Offers, expand: Expand, settings: SearchSettings
 ) -> TreeSearch:
-    """The search that ``to_arrays`` was asked of; run on, it finds what it would have found uninterrupted.
+    """Restore the search saved by ``to_arrays``; it continues as if uninterrupted.
 
     Args:
-        arrays: of the shapes and units that ``to_arrays`` states.
+        arrays: arrays in the shapes and units of ``to_arrays``, such as (nodes,) and metres.
 
     Raises:
-        ValueError: they hold no such state, or that of a search with other agents or settings
+        ValueError: they are not such a state, or belong to a search with other agents or settings
             (``expansions`` and ``improvement`` may differ).
 
     Source:
@@ -82,7 +85,7 @@ def from_arrays(
 
 
 def _question(search: TreeSearch) -> dict[str, object]:
-    """What a state belongs to; how long to go on is free."""
+    """Values that identify a state's search; the length of the run is free."""
     settings = {name: value for name, value in asdict(search.settings).items() if name not in BUDGET}
     return {"agents": search.agents, "settings": settings}
 

@@ -1,4 +1,4 @@
-"""The tree of partial joint motions that Algorithm 2 grows, and its values."""
+"""Tree of partial joint motions of Algorithm 2, with its values."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from missionc.base.trace import Array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """Agents that are planned, and their motions.
+    """Planned agents with their motions.
 
-    ``planned`` is in the order of planning; ``trajectories`` are theirs in the
-    same order, (planned, steps + 1, dim), metres.
-    ``cost`` is the sum of what each motion added.
+    ``planned`` is in the order of planning; ``trajectories`` are in the same order, (planned, steps + 1, dim), metres.
+    ``cost`` is the sum of the motions' costs.
 
     Source:
         [clot] IV-C.1, ν = (N_ν, Γ_ν).
@@ -30,7 +29,7 @@ class Node:
 
 @dataclass(slots=True)
 class Tree:
-    """Nodes by number, parents before children.
+    """Nodes by index, parents before children.
 
     Source:
         [clot] IV-C.1, 𝔗 = (V, →).
@@ -40,29 +39,29 @@ class Tree:
     agent: list[int] = field(default_factory=lambda: [-1])
     cost: list[float] = field(default_factory=lambda: [0.0])
     earned: list[float] = field(default_factory=lambda: [0.0])
-    """The outcomes below a node, discounted and added up."""
+    """Sum of the discounted outcomes below a node."""
     visits: list[int] = field(default_factory=lambda: [0])
-    """How many outcomes that were."""
+    """Number of outcomes below a node."""
     tries: list[dict[int, int]] = field(default_factory=lambda: [{}])
-    """How often the node was expanded by an agent."""
+    """Number of expansions of the node by an agent."""
     planned: list[frozenset[int]] = field(default_factory=lambda: [frozenset()])
     motions: list[dict[int, Array]] = field(default_factory=lambda: [{}])
-    """By agent in the order of planning, (steps + 1, dim), metres; shared with the parent's but for the last."""
+    """Motions by agent in the order of planning, (steps + 1, dim), metres; shared with the parent except the last."""
     _alike: dict[frozenset[int], list[int]] = field(default_factory=lambda: {frozenset(): [0]})
 
     def __len__(self) -> int:
         return len(self.parent)
 
     def add(self, parent: int, agent: int, trajectory: Array, cost: float) -> int:
-        """A child, by (10): one agent more.
+        """Add a child by (10): one more agent.
 
         Args:
-            trajectory: of the agent, (steps + 1, dim), metres.
-            cost: what the motion adds to that of the parent.
+            trajectory: motion of the agent, (steps + 1, dim), metres.
+            cost: cost added by the motion.
 
         Raises:
-            ValueError: the agent is planned already, the motion has another
-                shape than the others, or a number is not finite.
+            ValueError: the agent is already planned, the motion has a different shape, or
+                    a number is not finite.
 
         Source:
             [clot] (10).
@@ -87,15 +86,23 @@ class Tree:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of one motion, (steps + 1, dim); (0, 0) before there is one."""
+        """Shape of one motion, (steps + 1, dim); (0, 0) before there is one."""
         return self.motions[1][self.agent[1]].shape if len(self) > 1 else (0, 0)
 
     def leaves(self, agents: int) -> tuple[int, ...]:
-        """The nodes at which all of so many agents are planned. Source: [clot] IV-C.1 (IV), V̄*."""
+        """Nodes with all agents planned.
+
+        Source:
+            [clot] IV-C.1 (IV), V̄*.
+        """
         return tuple(self._alike.get(frozenset(range(agents)), ()))
 
     def node(self, index: int) -> Node:
-        """The node of that number with all its motions. Source: [clot] IV-C.1."""
+        """Node of that index with all its motions.
+
+        Source:
+            [clot] IV-C.1.
+        """
         motions = self.motions[index]
         joint = np.array(list(motions.values())).reshape(len(motions), *self.shape)
         return Node(index, tuple(motions), joint, self.cost[index])
@@ -103,9 +110,8 @@ class Tree:
     def similar(self, parent: int, agent: int, trajectory: Array, delta: float) -> list[int]:
         """Nodes with the same agents as this child of ``parent`` and all motions closer than ``delta``.
 
-        The distance of two joint motions is the largest, over agents and steps,
-        between the two places of an agent, metres; ``trajectory`` is the agent's,
-        (steps + 1, dim), metres.
+        The distance of two joint motions is the largest distance between an agent's two places over agents and steps,
+        metres; ``trajectory`` is the agent's, (steps + 1, dim), metres.
 
         Source:
             [clot] IV-C.2, ‖Γ_ν - Γ_ν'‖ < δ.
@@ -115,7 +121,11 @@ class Tree:
         return [others[place] for place in similar_nodes(mine, [self.motions[other] for other in others], delta)]
 
     def twins(self, index: int, delta: float) -> list[int]:
-        """The other nodes with the same agents and all motions closer than ``delta``. Source: [clot] IV-C.2."""
+        """Other nodes with the same agents and all motions closer than ``delta``.
+
+        Source:
+            [clot] IV-C.2.
+        """
         others = [other for other in self._alike[self.planned[index]] if other != index]
         return [
             others[place]
@@ -123,7 +133,7 @@ class Tree:
         ]
 
     def back_propagate(self, index: int, outcome: float, gamma: float) -> None:
-        """An outcome just below a node counts there and at all its ancestors, a factor ``gamma`` for each edge.
+        """Add an outcome just below a node to it and all its ancestors, with a factor ``gamma`` per edge.
 
         Source:
             [clot] (11), with d(ν, ν⁺) from 1 at the node that was expanded.
@@ -135,12 +145,10 @@ class Tree:
             index = self.parent[index]
 
     def psi(self, reward: float) -> list[float]:
-        """ψ of every node: the mean of its outcomes, and of one more that is its parent's ψ.
+        """Value ψ of every node: the mean of its outcomes and of its parent's ψ as one more.
 
-        The sum in (11) grows without end where the search has been, and knows
-        no failure; a mean over both does not. The parent's ψ (``reward`` at the
-        root) stands in for what a node has not been through yet, so that the
-        failures of siblings count for it too.
+        The sum in (11) grows without bound for visited nodes and ignores failures; a mean over both does not. The
+        parent's ψ (``reward`` at the root) is a prior for unvisited nodes, so that failures of siblings count too.
 
         Source:
             [clot] (11), normalised.
@@ -152,7 +160,7 @@ class Tree:
 
 
 def similar_nodes(mine: dict[int, Array], others: Sequence[dict[int, Array]], delta: float) -> list[int]:
-    """Which of these joint motions, by place, are less than ``delta`` from this one of the same agents, metres.
+    """Indices of joint motions less than ``delta`` from this one of the same agents, metres.
 
     A joint motion has each agent's, (steps + 1, dim), metres.
 
@@ -160,7 +168,7 @@ def similar_nodes(mine: dict[int, Array], others: Sequence[dict[int, Array]], de
         [clot] IV-C.2, ‖Γ_ν - Γ_ν'‖ < δ.
     """
     left = list(range(len(others)))
-    # The last planned first: where motions differ, they mostly differ there.
+    # The last planned first: motions mostly differ there.
     for agent in reversed(mine):
         if not left:
             break

@@ -1,10 +1,8 @@
-"""Entropic optimal transport (Sinkhorn): how much of each waypoint goes in which direction.
+"""Entropic optimal transport (Sinkhorn): mass of each waypoint in each direction.
 
-CPU time of one thread for 48 waypoints, 4 directions and regulariser 0.08: of
-32 candidates 0.2 ms by softmax and 9 ms by Sinkhorn's iteration, of 800
-candidates 4 ms and 220 ms. On random costs the two differ by a tenth of the
-mass; over the iterations of a plan that makes no difference that was seen
-(``transport`` has the figures).
+CPU time of one thread for 48 waypoints, 4 directions and regulariser 0.08: for 32 candidates 0.2 ms by softmax and 9 ms
+by Sinkhorn's iteration, for 800 candidates 4 ms and 220 ms. On random costs the two differ by a tenth of the mass, but
+no difference was seen over the iterations of a plan (figures in ``transport``).
 
 Source:
     [clot] equation (7), a problem for each candidate.
@@ -18,27 +16,27 @@ import torch
 from torch import Tensor
 
 CHECKED_EVERY = 5
-"""Rounds between two looks at the marginals; each look waits for the device."""
+"""Number of rounds between two checks of the marginals; each check waits for the device."""
 
 
 def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: int = 200, shares: int = 1) -> Tensor:
-    """The plan of least cost minus entropy whose marginals are both uniform.
+    """Plan of least cost minus entropy with uniform marginals.
 
-    Sinkhorn's iteration, by scaling rows and columns of exp(-costs / regulariser); on logarithms where that would
-    underflow. Each share of the batch stops at once, as if it were alone.
+    Sinkhorn's iteration scales rows and columns of exp(-costs / regulariser), on logarithms in case of underflow. Each
+    share of the batch stops independently.
 
     Args:
         costs: (batch, steps, directions), finite.
         regulariser: weight of the entropy, in units of cost; more than 0.
-        tolerance: stop when what all directions together receive is off by no
-            more than this in every candidate; the whole mass is 1.
-        limit: rounds at most.
-        shares: of the batch, of equal size.
+        tolerance: stop when the total error of the directions' masses is at most this
+                in every candidate; the whole mass is 1.
+        limit: maximum number of rounds.
+        shares: number of equal shares of the batch.
 
     Returns:
         (batch, steps, directions), at least 0: a waypoint's weights sum to
-        1/steps, to rounding; a direction's sum to 1/directions, to ``tolerance``
-        unless ``limit`` came first.
+        1/steps, up to rounding; a direction's sum to 1/directions, up to ``tolerance``
+            unless ``limit`` was reached.
     """
     # Costs that differ by more regularisers than this are scaled as logarithms; exp(-40) squared is still a float32.
     least_exponent = 40.0
@@ -78,10 +76,10 @@ def _by_logarithms(kernel: Tensor, tolerance: float, limit: int, shares: int = 1
 
 
 def _settled(received: Tensor, tolerance: float, shares: int) -> Tensor:
-    """Whether all of a candidate's share are done: (batch, 1, 1).
+    """Flags of candidates whose whole share is done: (batch, 1, 1), boolean.
 
     Args:
-        received: of each direction, (batch, directions).
+        received: mass of each direction, (batch, directions).
     """
     off = (received - 1 / received.shape[1]).abs().sum(1)
     done = off.reshape(shares, -1).amax(1) <= tolerance
@@ -93,7 +91,7 @@ def _advanced(before: Tensor, after: Tensor, settled: Tensor | None) -> Tensor:
 
 
 def row_softmax(costs: Tensor, regulariser: float) -> Tensor:
-    """The same plan where directions may receive any amount: each waypoint chooses by itself.
+    """The same plan without limits on directions: each waypoint chooses independently.
 
     Args:
         costs: (batch, steps, directions), finite.

@@ -1,9 +1,7 @@
-"""The sparsity pattern of robustness: the values of a formula that can change when one waypoint of one agent is moved.
+"""Sparsity pattern of robustness: values of a formula that change if one waypoint of one agent moves.
 
-A leaf at a step reads the agents there (a speed also where they go next), a
-window reads the steps it spans. So the values of a formula at a step can change
-for few of the waypoints, the ones at a small offset from it, and those are
-all that need to be worked out again.
+A leaf at a step reads the agents there (a speed also their next places), and a window reads its steps. The value of a
+formula at a step therefore changes only for waypoints at small offsets, and only those are recomputed.
 """
 
 from __future__ import annotations
@@ -22,18 +20,18 @@ from missionc.ir.kernel.nodes import At, Atom, Node, Not, UntilNode, WindowNode
 from missionc.ir.kernel.walk import Ask, asks, children, graph_of, postorder
 
 Rows: TypeAlias = tuple[int, ...] | None
-"""Agents whose value changes; None where a value is the team's."""
+"""Agents whose value changes; None for a value of the team."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodePattern:
-    """The sparsity pattern of one formula: its values that a moved waypoint can change.
+    """Sparsity pattern of one formula: its values that a moved waypoint can change.
 
     Args:
-        first: the first step at which its value is needed.
-        low: the first offset: the waypoint's step less the value's.
-        nonzero: (rows, steps, offsets), where a value reads the waypoint; 1
-            for rows where they are None.
+        first: first step at which its value is needed.
+        low: first offset: the waypoint's step minus the value's.
+        nonzero: (rows, steps, offsets), True if a value reads the waypoint; 1 for
+                rows if they are None.
     """
 
     rows: Rows
@@ -47,19 +45,19 @@ class NodePattern:
 
     @property
     def high(self) -> int:
-        """The last offset."""
+        """Last offset."""
         return self.low + int(self.nonzero.shape[2]) - 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SparsityPattern:
-    """The sparsity pattern of ``goals``: what moving a waypoint of ``agent`` changes in them.
+    """Sparsity pattern of ``goals`` for moved waypoints of ``agent``.
 
     Args:
-        order: every formula below the goals once, each after those below it.
-        needed: the first and the last step at which each formula's value is needed.
-        of: of the formulas that can change at all.
-        leaves: the formulas of one moment, and those over links.
+        order: every formula below the goals once, children first.
+        needed: first and last step at which each formula's value is needed.
+        of: patterns of the formulas that can change.
+        leaves: formulas of one time, and those over links.
     """
 
     goals: tuple[Node, ...]
@@ -71,7 +69,7 @@ class SparsityPattern:
 
 
 def sparsity_pattern(goals: Iterable[Node], agent: int, agents: int, steps: int) -> SparsityPattern:
-    """The sparsity pattern of these goals, at step 0, by the waypoints of an agent.
+    """Sparsity pattern of these goals at step 0, for the waypoints of an agent.
 
     Raises:
         ValueError: a goal looks past the last step.
@@ -100,10 +98,10 @@ def _leaves(order: Sequence[Node]) -> frozenset[Node]:
 
 
 def _needed(goals: tuple[Node, ...], order: Sequence[Node], steps: int) -> dict[Node, tuple[int, int]]:
-    """The steps at which each formula's value is laid out.
+    """Steps at which each formula's value is laid out.
 
-    A window is laid out for every step between the first and the last at which it is needed, also where it is not
-    asked. One that would run past the mission from there is laid out as far as the mission goes.
+    A window is laid out for every step between the first and the last needed one, also unneeded ones. A window past the
+    mission's end is cut there.
     """
     needed: dict[Node, tuple[int, int]] = dict.fromkeys(goals, (0, 0))
     latest: dict[Node, int] = dict.fromkeys(goals, 0)
@@ -145,7 +143,7 @@ def _pattern(
 
 
 def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: int, steps: int) -> NodePattern | None:
-    """``rows`` are the agents whose value reads the moved agent."""
+    """Pattern of a leaf; ``rows`` are the agents whose value reads the moved agent."""
     rows: Rows
     if agent in predicate.others:
         rows = None if predicate.about_team else tuple(range(agents))
@@ -156,7 +154,7 @@ def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: i
     height = 1 if rows is None else len(rows)
     if not predicate.reads_speed:
         return NodePattern(rows, first, 0, np.ones((height, count, 1), dtype=bool))
-    # The speed at a step reads the next one too; at the last step, the one before.
+    # The speed at a step also reads the next step; at the last step, the previous one.
     nonzero = np.zeros((height, count, 3), dtype=bool)
     at = np.arange(first, first + count)
     own = 0 if rows is None else rows.index(agent)
@@ -176,7 +174,7 @@ def _union(agents: int, team: bool, parts: list[NodePattern]) -> Rows:
 
 
 def _row(part: NodePattern, agent: int) -> NodePattern:
-    """The pattern of what is asked of one agent alone."""
+    """Pattern of a formula for one agent."""
     if part.rows is None:
         return part
     row = part.rows.index(agent)
@@ -184,7 +182,7 @@ def _row(part: NodePattern, agent: int) -> NodePattern:
 
 
 def _over(parts: list[tuple[Ask, NodePattern]], rows: Rows, first: int, count: int, steps: int) -> NodePattern | None:
-    """The pattern of a formula that reads its own row of its parts, at the steps of a window ahead."""
+    """Pattern of a formula that reads its own row of its parts, at the steps of a window ahead."""
     reads = []
     for ask, part in parts:
         last = steps - 1 - first - ask.before_last if ask.high is None else ask.high
@@ -202,7 +200,7 @@ def _over(parts: list[tuple[Ask, NodePattern]], rows: Rows, first: int, count: i
 def _of_links(
     graph: Graph, rows: tuple[int, ...], first: int, count: int, parts: list[NodePattern], agent: int
 ) -> NodePattern | None:
-    """The pattern of a formula over links and its parts at other agents: what touches one row touches all."""
+    """Pattern of a formula over links and its parts at other agents: a change in one row affects all."""
     parts = [part for part in parts if part.rows is None or set(part.rows) & set(rows)]
     linked = agent in graph.agents
     if not parts and not linked:
@@ -218,7 +216,7 @@ def _of_links(
 
 
 def mark(nonzero: Flags, rows: Rows, part: NodePattern, first: int) -> None:
-    """Marks in (rows, steps, offsets) what a part touches, from step ``first`` on."""
+    """Mark the part's pattern in (rows, steps, offsets), from step ``first`` on."""
     here = part.nonzero[:, first - part.first : first - part.first + nonzero.shape[1]]
     if rows is None or part.rows is None:
         nonzero |= here

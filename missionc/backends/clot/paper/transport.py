@@ -1,9 +1,8 @@
-"""Gradient-free optimisation by optimal transport: batches of trajectories are moved towards low cost.
+"""Gradient-free optimisation by optimal transport: batches of trajectories move towards low cost.
 
-What the defaults rest on: one robot of 4 m/s among up to 14 discs on 10 x 6 m,
-48 steps of 0.1 s, 32 candidates sampled from the prior, 20 random scenes. A
-scene counts as solved where a candidate is clear at and between its steps;
-some scenes may have no solution. CPU time of one thread, cost included.
+Basis of the defaults: one robot of 4 m/s among up to 14 discs on 10 x 6 m, 48 steps of 0.1 s, 32 candidates sampled
+from the prior, 20 random scenes. A scene counts as solved if a candidate is clear at and between its steps; some scenes
+may have no solution. CPU time of one thread, cost included.
 
     changed                     solved   clear candidates   ms per scene
     nothing                         15               44 %            200
@@ -34,9 +33,9 @@ from missionc.backends.clot.settings import Coupling, TransportSettings
 from missionc.base.memory import reserve
 
 Cost: TypeAlias = Callable[[Tensor, Tensor], Tensor]
-"""From waypoints (batch, steps, dim) and probes (batch, steps, probes, dim), metres, to what each trajectory would
-cost if that waypoint alone moved to that probe: (batch, steps, probes), finite; terms that no probe changes may be left
-out. Of fixed waypoints nothing is read."""
+"""Function from waypoints (batch, steps, dim) and probes (batch, steps, probes, dim), metres, to the trajectory's cost
+with only that waypoint moved to that probe: (batch, steps, probes), finite. Terms that no probe changes may be left
+out. Costs of fixed waypoints are ignored."""
 
 
 def transport(
@@ -47,35 +46,33 @@ def transport(
     generator: torch.Generator | Sequence[torch.Generator],
     done: Callable[[Tensor], bool] | None = None,
 ) -> Tensor:
-    """The waypoints after the iterations of Algorithm 1.
+    """Waypoints after the iterations of Algorithm 1.
 
-    Inside an iteration nothing waits for the device but ``done`` and ``Coupling.SINKHORN``.
+    Inside an iteration only ``done`` and ``Coupling.SINKHORN`` wait for the device.
 
     Args:
-        waypoints: (batch, steps, dim), metres; left as they are.
-        fixed: (steps,) or (batch, steps), bool: waypoints that keep their place,
-            bit by bit.
+        waypoints: (batch, steps, dim), metres; not modified.
+        fixed: (steps,) or (batch, steps), bool: waypoints that stay bitwise equal.
         cost: see ``Cost``. It may differ from call to call.
-        generator: the same seed gives the same bytes, on one kind of device. Several are for one equal share of the
-            batch each, which is moved as if it were alone.
-        done: asked about the waypoints, at the beginning too; true ends it.
+        generator: equal seeds give equal bytes on one kind of device. Several generators serve one equal share of the
+                batch each, which moves independently.
+        done: test of the waypoints, also at the beginning; True ends the run.
 
     Returns:
         (batch, steps, dim), metres, of the type of ``waypoints``.
 
     Raises:
-        MemoryError: there is no room for so many trajectories.
+        MemoryError: there is not enough memory for the trajectories.
 
     Source:
-        [clot] Algorithm 1, with these differences. Every waypoint has a
-        rotation of its own: were it shared, even marginals would keep the mean
-        of a trajectory where it is. Costs are scaled for each waypoint, so that
-        one bad candidate cannot flatten the others. The update is smoothed over
-        time: probes move one waypoint alone, and what is right for it tears it
-        from its neighbours. It ends when ``done`` says so, not when waypoints
-        come to rest, which they do in bad places too.
+        [clot] Algorithm 1, with these differences. Every waypoint has a separate
+            rotation: with a shared one, uniform marginals would fix the mean of a
+            trajectory. Costs are scaled for each waypoint, so that one bad candidate
+            cannot flatten the others. The update is smoothed over time: probes move a
+            single waypoint, which would tear it from its neighbours. It ends by
+            ``done``, not when waypoints come to rest, which also happens in bad places.
     """
-    arrays = 12  # arrays of all probes in memory at once, about
+    arrays = 12  # approximate arrays of all probes in memory at once
     batch, steps, dim = waypoints.shape
     generators = [generator] if isinstance(generator, torch.Generator) else generator
     shares = len(generators)
@@ -104,14 +101,16 @@ def transport(
 
 
 def _schedule(settings: TransportSettings, iteration: int) -> tuple[float, float]:
-    """The radius, metres, and the width, steps, of an iteration."""
+    """Radius, metres, and width, steps, of an iteration."""
     part = iteration / max(1, settings.iterations - 1)
     radius = settings.first_radius * (settings.last_radius / settings.first_radius) ** part
     return radius, settings.first_width + (settings.last_width - settings.first_width) * part
 
 
 def _scaled(costs: Tensor, least: float) -> Tensor:
-    """Each waypoint's costs on [0, 1], 0 the best; the divisor is at least ``least``."""
+    """Costs of each waypoint scaled to [0, 1], 0 the best; the divisor is at least ``least``: (batch,
+    steps, probes).
+    """
     above = costs - costs.amin(-1, keepdim=True)
     return above / above.amax(-1, keepdim=True).clamp(min=least)
 

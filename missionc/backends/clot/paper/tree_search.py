@@ -1,7 +1,7 @@
 """Algorithm 2: a search over planning sequences and joint motions at once.
 
-in   what may be planned next, and how one agent is planned: two functions
-out  joint motions of all agents, best first, and why the search ended
+in   two functions: the possible next agents, and the planning of one agent
+out  joint motions of all agents, best first, and the reason for the end
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from missionc.base.trace import Array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """A motion of one agent, (steps + 1, dim), metres.
+    """Motion of one agent, (steps + 1, dim), metres.
 
-    ``cost`` is what it adds to that of the motions it was planned against, (6) and
-    (2); ``feasible`` that it breaks none of the hard constraints it was checked for.
+    ``cost`` is its cost beside those of the previous motions, (6) and (2). ``feasible`` is True if it violates no
+    checked hard constraint.
 
     Source:
         [clot] IV-C.1 (II), τ^k.
@@ -39,12 +39,11 @@ class Candidate:
 
 
 class Expand(Protocol):
-    """Plans one more agent at each of several nodes, by Algorithm 1.
+    """Planner of one more agent at each of several nodes, by Algorithm 1.
 
-    The answer holds a list for each piece of work, in order; an empty one, or
-    one without a feasible candidate, is a failure. What it draws at random
-    follows from ``seed``, so that a resumed search repeats it. ``samples`` is how
-    many trajectories to optimise for each piece of work.
+    The answer has a list for each piece of work, in order. A list without a feasible candidate is a failure. Random
+    draws follow from ``seed``, so that a resumed search repeats them. ``samples`` is the number of trajectories to
+    optimise for each piece.
 
     Source:
         [clot] Algorithm 2, lines 4 to 8.
@@ -56,7 +55,7 @@ class Expand(Protocol):
 
 
 class Ending(Enum):
-    """Why a search ended."""
+    """Reason for the end of a search."""
 
     IMPROVED = "a solution is there, and the improvement after it is done"
     BUDGET = "the budget of expansions is spent"
@@ -67,10 +66,9 @@ class Ending(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """A joint motion of all agents.
+    """Joint motion of all agents.
 
-    ``sequence`` is the order in which they were planned; ``trajectories`` are in
-    mission order, (agents, steps + 1, dim), metres.
+    ``sequence`` is the order of planning; ``trajectories`` are in mission order, (agents, steps + 1, dim), metres.
 
     Source:
         [clot] IV-C.1 (IV), a leaf ν̄ and its Γ.
@@ -83,7 +81,9 @@ class Solution:
 
 @dataclass(frozen=True, slots=True)
 class TreeSearchResult:
-    """The solutions, pairwise further apart than ``delta``, the cheapest first; none is no proof of anything.
+    """Solutions, pairwise further apart than ``delta``, the cheapest first.
+
+    An empty result proves nothing.
 
     Source:
         [clot] Algorithm 2, lines 13 to 15.
@@ -95,13 +95,12 @@ class TreeSearchResult:
 
 @dataclass(slots=True)
 class TreeSearch:
-    """The state of Algorithm 2 between two rounds.
+    """State of Algorithm 2 between two rounds.
 
-    ``agents`` is how many there are to plan. ``rounds`` counts selections,
-    ``expansions`` local optimisations, ``pruned`` how often a node lost an
-    agent because a similar node had failed with it; ``first`` is the number of
-    expansions at the first solution, None before it. ``ranks`` has a number for
-    each agent: of those least tried, the lowest is next; empty, if all are alike.
+    ``agents`` is the number of agents. ``rounds`` counts selections, ``expansions`` local optimisations, and ``pruned``
+    the exclusions of an agent at a node because a similar node failed with it. ``first`` is the number of expansions at
+    the first solution, None before it. ``ranks`` has a number for each agent: of the least tried ones, the lowest is
+    next; empty if all are equal.
 
     Source:
         [clot] Algorithm 2.
@@ -121,18 +120,17 @@ class TreeSearch:
     _offered: dict[frozenset[int], tuple[int, ...]] = field(default_factory=dict)
 
     def run(self, deadline: float = math.inf, stop: Callable[[], bool] = lambda: False) -> TreeSearchResult:
-        """Search until the budget or the improvement after the first solution is spent, or nothing is left.
+        """Search until the budget or the improvement after the first solution is used, or no work is left.
 
-        All of it is asked between two rounds, and no round is cut short. A
-        search that ended by ``TIME`` or ``STOPPED`` goes on when it is run again,
-        as if it had not been interrupted.
+        Limits are checked between rounds, and no round is cut short. A search that ended by ``TIME`` or ``STOPPED``
+        continues when run again, as if uninterrupted.
 
         Args:
             deadline: on the clock of ``time.monotonic``, seconds.
-            stop: whether to end now.
+            stop: returns whether to end now.
 
         Raises:
-            ValueError: an expansion answers with something else than it promises.
+            ValueError: an expansion gives an invalid answer.
 
         Source:
             [clot] Algorithm 2, and IV-C.1 (IV), where the paper's runs end at a first solution.
@@ -147,10 +145,10 @@ class TreeSearch:
             self._expand(work)
 
     def values(self) -> Array:
-        """χ of every node, (nodes,): progress, minus the weighted cost, plus ψ.
+        """Value χ of every node, (nodes,), a dimensionless number: progress, minus the weighted cost, plus ψ.
 
         Source:
-            [clot] (9), ξ the cost of the motions so far; divided as progress is, unless ``printed``.
+            [clot] (9), with ξ the cost of the motions so far; normalised like progress, unless ``printed``.
         """
         planned = np.array([len(planned) for planned in self.tree.planned])
         cost, psi = np.array(self.tree.cost), np.array(self.tree.psi(self.settings.reward))
@@ -160,11 +158,10 @@ class TreeSearch:
         return values
 
     def select(self) -> list[tuple[int, int]]:
-        """The nodes to expand next, each with the agent to expand it by; several of few nodes where not ``printed``.
+        """Nodes to expand next, each with its agent; several for few nodes unless ``printed``.
 
-        The best by (9); of the agents a node is offered, the least tried, of these the lowest
-        of ``ranks``, and among equals one by lot. How many nodes goes from ``wide`` to
-        ``narrow`` with the progress of the best one.
+        The best nodes by (9); for each node the least tried agent, then the lowest of ``ranks``, then a random one. The
+        number of nodes goes from ``wide`` to ``narrow`` with the progress of the best one.
 
         Source:
             [clot] IV-C.1 (I), IV-C.2, Algorithm 2 lines 3 to 7.
@@ -178,10 +175,10 @@ class TreeSearch:
         return list(islice(self._turns(chain((best,), ranked)), size))
 
     def solutions(self) -> tuple[Solution, ...]:
-        """The leaves, best first, less those within ``delta`` of a better one.
+        """Leaves, best first, without those within ``delta`` of a better one.
 
-        The best is the cheapest; where ``printed``, the one of the highest value: all leaves have the same progress,
-        and the ψ of one, which is never expanded, is its parent's.
+        The best is the cheapest; with ``printed``, the one of the highest value: all leaves have the same progress, and
+        the ψ of a leaf is its parent's.
 
         Source:
             [clot] IV-C.1 (IV).
@@ -221,7 +218,7 @@ class TreeSearch:
         return any(self._may(node, agent) for agent in self._offers(node))
 
     def _turns(self, ranked: Iterable[int]) -> Iterator[tuple[int, int]]:
-        """Every node with one agent; not ``printed``, then every node with a second one, and so on."""
+        """Every node with one agent; unless ``printed``, then every node with a second one, and so on."""
         queues: dict[int, list[int]] = {}
         for node in ranked:
             agents = [agent for agent in self._offers(node) if self._may(node, agent)]
@@ -237,12 +234,12 @@ class TreeSearch:
         return self.tree.tries[node].get(agent, 0), self.ranks[agent] if self.ranks else 0
 
     def _between(self, at_root: int, at_end: int, node: int) -> int:
-        """From one number to the other, by the progress of a node that is not a leaf."""
+        """Interpolate between two numbers by the progress of a node that is not a leaf."""
         progress = len(self.tree.planned[node]) / max(1, self.agents - 1)
         return round(at_root + (at_end - at_root) * progress)
 
     def _expand(self, work: list[tuple[int, int]]) -> None:
-        """One round: expansion of all at once, then back-propagation of all at once."""
+        """One round: expand all nodes together, then back-propagate all together."""
         settings = self.settings
         samples = self._between(settings.few_samples, settings.many_samples, work[0][0])
         seed = int(self.generator.integers(2**63))
@@ -258,7 +255,7 @@ class TreeSearch:
             self.first = self.expansions
 
     def _outcome(self, node: int, agent: int, candidates: Sequence[Candidate]) -> float:
-        """The children of an expansion, and its worth: a failure where none is new."""
+        """Add the children of an expansion and return its reward; without a new one, it is a failure."""
         tries = self.tree.tries[node]
         tries[agent] = tries.get(agent, 0) + 1
         feasible = sorted((candidate for candidate in candidates if candidate.feasible), key=lambda one: one.cost)
@@ -274,17 +271,17 @@ class TreeSearch:
         return self.settings.reward if children else -self.settings.reward
 
     def _is_new(self, node: int, agent: int, candidate: Candidate) -> bool:
-        """Whether no similar node is at least as cheap."""
+        """Return whether no similar node is at least as cheap."""
         cost = self.tree.cost[node] + candidate.cost
         similar = self.tree.similar(node, agent, candidate.trajectory, self.settings.delta)
         return all(self.tree.cost[other] > cost for other in similar)
 
     def _prune(self, node: int, agent: int) -> None:
-        """Nodes like one that failed are not expanded by that agent; where ``printed``, by no agent.
+        """Exclude this agent at nodes similar to a failed one; with ``printed``, all agents.
 
         Source:
-            [clot] IV-C.2, which removes the nodes; of the expansions, not ``printed``, that which failed: another
-            agent may do.
+            [clot] IV-C.2, which removes the nodes; unless ``printed``, only the failed expansion is removed, since
+                another agent may succeed.
         """
         barred = range(self.agents) if self.settings.printed else (agent,)
         for other in self.tree.twins(node, self.settings.delta):

@@ -1,8 +1,7 @@
-"""A pool of forked child processes, each a copy of this one as it was when they were started.
+"""Pool of forked child processes, each a copy of this one at its start.
 
-A copy costs milliseconds and knows all that was built by then, so that only pieces of work and
-answers go through pipes, which nobody else has. A child does one piece at a time, leaves Ctrl-C
-to this process, and ends with it, however it ends.
+A copy costs milliseconds and has all data built so far, so that only pieces of work and answers go through private
+pipes. A child does one piece at a time, leaves Ctrl-C to this process, and always ends with it.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ Say: TypeAlias = Callable[[Progress], None]
 
 
 class Children(Generic[Piece, Answer]):
-    """Those that are there to work; ``children`` starts and ends them."""
+    """Working child processes; ``children`` starts and ends them."""
 
     def __init__(self, work: Callable[[Piece, Say], Answer], listen: Say) -> None:
         self._work, self._listen = work, listen
@@ -37,13 +36,13 @@ class Children(Generic[Piece, Answer]):
     def answers(
         self, pieces: Iterable[Piece], enough: Callable[[], bool] = lambda: False
     ) -> Iterator[tuple[int, Answer]]:
-        """The answer to each piece, with its place from 0, in the order in which they come.
+        """Yield the answer to each piece, with its index from 0, in the order of arrival.
 
-        The next piece is drawn when a child is idle. What is at work when there is ``enough`` is left.
+        The next piece is taken when a child is idle. Unfinished pieces are dropped when ``enough``.
 
         Raises:
             MemoryError: a child had too little memory, or the system killed it.
-            RuntimeError: a child failed, and how.
+            RuntimeError: a child failed; the message gives the error.
         """
         look = 0.2  # seconds between two checks of the deadline
         left = enumerate(pieces)
@@ -64,11 +63,13 @@ class Children(Generic[Piece, Answer]):
                     self._listen(content)
 
     def start(self, count: int) -> None:
-        """Raises:
-        MemoryError: there is no room for so many.
+        """Start the children.
+
+        Raises:
+            MemoryError: there is not enough memory.
         """
         context = multiprocessing.get_context("fork")
-        # No signal may meet a child that is not ready for it, nor this process before it knows of the child.
+        # No signal may reach a child that is not ready, nor this process before it knows of the child.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPPING)
         try:
             for _ in range(count):
@@ -83,7 +84,7 @@ class Children(Generic[Piece, Answer]):
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def end(self) -> None:
-        """Kills them all, and waits until they are gone."""
+        """Kill all children, and wait for their end."""
         for child in self._all.values():
             child.kill()
         for pipe, child in self._all.items():
@@ -111,22 +112,22 @@ class Children(Generic[Piece, Answer]):
         patience = 5.0  # seconds that a child may take to end
         child = self._all[pipe]
         child.join(patience)
-        if child.exitcode == -signal.SIGKILL:  # the system's way out where memory is short
+        if child.exitcode == -signal.SIGKILL:  # the system's exit when memory is short
             raise MemoryError
         raise RuntimeError(f"a child process ended with status {child.exitcode}")
 
 
 @contextmanager
 def children(count: int, work: Callable[[Piece, Say], Answer], listen: Say) -> Iterator[Children[Piece, Answer]]:
-    """Within, so many children that do this work, or as many as the limit on memory leaves room for.
+    """Child processes for this work within the context, as many as the memory limit allows.
 
     Args:
-        work: what a child makes of a piece, on its own copy of all that it reads. Pieces and answers
-            are of types that ``multiprocessing`` passes on.
-        listen: hears what they say at it.
+        work: function of a child, on its own copy of all data. Pieces and answers are of types that
+                ``multiprocessing`` supports.
+        listen: receives their progress messages.
 
     Raises:
-        MemoryError: there is no room for so many.
+        MemoryError: there is not enough memory.
     """
     made = Children(work, listen)
     try:
@@ -144,7 +145,7 @@ def _serve(pipe: Connection, work: Callable[[Any, Say], Any]) -> None:
     def say(progress: Progress) -> None:
         pipe.send(("word", progress))
 
-    with suppress(EOFError, OSError):  # of the pipe alone: the parent is gone
+    with suppress(EOFError, OSError):  # only of the pipe: the parent is gone
         while True:
             piece = pipe.recv()
             pipe.send(_done(piece, work, say))

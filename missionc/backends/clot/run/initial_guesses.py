@@ -1,12 +1,11 @@
-"""Initial guesses of the trajectory optimiser: the schedule and first motion that each of its attempts begins with.
+"""Initial guesses of the trajectory optimiser: schedule and first motion of each attempt.
 
-    in   Outline, the number of an attempt
+    in   Outline, the index of an attempt
     out  WarmStart
 
-Who is tied to others, by a formation or by links, is put into key frames with them; everybody else makes a tour.
-Links may also be kept by those who go each on a tour of their own. The first attempt begins with tours where these
-keep the links and key frames would leave tasks out, such as recurrences; others do now and then, as the polish draws
-together what is nearly linked.
+Agents tied by a formation or by links share key frames; all others make tours. Agents on separate tours may also
+satisfy links. The first attempt uses tours if these satisfy the links and key frames would leave tasks out, such as
+recurrences. Later attempts use them occasionally, since polish can close small gaps in links.
 """
 
 from __future__ import annotations
@@ -33,13 +32,13 @@ from missionc.verification.monitoring.monitor import monitor
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InitialGuesses:
-    """What attempts at a mission begin with.
+    """Initial guesses of attempts at a mission.
 
     Args:
-        graph: the kernel's cost graph.
-        asked: its outline.
-        in_time: whether to go on.
-        made: hears of each first motion that is made.
+        graph: cost graph of the kernel.
+        asked: outline of the cost graph.
+        in_time: returns whether to continue.
+        made: called for each first motion.
     """
 
     mission: Mission
@@ -51,7 +50,7 @@ class InitialGuesses:
     made: Callable[[], None]
 
     def begun(self, number: int, drawn: np.random.Generator) -> WarmStart:
-        """The beginning of the attempt of a number; the generator is that of the attempt, unused."""
+        """Warm start of an attempt by index; the generator is that of the attempt, unused."""
         scheduler = Scheduler(self.mission, self.asked, self.geodesics, drawn)
         left_out = len(scheduler.numbers) < len(self.asked.tasks)
         in_turn = number % clot_settings(self.mission).attempts.tours_every == 1
@@ -65,7 +64,7 @@ class InitialGuesses:
         return self.with_stops(number, scheduler)
 
     def with_stops(self, number: int, scheduler: Scheduler) -> WarmStart:
-        """What follows from a scheduler, with stops for what agents are to have left and to have done."""
+        """Warm start from a scheduler, with stops for resources and flags."""
         generator = scheduler.generator
         drawn = generator.bit_generator.state
 
@@ -78,7 +77,7 @@ class InitialGuesses:
         return with_stops(self.mission, self.graph, scheduler, begin, number, self.in_time)
 
     def keeps_links(self, motion: Array) -> bool:
-        """Whether a motion, (agents, steps + 1, dim), metres, keeps every requirement that asks for links."""
+        """Return whether a motion, (agents, steps + 1, dim), metres, satisfies every requirement about links."""
         made = splines(self.mission)
         sketched = trace(self.mission, made, control_after(self.mission, made, motion))
         verdicts = monitor(self.mission, self.kernel, sketched).requirements

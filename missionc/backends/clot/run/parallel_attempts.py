@@ -1,8 +1,7 @@
-"""Parallel attempts of a run in child processes: the same outcome as of one after the other.
+"""Parallel attempts of a run in child processes: the same outcome as in sequence.
 
-A child has the run as it was when the child began, makes one attempt at a time and answers with the
-state of a run that knows nothing else. Answers are taken in by number; the first plan, by
-number, ends them all.
+A child has the run's state at its start, makes one attempt at a time and answers with the state of a run with only that
+attempt. Answers are merged by index; the first plan, by index, ends them all.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ MakeAttempt: TypeAlias = Callable[[int], Reached | None]
 
 
 class WorkerRun(Protocol):
-    """What is read and written here of a run (``backend.Run``)."""
+    """Interface of a run (``backend.Run``) for this module."""
 
     mission: Mission
     graph: Kernel
@@ -46,12 +45,12 @@ class WorkerRun(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AttemptResult:
-    """An attempt, as its child tells of it.
+    """Result of an attempt from its child.
 
     Args:
-        state: of a run that made this attempt alone.
-        come_to: of its best candidate, where that is no plan.
-        late: whether something was told to end.
+        state: state of a run with only this attempt.
+        come_to: evaluation of its best candidate, if that is not a plan.
+        late: True if a stage was stopped by time.
     """
 
     state: Snapshot
@@ -63,12 +62,12 @@ class AttemptResult:
 def run_parallel_attempts(
     run: WorkerRun, numbers: range, attempt: MakeAttempt
 ) -> Generator[float, float, tuple[int, Reached | None]]:
-    """The first of these attempts that finds a plan, and that plan; or the attempt to go on with, and None.
+    """First of these attempts with a plan, and that plan; or the attempt to continue with, and None.
 
-    It pauses after each, as a run that makes one after the other; the children go on.
+    It pauses after each, like a sequential run; the children continue.
 
     Args:
-        numbers: attempts of which none asks what came of another.
+        numbers: independent attempts.
 
     Raises:
         MemoryError: a child had too little memory.
@@ -106,7 +105,7 @@ def run_parallel_attempts(
 
 
 def _make(run: WorkerRun, attempt: MakeAttempt, number: int, say: Say) -> AttemptResult:
-    """In the child."""
+    """Make an attempt in the child."""
     run.best, run.late, run.account = None, False, Account()
     run.budget = replace(
         run.budget, on_progress=ignore if run.budget.on_progress is ignore else say, on_snapshot=discard_snapshot
@@ -119,7 +118,7 @@ def _make(run: WorkerRun, attempt: MakeAttempt, number: int, say: Say) -> Attemp
 
 
 def _take_in(run: WorkerRun, made: AttemptResult, state: State) -> tuple[Reached | None, bool]:
-    """The plan, if there is one; and whether the attempts after this one began with what is known now."""
+    """Merge a result; return the plan, if any, and whether later attempts started with the present knowledge."""
     run.late = run.late or made.late
     run.account.add(made.account)
     if state.nearest is not None and made.come_to is not None:

@@ -1,22 +1,22 @@
-"""Presets: named ways to plan, each of which leaves something out or puts something back, so that parts compare.
+"""Presets: named planning methods that each omit or restore a part, for comparisons.
 
     sketch   schedule, key frames, one joint sketch, joint polish; every eighth attempt is a ``search``. The default.
     search   Algorithm 2 over Algorithm 1, seeded with the sketch and its schedule; joint polish at the end.
     paper    Algorithm 2 over Algorithm 1 as published: the four rules, exact Sinkhorn, motions from the prior, (9) and
              the sequences as printed, no polish.
-    fsot     one fixed sequence, breadth first, one motion for each agent, nothing ever taken back.
-    mpot     no sequence: the waypoints of all agents are transported at once.
+    fsot     one fixed sequence, breadth first, one motion for each agent, without backtracking.
+    mpot     no sequence: the waypoints of all agents are transported together.
 
-``fsot`` and ``mpot`` have none of the readings that ``paper`` adds: samples around a neighbour, ``until`` as a
-disjunction, a smaller weight of goals that later agents may satisfy.
+``fsot`` and ``mpot`` lack the interpretations of ``paper``: samples around a neighbour, ``until`` as a disjunction, a
+smaller weight of goals that later agents may satisfy.
 
-What ``paper`` keeps of ours: positions for states, a rotation for each waypoint, steps smoothed over
-time (without that next to nothing is found, see ``transport``), scores normalised by visits, and starts
-and finishes that are regions taken from a key frame, for the paper has none of those.
+``paper`` keeps some of our parts: positions for states, a rotation for each waypoint, steps smoothed over time (without
+that almost nothing is found, see ``transport``), scores normalised by visits, and start and finish regions from a key
+frame, which the paper does not have.
 
-The paper optimises 800 to 1000 trajectories at once on a GPU; ``samples`` is how many here. Where it is not said
-(``--samples``), it is 96 on a CPU, and the paper's 800 on a GPU. ``paper`` shares them among the nodes of a round, so
-that the fewer nodes there are, the more trajectories each has.
+The paper optimises 800 to 1000 trajectories at once on a GPU; ``samples`` is the number here. By default (without
+``--samples``), it is 96 on a CPU, and the paper's 800 on a GPU. ``paper`` divides them among the nodes of a round, so
+that fewer nodes have more trajectories each.
 
 Source:
     [clot] Algorithms 1 and 2; V-A.3 (I) and (II) for ``mpot`` and ``fsot``.
@@ -35,10 +35,10 @@ from missionc.ir import Mission
 
 
 class SequenceChoice(Enum):
-    """In which order agents are planned."""
+    """Order of planning of the agents."""
 
     TOGETHER = auto()
-    """In none: all at once."""
+    """No order: all at once."""
     FIXED = auto()
     """One sequence, breadth first."""
     SEARCHED = auto()
@@ -47,18 +47,17 @@ class SequenceChoice(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """How candidates are made.
+    """Method of making candidates.
 
     Args:
-        local: whether Algorithm 1 moves anything at all.
-        seeded: candidates begin at the sketch, pass the key frames, and keep to the schedule's choices.
-        polished: what is found is polished jointly.
-        slack: metres by which a partial team may fail where that follows.
-        deviation: of the prior half-way between two ends, for a world 10 m wide, metres.
-        settled: an expansion ends once enough candidates hold with something to spare.
-        reward: what a metre of the goals' mean robustness is worth to a candidate, beside a metre of margin that one of
-            them lacks.
-        published: how many trajectories the paper optimises at once on its GPU; 0 where it has no such preset.
+        local: True if Algorithm 1 is used.
+        seeded: True if candidates begin at the sketch, pass the key frames, and follow the schedule's choices.
+        polished: True if results are polished jointly.
+        slack: violation allowed for a partial team before polish, metres.
+        deviation: deviation of the prior half-way between two ends, for a world 10 m wide, metres.
+        settled: True if an expansion ends once enough candidates are feasible with a margin.
+        reward: weight of a metre of the goals' mean robustness against a metre of a goal's shortfall.
+        published: number of trajectories in the paper's GPU batches; 0 if it has no such preset.
     """
 
     name: str
@@ -75,7 +74,7 @@ class Preset:
     transport: TransportSettings = field(default_factory=TransportSettings)
 
     def tuned(self, mission: Mission) -> Preset:
-        """The same with the values that a mission has of its search and transport."""
+        """The preset with a mission's values for search and transport."""
         values = {
             name: each for name, each in own_values(mission, CLOT.name) if name.startswith(("search.", "transport."))
         }
@@ -83,7 +82,7 @@ class Preset:
         return replace(self, search=own.search, transport=own.transport)
 
     def with_samples(self, samples: int | None, device: str = "cpu") -> Preset:
-        """The same with so many trajectories optimised at once; with as many as published, on a GPU and not told."""
+        """The preset with ``samples`` trajectories; by default on a GPU, as many as published."""
         if samples is None and device != "cpu":
             samples = self.published or None
         if samples is None:
@@ -93,15 +92,15 @@ class Preset:
 
 
 PAPER = SearchSettings(few_samples=200, many_samples=800, children=800, printed=True, eta=0.01)
-"""As many trajectories as scenarios 1 and 2 optimise at once, shared by the nodes of a round; scenario 3 takes 1000.
-Each that is feasible makes a node.
+"""Number of trajectories of scenarios 1 and 2, divided among the nodes of a round; scenario 3 uses 1000.
 
 Source:
     [clot] V-A.1.
 """
 
 FSOT = SearchSettings(wide=1, narrow=1, children=1, tries=1)
-"""One motion for each agent, never taken back; with ``planning_sequence.in_order``, the ablation with a fixed sequence.
+"""One motion for each agent without backtracking; with ``planning_sequence.in_order``, the ablation with a fixed
+sequence.
 
 Source:
     [clot] V-A.3, baseline (II).
@@ -141,10 +140,10 @@ PRESETS = {
 
 
 def preset(name: str, samples: int | None = None, device: str = "cpu") -> Preset:
-    """The preset of that name, with so many trajectories where a number is given, or as many as the device is for.
+    """Preset of that name, with the given number of trajectories, or the device's default.
 
     Raises:
-        ValueError: there is no such preset, or the number is less than 1.
+        ValueError: the preset is unknown, or the number is less than 1.
     """
     if name not in PRESETS:
         raise ValueError(f"there is no preset `{name}`; there are {', '.join(PRESETS)}")
@@ -154,7 +153,7 @@ def preset(name: str, samples: int | None = None, device: str = "cpu") -> Preset
 
 
 def fewer_samples(way: Preset, samples: int | None, device: str) -> str | None:
-    """What to say where a preset works with fewer trajectories than the paper because no GPU was asked for."""
+    """Note if a preset uses fewer trajectories than the paper because no GPU was selected."""
     if samples is not None or device != "cpu" or not way.published:
         return None
     return (
@@ -164,7 +163,7 @@ def fewer_samples(way: Preset, samples: int | None, device: str) -> str | None:
 
 
 def tuned_settings(mission: Mission, options: Options) -> ClotSettings:
-    """All settings of a mission; those of search and transport as the preset has them, ``search`` for ``sketch``."""
+    """All settings of a mission; search and transport from the preset, with ``search`` for ``sketch``."""
     name = options.preset if options.preset in PRESETS and PRESETS[options.preset].local else "search"
     searching = preset(name, options.samples, options.device).tuned(mission)
     return replace(clot_settings(mission), search=searching.search, transport=searching.transport)

@@ -1,7 +1,7 @@
-"""Checkpoints of trajectory optimisation: the state of a run between two steps, to a ``Snapshot`` and back.
+"""Checkpoints of trajectory optimisation: state of a run between two steps, to a ``Snapshot`` and back.
 
-Everything drawn at random follows from the seed and the attempt's number, and a sketch from those alone; so an attempt
-is kept as its number, and what a sketch led to as the number of the sketch and the motion.
+All random draws follow from the seed and the attempt's index, and a sketch from these only. An attempt is therefore
+saved as its index, and the result of a sketch as the sketch's index and the motion.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.walk import children, graph_of, postorder, window_of
 
 UNUSABLE = (ValueError, KeyError, IndexError, TypeError, OverflowError, RecursionError)
-"""What may come of a snapshot that somebody made up."""
+"""Errors that an invalid snapshot may cause."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nearest:
-    """The best candidate: its control points, by how much it falls short, metres, and what it came of.
+    """Best candidate: control points, shortfall in metres, and origin.
 
-    ``sketch`` is the attempt whose schedule and key frames it follows, and ``motion`` the first motion of
-    its polish, (agents, steps + 1, dim), metres; None where it cannot serve another search.
+    ``sketch`` is the attempt with its schedule and key frames, and ``motion`` the first motion of its polish, (agents,
+    steps + 1, dim), metres; None if it cannot serve another search.
     """
 
     control: Array
@@ -42,20 +42,20 @@ class Nearest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunCandidate:
-    """A motion that is no plan, and what it comes to."""
+    """A motion that is not a plan, with its evaluation."""
 
     nearest: Nearest
     attempt: Attempt
 
     @property
     def rank(self) -> tuple[float, int]:
-        """The less, the better."""
+        """Sort key; smaller is better."""
         return self.nearest.shortfall, self.attempt.wrong
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Searching:
-    """A search between two rounds: ``to_arrays``, and how far it came (``run_algorithm_2.Searched``)."""
+    """A search between two rounds: ``to_arrays``, and its progress (``run_algorithm_2.Searched``)."""
 
     arrays: Mapping[str, Array]
     text: str
@@ -65,7 +65,10 @@ class Searching:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
-    """A plan: its control points, (agents, points, dim), metres, and its choices; ``final`` if it is left as it is."""
+    """A plan: control points, (agents, points, dim), metres, and choices.
+
+    ``final`` if it is not improved further.
+    """
 
     control: Array
     choices: Choices
@@ -75,13 +78,15 @@ class Reached:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """Args:
-    number: of the attempt that is next, or at work, from 0.
-    furthest: of searches without a joint motion, how many agents were planned and by what margin, metres.
-    notes: what there was to tell.
-    work: units done.
-    beside: words of whoever runs this, by name.
-    search, reached: how far the attempt is.
+    """State of a run.
+
+    Args:
+        number: index of the next or current attempt, from 0.
+        furthest: of searches without a joint motion, the number of planned agents and their margin, metres.
+        notes: notes so far.
+        work: work units done.
+        beside: the caller's texts, by name.
+        search, reached: progress of the attempt.
     """
 
     number: int = 0
@@ -95,7 +100,7 @@ class State:
 
 
 def to_snapshot(state: State, graph: Kernel) -> Snapshot:
-    """The state as plain arrays and JSON."""
+    """State as plain arrays and JSON."""
     arrays: dict[str, Array] = {}
     words: dict[str, Any] = {
         "number": state.number,
@@ -126,10 +131,10 @@ def to_snapshot(state: State, graph: Kernel) -> Snapshot:
 
 
 def from_snapshot(snapshot: Snapshot, mission: Mission, graph: Kernel) -> State:
-    """The state that ``to_snapshot`` was asked of.
+    """Restore the state saved by ``to_snapshot``.
 
     Raises:
-        UnusableSnapshot: it holds no state of a run of this mission.
+        UnusableSnapshot: it is not a state of a run of this mission.
     """
     try:
         return _read(snapshot.arrays, snapshot.words, mission, graph)
@@ -188,7 +193,7 @@ def _count(number: object) -> int:
 
 
 def _number(value: float) -> float | None:
-    """JSON has no word for what is below every number."""
+    """Number for JSON, which cannot represent minus infinity."""
     return float(value) if np.isfinite(value) else None
 
 

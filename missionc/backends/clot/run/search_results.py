@@ -1,4 +1,4 @@
-"""Search results: the joint motions that a search ends with, and the closest infeasible candidates."""
+"""Search results: the final joint motions, and the closest infeasible candidates."""
 
 from __future__ import annotations
 
@@ -15,12 +15,10 @@ from missionc.ir.kernel.walk import postorder
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Searched:
-    """Joint motions, each (agents, steps + 1, dim), metres, the cheapest first; none where none was found.
+    """Joint motions, each (agents, steps + 1, dim), metres, the cheapest first; possibly empty.
 
-    ``planned`` is how many agents were planned at once at most, and ``margin``
-    by how much the best candidate with so many holds, metres. ``iterations``
-    are local optimisations of whole rounds, ``found`` is how many joint
-    motions there were to choose from.
+    ``planned`` is the largest number of agents planned together, and ``margin`` the best margin of such a candidate,
+    metres. ``iterations`` counts local optimisations of whole rounds, ``found`` all joint motions.
 
     Source:
         [clot] V-A.2, which reports both numbers.
@@ -34,31 +32,31 @@ class Searched:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """What a report says of the search."""
+        """Sizes for the report."""
         return {"local iterations": self.iterations, "joint motions": self.found}
 
     @property
     def rank(self) -> tuple[int, float]:
-        """The more, the further it came."""
+        """Sort key; larger is further."""
         return self.planned, self.margin
 
 
 def near(mission: Mission) -> float:
-    """By how much a motion may fall short to be worth another polish, metres."""
+    """Shortfall up to which a motion is polished again, metres."""
     settings = clot_settings(mission).attempts
     furthest = max(agent.dynamics.top_speed for agent in mission.agents) * mission.step
     return max(settings.near, settings.near * furthest)
 
 
 def freed(choices: Choices, graph: Kernel, come_to: Attempt) -> Choices:
-    """The choices without those of requirements that a motion violates: their times and agents are chosen again."""
+    """Choices without those of violated requirements, whose times and agents are chosen again."""
     names = {each.name for each in come_to.violated}
     free = set(postorder(wanted.formula for wanted in graph.requirements if wanted.name in names))
     return {key: chosen for key, chosen in choices.items() if key[0] not in free}
 
 
 def failure_statement(best: Attempt | None, furthest: Searched | None, mission: Mission) -> str:
-    """Where the best candidate fails; how far a search came, where there is none."""
+    """Text of the best candidate's violations, or of a search's progress without one."""
     if best is None and furthest is not None:
         count, agents, margin = furthest.planned, len(mission.agents), furthest.margin
         return f"{count} of {agents} agents planned; the last one lacks a margin of {-margin:.3g} m"

@@ -1,1 +1,1 @@
-"""Scheduling of a mission's tasks, and the key frames and the sketch of a joint motion that come of a schedule."""
+"""Scheduling of a mission's tasks, and the key frames and sketch of a joint motion from a schedule."""

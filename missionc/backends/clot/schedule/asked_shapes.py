@@ -1,6 +1,6 @@
-"""Asked shapes: the formations and graphs of an outline, the agents that they tie, and formations that conflict.
+"""Requested shapes: the formations and graphs of an outline, the agents that they tie, and formations in conflict.
 
-A conflict is sure: where two places of many satisfy an edge of a formation, the agents can keep it.
+Conflicts are certain: if any pair of places satisfies a formation's edge, the agents can satisfy it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from missionc.ir.kernel.walk import graph_of, postorder
 
 
 def is_denied(shape: Predicate, come: PresenceConstraints, shapes: Iterable[Predicate], goals: GoalSets) -> bool:
-    """Whether agents cannot be in a formation while they are where they come to, and in these other formations."""
+    """Return whether agents cannot be in a formation at their places and in these other formations."""
     formation = shape.formation
     assert formation is not None
     reached = {
@@ -44,7 +44,7 @@ def is_denied(shape: Predicate, come: PresenceConstraints, shapes: Iterable[Pred
 
 
 def _within(target: float | tuple[float, ...], tolerance: float, low: Array, high: Array) -> bool:
-    """Whether an offset in this box, (dim,) corners, metres, is what an edge keeps."""
+    """Return whether an edge admits an offset in this box, (dim,) corners, metres."""
     if isinstance(target, tuple):
         wanted = np.array(target)
         return bool((wanted >= low - tolerance).all() and (wanted <= high + tolerance).all())
@@ -54,7 +54,7 @@ def _within(target: float | tuple[float, ...], tolerance: float, low: Array, hig
 
 
 def _differ(one: FormationEdge, other: FormationEdge, tolerance: float) -> bool:
-    """Whether two edges between the same agents ask for what is further apart than this, metres."""
+    """Return whether two edges between the same agents require offsets further apart than this, metres."""
     if {one.first, one.second} != {other.first, other.second}:
         return False
     if isinstance(one.target, tuple) and isinstance(other.target, tuple):
@@ -64,10 +64,10 @@ def _differ(one: FormationEdge, other: FormationEdge, tolerance: float) -> bool:
 
 
 def tied_agents(outline: Outline, company: PresenceConstraints, *, links: bool = True) -> frozenset[int]:
-    """The agents of whom a formation or links are asked for, at any time, and who always has to be near one of them.
+    """Agents with a formation or links at any time, and those that must always be near one of them.
 
     Args:
-        links: whether links tie those of whom they are asked for.
+        links: True if required links tie their agents.
     """
     tied: set[int] = set()
     for node in _asked(outline):
@@ -86,18 +86,18 @@ def tied_agents(outline: Outline, company: PresenceConstraints, *, links: bool =
 
 
 def reads_links(node: Node) -> bool:
-    """Whether a node is about the links of a graph."""
+    """Return whether a node reads the links of a graph."""
     return graph_of(node) is not None or (isinstance(node, Atom) and node.predicate.graph is not None)
 
 
 def formations(outline: Outline) -> tuple[Predicate, ...]:
-    """The formations that are asked for, at any time, each once."""
+    """Distinct formations required at any time."""
     found = (node.predicate for node in _asked(outline) if isinstance(node, Atom))
     return tuple(dict.fromkeys(each for each in found if each.formation is not None))
 
 
 def shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
-    """The formations and graphs that holds ask for, each once."""
+    """Distinct formations and graphs of holds."""
     seen: set[Predicate] = set()
     for hold in holds:
         node = hold.node
@@ -107,6 +107,6 @@ def shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
 
 
 def _asked(outline: Outline) -> Iterable[Node]:
-    """The formulas of all holds, those of events included, and what they are made of."""
+    """Formulas of all holds, including those of events, and their subformulas."""
     holds = [*outline.fixed, *(hold for event in outline.events for hold in (*event.holds, *event.before))]
     return postorder(dict.fromkeys(hold.node for hold in holds))

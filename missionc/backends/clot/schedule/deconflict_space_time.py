@@ -1,16 +1,16 @@
-"""Deconflicted motions in space and time: agents go round each other or wait, and teams pass moving obstacles.
+"""Deconflicted motions in space and time: agents avoid each other or wait, and teams pass moving obstacles.
 
     in   a joint motion between two steps
-    out  the same with fewer conflicts; of a team, its motion past obstacles that move or grow, or None
+    out  the same with fewer conflicts; for a team, its motion past moving or growing obstacles, or None
 
 Both are motions of least effort through cells and layers of time (``space_time_search``).
 
-*Agents among each other*, by prioritized planning: in a layer no agent gets further than bodies are to be apart, and
-cells are half as wide. One agent after the other, the longest path first, gets its motion among those who have theirs.
+*Agents among each other*, by prioritized planning: in a layer no agent moves further than the separation of bodies, and
+    cells are half as wide. One agent after the other, the longest path first, gets its motion around the earlier ones.
 Agents with conflicts left get another motion among all, for a few rounds. The polish resolves the rest.
 
-*A team past obstacles*: its middle moves, and its members keep their places beside it. None of them meets a standing
-obstacle, and as few as possible meet a moving one where it is at that time.
+*A team past obstacles*: its middle moves, and its members keep their offsets. None of them meets a static obstacle,
+    and as few as possible meet a moving one at its place at that time.
 
 Source:
     Erdmann and Lozano-Pérez, "On multiple moving objects", 1987.
@@ -34,17 +34,17 @@ from missionc.ir import Mission
 from missionc.planning.space_time_search import least_effort
 
 ROOM = 0.05
-"""Metres of room beyond what bodies need."""
+"""Additional clearance of bodies, metres."""
 
 
 def deconflict_space_time(
     mission: Mission, position: Array, begin: int, alone: Sequence[int], geodesics: Geodesics
 ) -> Array:
-    """The motion with those who go alone out of each other's way: (agents, steps + 1, dim), metres.
+    """The motion with fewer conflicts of single agents: (agents, steps + 1, dim), metres.
 
     Args:
-        position: from a step of the mission, ``begin``, on; where all are at the first and last of these steps stays.
-        alone: agents who may be given another motion.
+        position: (agents, steps + 1, dim), metres, from step ``begin`` of the mission on; the first and last stay.
+        alone: agents that may get another motion.
     """
     span = position.shape[1] - 1
     if span < 2 or len(alone) < 2:
@@ -57,11 +57,13 @@ def deconflict_space_time(
 
 @dataclass(frozen=True, slots=True)
 class _Layers:
-    """Args:
-    apart: metres that the centres of bodies are to be apart sideways.
-    metric: what each axis of their difference is multiplied by to tell that, (dim,).
-    share: of the time between the two steps, of each layer, (layers,).
-    low: the middle of the first cell, (dim,), metres.
+    """Layers of time and their grid.
+
+    Args:
+        apart: required horizontal distance of bodies' centres, metres.
+        metric: factors of the axes of their difference, (dim,).
+        share: share of the time between the two steps, of each layer, (layers,).
+        low: centre of the first cell, (dim,), metres.
     """
 
     apart: float
@@ -138,7 +140,7 @@ class _GiveWay:
         return made
 
     def _meeting(self) -> list[int]:
-        """Those who go alone and come too near to others."""
+        """Single agents in conflict with others."""
         found: set[int] = set()
         for layer in range(1, self.way.shape[1] - 1):
             points = self.way[:, layer]
@@ -148,7 +150,7 @@ class _GiveWay:
         return [agent for agent in self.alone if agent in found]
 
     def _take(self, agent: int, sign: float) -> None:
-        """Marks cells as taken by an agent at each layer, the more the nearer, or as free again."""
+        """Add or remove an agent's occupation of cells at each layer, larger if nearer."""
         way, cell = self.way[agent], self.layers.cell
         index = np.round((way - self.layers.low) / cell).astype(np.int64)[:, None] + self.near
         inside = ((index >= 0) & (index < np.array(self.layers.shape))).all(axis=2)
@@ -158,7 +160,7 @@ class _GiveWay:
         np.add.at(self.taken, (layer, *index[layer, which].T), sign * much[layer, which])
 
     def _of_movers(self, times: Array) -> Array:
-        """How much of each cell is taken by obstacles that move or grow, (layers, *cells)."""
+        """Occupation of each cell by moving or growing obstacles, (layers, *cells), for times (layers,), seconds."""
         taken = np.zeros((len(times), *self.layers.shape))
         radius = max(self.mission.agents[agent].radius for agent in self.alone) + self.mission.clearance + ROOM
         for obstacle in self.mission.obstacles:
@@ -170,7 +172,7 @@ class _GiveWay:
         return taken
 
     def _replan(self, agent: int) -> None:
-        """The motion of least effort of an agent among those who have theirs."""
+        """Least-effort motion of an agent around the others' motions."""
         one, layers = self.mission.agents[agent], self.layers
         free: Flags = self.room >= one.radius + self.mission.clearance
         first, last = (self._cell(self.way[agent, end], free) for end in (0, -1))
@@ -186,7 +188,7 @@ class _GiveWay:
         self.way[agent] = points
 
     def _cell(self, point: Array, free: Flags) -> tuple[int, ...]:
-        """The nearest free cell."""
+        """Nearest free cell to a point, (dim,), metres."""
         far = np.where(free, np.linalg.norm(self.points - point, axis=-1), np.inf)
         return tuple(int(each) for each in np.unravel_index(int(far.argmin()), far.shape))
 
@@ -194,15 +196,15 @@ class _GiveWay:
 def avoid_moving_obstacles(
     mission: Mission, team: list[int], around: Array, times: Array, start: Array, end: Array, geodesics: Geodesics
 ) -> Array | None:
-    """Where a team's middle is at each step, (steps, dim), metres.
+    """Positions of a team's middle at each step, (steps, dim), metres.
 
     Args:
-        around: where its members are to the middle, (members, steps, dim), metres.
-        times: of the steps, (steps,), seconds; the first one is a step after ``start``.
-        start, end: of the middle, (dim,), metres.
+        around: offsets of its members from the middle, (members, steps, dim), metres.
+        times: times of the steps, (steps,), seconds; the first is one step after ``start``.
+        start, end: places of the middle, (dim,), metres.
     """
     ahead = 2.0  # cells that a team moves in one layer
-    hurry = 1.25  # length of a path on the grid over that of a motion
+    hurry = 1.25  # length of a path on the grid relative to that of a motion
     radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
     speed = min(float(mission.agents[agent].dynamics.top_speed) for agent in team)
     size = np.array(mission.world.high) - geodesics.low
@@ -225,9 +227,11 @@ def avoid_moving_obstacles(
 
 
 def _costs(mission: Mission, points: Array, around: Array, times: Array, radius: float, geodesics: Geodesics) -> Array:
-    """What it costs that the middle is in a cell before each layer, (layers, *cells); infinite where somebody meets a
-    wall, nothing before the first."""
-    room = 0.05  # metres beyond what bodies need
+    """Cost of the middle being in a cell before each layer, (layers, *cells).
+
+    Infinite for contact with static obstacles, 0 before the first. Lengths are in metres.
+    """
+    room = 0.05  # metres beyond a body's need
     cost = np.zeros((len(times), *points.shape[:-1]))
     movers = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
     for layer, time in enumerate(times[:-1].tolist()):

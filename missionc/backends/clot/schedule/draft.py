@@ -20,9 +20,9 @@ from missionc.ir import Mission
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WarmStart:
-    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
+    """Beginning of planning: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
 
-    ``number`` is of the attempt that made the schedule.
+    ``number`` is the index of the attempt that made the schedule.
     """
 
     number: int
@@ -40,12 +40,12 @@ def draft(
     noise: float,
     go_on: Callable[[], bool],
 ) -> WarmStart:
-    """What follows from a scheduler.
+    """Warm start from a scheduler.
 
     Args:
-        number: of the attempt.
-        noise: by what share distances are misjudged on purpose.
-        go_on: once it says no, first guesses are taken as they are.
+        number: index of the attempt.
+        noise: share of the random perturbation of distances.
+        go_on: if it returns False, first guesses are used unchanged.
     """
     schedule = scheduler.schedule(noise)
     loose = {agent.index for agent in mission.agents} - scheduler.tied

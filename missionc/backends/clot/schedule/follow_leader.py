@@ -1,7 +1,7 @@
-"""Follow the leader: a file goes through the world along one route, each of its agents so many metres of it behind.
+"""Follow the leader: a file of agents moves along one route, each at a fixed distance behind the first.
 
-in   Schedule, where the agents are, where some are to be
-out  the route of every agent
+in   Schedule, the agents' positions, the targets of some
+out  route of every agent
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ from missionc.ir.kernel.nodes import Atom
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """Agents one behind the other, and how many metres each keeps from the one before it (the first: 0)."""
+    """Agents in a file, with each agent's distance from the previous one, metres (the first: 0)."""
 
     agents: tuple[int, ...]
     gaps: tuple[float, ...]
 
     @property
     def behind(self) -> Array:
-        """Metres of route from the first agent to each, (agents,)."""
+        """Length of route from the first agent to each, (agents,), metres."""
         total: Array = np.cumsum(self.gaps)
         return total
 
     @property
     def turned(self) -> File:
-        """The same with the last one first."""
+        """The same file with the last agent first."""
         return File(self.agents[::-1], (0.0, *self.gaps[:0:-1]))
 
 
 @dataclass(frozen=True, slots=True)
 class FormationSlot:
-    """Where some of a file are to be.
+    """Target of some agents of a file.
 
     Args:
-        holds: whether points, (points, dim), are in it: (points,).
-        nearest: the point of it that is the shortest way off from one outside, (dim,).
-        cells: which cells of the geodesics' grid are in it, (cells,).
+        holds: flags of points, (points, dim), in it: (points,).
+        nearest: its point with the shortest path from one outside, (dim,).
+        cells: flags of the geodesics' grid cells in it, (cells,).
     """
 
     holds: Callable[[Array], Flags]
@@ -54,7 +54,7 @@ class FormationSlot:
 
 
 def files(schedule: Schedule, low: int, high: int) -> list[File]:
-    """The files that hold at every step from ``low`` to ``high``; no agent is in two."""
+    """Files that hold at every step from ``low`` to ``high``; no agent is in two."""
     found: list[File] = []
     for hold in schedule.holds:
         node = hold.node
@@ -66,7 +66,7 @@ def files(schedule: Schedule, low: int, high: int) -> list[File]:
 
 
 def as_file(edges: Sequence[FormationEdge]) -> File | None:
-    """Edges as a file: each agent keeps its distance from the next and from nobody else; None where they are none."""
+    """Edges as a file, with distances only between consecutive agents; None for other edges."""
     beside: dict[int, dict[int, float]] = {}
     for edge in edges:
         if isinstance(edge.target, tuple):
@@ -94,14 +94,14 @@ def led(
     geodesics: Geodesics,
     room: float,
 ) -> dict[int, Array] | None:
-    """The route of each agent of a file, (corners, dim), metres, by which the last of those asked gets into a place.
+    """Route of each agent of a file, (corners, dim), metres, on which the last target agent reaches a place.
 
-    The end that is there already leads, or the one from which that is shorter. Where it goes on beyond the way
-    there, for those behind it to get there, it turns as little as the room lets it.
+    The end that is already there leads, or the one with the shorter path. If it continues beyond the target for those
+    behind it, it turns as little as the clearance allows.
 
     Args:
-        position: of all agents, (agents, dim), metres.
-        room: metres from the route to what stands.
+        position: positions of all agents, (agents, dim), metres.
+        room: clearance of the route from static obstacles, metres.
     """
     best: tuple[tuple[bool, float], File, Array] | None = None
     for each in (file, file.turned):
@@ -127,15 +127,15 @@ def led(
 def _leaders(
     file: File, position: Array, asked: Sequence[int], place: FormationSlot, geodesics: Geodesics, room: float
 ) -> Array | None:
-    """The leader's route by which the last of those asked gets into a place, behind all others."""
-    count = 200  # points of the path from the last agent to the leader that are evaluated
+    """Leader's route, (corners, dim), metres, on which the last target agent reaches a place, behind all others."""
+    count = 200  # points evaluated on the path from the last agent to the leader
     behind = dict(zip(file.agents, file.behind.tolist(), strict=True))
     last = max(asked, key=lambda agent: behind[agent])
     ahead = position[list(file.agents[: file.agents.index(last) + 1])][::-1]
     trail = lengths_to(ahead)
     samples = np.linspace(0.0, trail[-1], count)
     inside = np.flatnonzero(place.holds(at_lengths(ahead, trail, samples)))
-    way = ahead[-2:]  # the file is under way there already
+    way = ahead[-2:]  # the file is already on its path there
     metres = float(samples[inside[0]]) if len(inside) else behind[last]
     if not len(inside):
         found = geodesics.way(ahead[-1], place.nearest(ahead[-1]), room, room)
@@ -149,9 +149,9 @@ def _leaders(
 
 
 def _onward(way: Array, metres: float, geodesics: Geodesics, room: float, within: Flags | None) -> Array | None:
-    """A way so long from the end of another, which it carries on."""
-    # What a radian costs by which the leader turns where it goes on beyond its goal, against a metre too far or too
-    # near, each as a share of the way that it goes on.
+    """Path of length ``metres`` that continues another, (corners, dim), metres; None without one."""
+    # Cost of a radian of the leader's turn beyond its goal, relative to a metre too far or too near; each as a share of
+    # the additional path.
     turns = 0.5
     end = way[-1]
     before = way[-2] if len(way) > 1 else end
@@ -173,4 +173,4 @@ def _onward(way: Array, metres: float, geodesics: Geodesics, room: float, within
     if reached >= metres:
         return part(onward, 0.0, metres)
     direction = (onward[-1] - onward[-2]) / float(np.linalg.norm(onward[-1] - onward[-2]))
-    return np.concatenate([onward, (onward[-1] + direction * (metres - reached))[None]])  # straight on
+    return np.concatenate([onward, (onward[-1] + direction * (metres - reached))[None]])  # straight continuation

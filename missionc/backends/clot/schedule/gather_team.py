@@ -1,13 +1,12 @@
-"""Least-squares placement of a team in its formation, or together, its middle kept (majorization of stress).
+"""Least-squares placement of a team in formation, or together, with its middle fixed (stress majorization).
 
-A figure of which every two agents keep a distance is laid flat over the team first, turned or mirrored
-so that its agents go as little as can be. Then each two agents that are tied want the other at a length
-or an offset. All move at once, so that these wishes are met in the sense of least squares, and then again
-from there.
+A figure with all pairwise distances is first laid flat over the team, rotated or mirrored for the smallest motion. Then
+each pair of tied agents has a target length or offset. All agents move together to the least-squares solution of these
+targets, repeatedly.
 
 Source:
     de Leeuw, "Applications of convex analysis to multidimensional scaling", 1977: majorization
-    of stress; here with offsets, and with ties that only must not be too long. Torgerson, classical scaling, 1952;
+    of stress; here with offsets, and with ties that have only a maximum length. Torgerson, classical scaling, 1952;
     Schönemann, "A generalized solution of the orthogonal Procrustes problem", 1966.
 """
 
@@ -26,24 +25,26 @@ from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.pair_ranges import directed, range_of
 
 NEAR = 0.02
-"""Metres: no tie is further from what it should be than this."""
+"""Metres: accepted deviation of a tie."""
 
 
 def can_be_gathered(predicate: Predicate) -> bool:
-    """Whether this is about where agents are to each other in a way that ``gather_team`` knows."""
+    """Return whether ``gather_team`` supports this predicate about relative positions."""
     return predicate.formation is not None or (predicate.graph is not None and predicate.graph.by_distance)
 
 
 def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
-    """Positions, (agents, dim), metres, at which all shapes hold as well as it finds; where they do, nobody moves.
+    """Positions, (agents, dim), metres, that satisfy all shapes as well as possible.
 
-    Bodies and obstacles are not looked at.
+    Unchanged if satisfied.
+
+    Bodies and obstacles are ignored.
 
     Args:
-        position: of all the mission's agents, (agents, dim), metres.
+        position: positions of all the mission's agents, (agents, dim), metres.
     """
-    shaken = 0.01  # metres of noise: two agents in one place have no direction to each other
-    rounds = 100  # moves at most; each lowers the total error
+    shaken = 0.01  # metres of noise: two agents in one place have no direction between them
+    rounds = 100  # maximum number of moves; each lowers the total error
     shapes = tuple(shapes)
     first, second, least, most, offset = _ties(shapes, position)
     if not len(first):
@@ -68,12 +69,12 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
 
 
 def tree_of(graph: Graph, position: Array) -> Indices:
-    """The links of a graph's best spanning tree, (links, 2), agents, from and to.
+    """Links of a graph's best spanning tree, (links, 2), agents, from and to.
 
-    Of links that lead one way, those of the trees there and back.
+    For directed links, those of the trees in both directions.
 
     Args:
-        position: of all the mission's agents, (agents, dim), metres.
+        position: positions of all the mission's agents, (agents, dim), metres.
     """
     agents = np.array(graph.agents, dtype=np.int64)
     members = position[agents]
@@ -87,7 +88,7 @@ def tree_of(graph: Graph, position: Array) -> Indices:
 
 
 def _laid(shapes: Iterable[Predicate], position: Array) -> Array:
-    """The positions, (agents, dim), metres, with each rigid figure laid over its agents."""
+    """Positions, (agents, dim), metres, with each rigid figure laid over its agents."""
     laid = position.copy()
     done: set[int] = set()
     for shape in shapes:
@@ -104,7 +105,7 @@ def _laid(shapes: Iterable[Predicate], position: Array) -> Array:
 
 
 def _figure(formation: Formation) -> Array | None:
-    """A flat formation of which every two agents keep a distance, round its middle: (agents, 2), metres; else None."""
+    """Flat formation with all pairwise distances, around its middle: (agents, 2), metres; None for others."""
     flat = 1e-6  # squared thickness of a flat figure over its squared length
     count = len(formation.agents)
     distances = {
@@ -127,7 +128,10 @@ def _figure(formation: Formation) -> Array | None:
 
 
 def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indices, Array, Array, Array]:
-    """The ends of all ties; the least and greatest length of each, or its offset, NaN where it has none."""
+    """Ends of all ties, (ties,).
+
+    Least and greatest length, metres, or offset, (ties, dim), NaN without one.
+    """
     dim = position.shape[1]
     first: list[int] = []
     second: list[int] = []
@@ -160,7 +164,7 @@ def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indice
 
 
 def _wished(apart: Array, least: Array, most: Array, offset: Array) -> Array:
-    """What is nearest to each of these differences of positions, (ties, dim), metres, among those wished for."""
+    """Nearest targets to these differences of positions, (ties, dim), metres."""
     length = np.linalg.norm(apart, axis=1)
     scaled = apart * (np.clip(length, least, most) / np.maximum(length, 1e-9))[:, None]
     wished: Array = np.where(np.isnan(offset), scaled, offset)
@@ -168,14 +172,14 @@ def _wished(apart: Array, least: Array, most: Array, offset: Array) -> Array:
 
 
 def _furthest(apart: Array, least: Array, most: Array, offset: Array) -> float:
-    """By how much the worst of these differences of positions, (ties, dim), is not what is wished for, metres."""
+    """Largest deviation of these differences of positions, (ties, dim), from their targets, metres."""
     length = np.linalg.norm(apart, axis=1)
     off = np.where(np.isnan(offset[:, 0]), np.abs(np.clip(length, least, most) - length), 0.0)
     return float(np.maximum(off, np.linalg.norm(np.nan_to_num(offset - apart), axis=1)).max())
 
 
 def turned_by(points: Array, angle: float) -> Array:
-    """Points, (points, dim), turned by so many degrees round the origin, from the first axis to the second."""
+    """Points, (points, dim), metres, rotated around the origin, in degrees, from the first axis to the second."""
     cosine, sine = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
     turned = points.copy()
     turned[:, 0] = cosine * points[:, 0] - sine * points[:, 1]
@@ -184,12 +188,12 @@ def turned_by(points: Array, angle: float) -> Array:
 
 
 def teams_of(ties: Flags) -> list[list[int]]:
-    """Who is tied together, by ties, (agents, agents), between any two of them."""
+    """Groups of tied agents, from ties, (agents, agents), boolean."""
     number, label = connected_components(ties, directed=False)
     return [np.flatnonzero(label == team).tolist() for team in range(number)]
 
 
 def depths_of(ties: Flags, first: int) -> Array:
-    """By how many ties each agent is away from the first, (agents,); -1 where nothing ties it there."""
+    """Number of ties between each agent and the first, (agents,); -1 without connection."""
     depth = dijkstra(ties, indices=np.array([first]), unweighted=True)[0]
     return np.where(np.isfinite(depth), depth, -1.0)

@@ -1,7 +1,7 @@
-"""Geodesics round the obstacles that stand still: shortest paths on a grid, for a point with some room around it.
+"""Geodesics around static obstacles: shortest paths on a grid for a point with some clearance.
 
-Obstacles that grow count as they are at first. A grid, and not the corners of obstacles, gives the distances to all
-cells of a goal at once, where paths may take longer in some cells (``slowness``).
+Growing obstacles have their initial size. Unlike the corners of obstacles, a grid gives the distances to all cells of a
+goal at once, and paths may be slower in some cells (``slowness``).
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 
 class Geodesics:
-    """Geodesics between points, straight or bent; room is metres to obstacles and to the world's bounds.
+    """Geodesics between points, straight or bent, with clearance to obstacles and the world's bounds in metres.
 
     Args:
-        figure: what goes the way, of a point of it: where its parts are to that point, (parts, dim), metres.
+        figure: offsets of the moving body's parts from its reference point, (parts, dim), metres.
     """
 
     def __init__(self, mission: Mission, figure: Array | None = None) -> None:
@@ -44,16 +44,18 @@ class Geodesics:
 
     @cached_property
     def points(self) -> Array:
-        """The middles of the cells, (grid, dim), metres."""
+        """Centres of the cells, (grid, dim), metres."""
         return middles(self.low, self.cell, self.shape)
 
     @cached_property
     def room(self) -> Array:
-        """Room at the middles of the cells, (grid,), metres."""
+        """Clearance at the centres of the cells, (grid,), metres."""
         return self.room_at(self.points)
 
     def room_at(self, points: Array) -> Array:
-        """Room at points, of the part that has least: metres to standing obstacles and bounds, (..., dim) -> (...)."""
+        """Clearance at points, of the part with the least: metres to static obstacles and bounds, (...,
+        dim) -> (...).
+        """
         together = 1 << 18  # points in one array
         size = max(1, together // (points.size // points.shape[-1]))
         parts = self.figure.reshape(-1, *(1,) * (points.ndim - 1), points.shape[-1])
@@ -62,7 +64,10 @@ class Geodesics:
         return room
 
     def room_near(self, points: Array) -> Array:
-        """Room at the middle of the cell that a point is in, (..., dim) -> (...); less than any outside the grid."""
+        """Clearance at the centre of a point's cell, metres, (..., dim) -> (...).
+
+        Minus infinity outside the grid.
+        """
         flat = points.reshape(-1, points.shape[-1])
         room: Array = self.room[tuple(self._cell(flat).T)].reshape(points.shape[:-1])
         outside = ((points < self.low) | (points > np.array(self.mission.world.high))).any(axis=-1)
@@ -84,13 +89,13 @@ class Geodesics:
         avoid: Array | None = None,
         slowness: Array | None = None,
     ) -> Array | None:
-        """A way from start to end, (dim,) each: its corners, (corners, dim), metres; None where there is none.
+        """Path from start to end, (dim,) each: its corners, (corners, dim), metres; None without one.
 
         Args:
-            wanted: metres of room along the way where both ends have them; less as it must be.
-            least: metres that it has to have between the ends at any rate.
-            avoid: points of ways not to be taken again, (points, dim), metres.
-            slowness: what each metre counts in a cell, (grid,), for the way that takes least time; None for 1.
+            wanted: clearance along the path, metres, if both ends have it; less if necessary.
+            least: minimum clearance between the ends, metres.
+            avoid: points of paths to avoid, (points, dim), metres.
+            slowness: cost of a metre in each cell, (grid,), for the fastest path; None for 1.
         """
         shortest = self._with(start, end, least, avoid, slowness)
         if shortest is None:
@@ -103,10 +108,10 @@ class Geodesics:
         return shortest
 
     def paced(self, way: Array, share: Array, slowness: Array | None) -> Array:
-        """Points of a way at shares, (points,), of the time that it takes: (points, dim).
+        """Points of a path at shares, (points,), of its duration: (points, dim), metres.
 
         Args:
-            slowness: what each metre counts in a cell, (grid,); None for 1.
+            slowness: cost of a metre in each cell, (grid,); None for 1.
         """
         if slowness is None:
             return at_shares(way, share)
@@ -117,17 +122,17 @@ class Geodesics:
         return at_lengths(fine, effort, share * effort[-1])
 
     def _effort(self, way: Array, slowness: Array | None) -> float:
-        """What the metres of a way count."""
+        """Cost of a path, (corners, dim), in weighted metres."""
         return length(way) if slowness is None else float(self._efforts(self._fine(way), slowness).sum())
 
     def _efforts(self, fine: Array, slowness: Array) -> Array:
-        """What the metres of each piece of a way count, (pieces,), where none is longer than half a cell."""
+        """Cost of each piece of a path, (pieces,), in weighted metres; no piece is longer than half a cell."""
         cell = self._cell((fine[1:] + fine[:-1]) / 2)
         efforts: Array = norm(np.diff(fine, axis=0)) * slowness.reshape(self.shape)[tuple(cell.T)]
         return efforts
 
     def _fine(self, way: Array) -> Array:
-        """The way with further points, so that none is further than half a cell from the one before it."""
+        """Path with additional points, (points, dim), metres, no further apart than half a cell."""
         pieces = []
         for here, there in pairwise(way):
             count = max(1, int(np.ceil(float(np.linalg.norm(there - here)) / (self.cell / 2))))
@@ -135,22 +140,24 @@ class Geodesics:
         return np.concatenate([*pieces, way[-1:]])
 
     def lengths(self, start: Array, room: float) -> Array:
-        """Metres of way from a point, (dim,), to each cell of the grid, (cells,), with so much room; or infinite."""
+        """Path length from a point, (dim,), to each cell, (cells,), metres, with this clearance; or infinite."""
         first = self._free(start, room)
         return np.asarray(dijkstra(self._graph(room), directed=True, indices=np.array(first)))
 
     def _with(self, start: Array, end: Array, room: float, avoid: Array | None, slowness: Array | None) -> Array | None:
-        """A way with so much room, straight where that has it."""
+        """Path with this clearance, (corners, dim), metres, straight if possible."""
         if avoid is None and slowness is None and self._clear(start, end, room):
             return np.stack([start, end])
         return self._around(start, end, room, avoid, slowness)
 
     def _open(self, way: Array, room: float) -> bool:
-        """Whether each piece of a way has room: the nearest cell with more of it may be on the other side of a wall."""
+        """Return whether each piece of a path, (corners, dim), metres, is clear: the nearest free cell may be behind a
+        wall.
+        """
         return all(self._clear(here, there, room) for here, there in pairwise(way))
 
     def _clear(self, start: Array, end: Array, room: float) -> bool:
-        """Whether the straight way has room, but for what its ends themselves lack."""
+        """Return whether the straight path is clear, apart from what its ends, (dim,), metres, lack."""
         count = max(2, int(np.ceil(float(np.linalg.norm(end - start)) / (self.cell / 2))) + 1)
         share = np.linspace(0.0, 1.0, count)[:, None]
         points = start * (1 - share) + end * share
@@ -180,7 +187,7 @@ class Geodesics:
         return self._pulled(np.concatenate([start[None], path, end[None]]), room, slowness)
 
     def _graph(self, room: float) -> sparse.csr_matrix:
-        """Moves to neighbouring cells, weighted by their length."""
+        """Moves to neighbouring cells, weighted by their length, metres."""
         if room not in self.graphs:
             free = self.room >= room
             number = np.pad(np.where(free, np.arange(free.size).reshape(self.shape), -1), 1, constant_values=-1)
@@ -197,7 +204,7 @@ class Geodesics:
         return cells_of(points, self.low, self.cell, self.shape)
 
     def _free(self, point: Array, room: float) -> int:
-        """The number of the nearest cell with room."""
+        """Index of the nearest cell with this clearance to a point, (dim,), metres."""
         free = np.flatnonzero(self.room >= room)
         if len(free) == 0:
             return int(np.ravel_multi_index(tuple(self._cell(point)), self.shape))
@@ -205,7 +212,7 @@ class Geodesics:
         return int(free[norm(centres - point).argmin()])
 
     def _pulled(self, path: Array, room: float, slowness: Array | None) -> Array:
-        """The way pulled tight: corners that can be left out are, where that takes no longer."""
+        """Path, (corners, dim), metres, without corners that are unnecessary and do not save time."""
         corners = [path[0]]
         here = 0
 
@@ -228,30 +235,33 @@ class Geodesics:
 
 
 def middles(low: Array, cell: float, shape: tuple[int, ...]) -> Array:
-    """The middles of the cells of a grid, (*shape, dim), metres, whose lowest corner is ``low``, (dim,)."""
+    """Centres of the cells of a grid, (*shape, dim), metres, with lowest corner ``low``, (dim,)."""
     axes = [first + (np.arange(count) + 0.5) * cell for first, count in zip(low, shape, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
 def cells_of(points: Array, low: Array, cell: float, shape: tuple[int, ...]) -> Indices:
-    """The cells of such a grid that points are in, or nearest to, (..., dim) -> (..., dim)."""
+    """Cells of such a grid that contain, or are nearest to, points, metres.
+
+    Shape: (..., dim) -> (..., dim), indices.
+    """
     index: Indices = np.clip(np.floor((points - low) / cell).astype(np.int64), 0, np.array(shape) - 1)
     return index
 
 
 def slowed(moves: sparse.csr_matrix, slowness: Array) -> sparse.csr_matrix:
-    """Moves between cells, weighted by their length, of which each metre counts as its two cells, (grid,), say."""
+    """Moves between cells, weighted by their length, metres, times the mean slowness of both cells, (grid,)."""
     row = np.repeat(np.arange(moves.shape[0]), np.diff(moves.indptr))
     lengths = moves.data * (slowness[row] + slowness[moves.indices]) / 2
     return sparse.csr_matrix((lengths, moves.indices, moves.indptr), shape=moves.shape)
 
 
 def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array:
-    """Shares of a way at shares of its time, (points,) each: from rest to rest where there is time for that, else even.
+    """Shares of a path at shares of its time, (points,) each: from rest to rest if time suffices, else constant speed.
 
     Args:
         way: (corners, dim), metres.
-        seconds: that it takes.
+        seconds: duration.
     """
     ease = 0.8  # share of the top acceleration that an agent uses if there is time
     far = length(way)

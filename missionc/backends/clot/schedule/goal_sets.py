@@ -1,11 +1,10 @@
-"""Goal sets and their cost-to-go: the grid cells at which something holds of an agent, and geodesics to them.
+"""Goal sets and their cost-to-go: grid cells at which a formula holds for an agent, and geodesics to them.
 
-    in   Mission, a formula without operators of time
+    in   Mission, a formula without temporal operators
     out  GoalSet
 
-Whatever one agent's place decides has a goal set: a region, a coordinate or a distance that is compared, and all
-that *and*, *or* and *not* make of these. Ways go round the obstacles that stand, and keep to where the agent has to be
-all the time.
+Every formula that one agent's place decides has a goal set: a region, a compared coordinate or distance, and their
+combinations with *and*, *or* and *not*. Paths go around static obstacles, and stay in the agent's permanent region.
 """
 
 from __future__ import annotations
@@ -31,21 +30,23 @@ from missionc.ir.kernel.evaluate import evaluate
 from missionc.ir.kernel.nodes import Atom, Node
 
 DETOUR = 0.1
-"""What a second on the way counts against one by which all are there later, where some meet."""
+"""Weight of a second on the path against a second of delay for all, in meetings."""
 
 BEYOND = 1.5
-"""How many times as long as the straight way one is taken to be where the grid has none."""
+"""Ratio of an assumed path to the straight line, if the grid has no path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoalSet:
-    """Args:
-    points: where to go for it, one for each of its cells, (cells, dim), metres.
-    nearest: for each cell of the grid the number of the nearest of these, (grid,).
-    length: metres of the way there, (grid,); infinite where there is none. A metre on which an agent has to be
-        slower counts as many as it goes meanwhile at top speed.
-    share: of the free cells, how many are in it.
-    open: whether it can hold where the agent may be at all.
+    """Goal set of one formula.
+
+    Args:
+        points: target point of each of its cells, (cells, dim), metres.
+        nearest: for each cell of the grid, the index of the nearest of these, (grid,).
+        length: path length to it, (grid,), metres; infinite without a path. A metre with a speed limit counts as the
+            distance at top speed in that time.
+        share: its share of the free cells.
+        open: True if it can hold at an allowed place of the agent.
     """
 
     cells: Indices
@@ -58,9 +59,9 @@ class GoalSet:
 
 @dataclass(slots=True)
 class FreeCells:
-    """Where agents of one size may be: ``cells``, (grid,), the ways between them, and the nearest of them, (grid,).
+    """Allowed cells of agents of one size, ``cells``, (grid,), paths between them, and the nearest of them, (grid,).
 
-    ``slowness``: how many times as long as at top speed a metre takes there, (grid,); None for 1 everywhere.
+    ``slowness``: time per metre there relative to top speed, (grid,); None for 1 everywhere.
     """
 
     cells: Flags
@@ -71,10 +72,10 @@ class FreeCells:
 
 
 class GoalSets:
-    """The goal sets of a mission's formulas, each worked out once.
+    """Goal sets of a mission's formulas, each computed once.
 
     Args:
-        kept: for each agent what it has to keep to from the first step to the last.
+        kept: permanent requirements of each agent.
     """
 
     def __init__(self, mission: Mission, geodesics: Geodesics, kept: Sequence[Iterable[Node]]) -> None:
@@ -89,14 +90,14 @@ class GoalSets:
         self._moved: dict[object, Array] = {}
 
     def of(self, agent: int, nodes: Sequence[Node]) -> GoalSet | None:
-        """Where all of these hold of an agent; None where places do not decide it."""
+        """Goal set of all these formulas for an agent; None if places do not decide it."""
         key = frozenset(nodes), self._kind(agent)
         if key not in self._sets:
             self._sets[key] = self._made(agent, nodes)
         return self._sets[key]
 
     def way(self, goal: GoalSet, agent: int, here: Array) -> tuple[Array, float, bool]:
-        """Where an agent that is here, (dim,), goes for a goal, (dim,), how far that is, metres, and whether it can."""
+        """Target of an agent here, (dim,), for a goal, (dim,), the path length, metres, and whether it is reachable."""
         roaming = self.roaming(agent)
         cell = int(roaming.nearest[self._cell(here)])
         there = goal.points[goal.nearest[cell]]
@@ -109,7 +110,7 @@ class GoalSets:
         return there, max(straight, length), goal.open
 
     def lengths(self, agent: int, here: Array) -> Array:
-        """How far it is from here, (dim,), to every cell: metres, (grid,); infinite where there is no way."""
+        """Path length from here, (dim,), to every cell, metres, (grid,); infinite without a path."""
         roaming = self.roaming(agent)
         cell = int(roaming.nearest[self._cell(here)])
         if cell not in roaming.lengths:
@@ -126,15 +127,15 @@ class GoalSets:
         goals: Sequence[GoalSet | None],
         onward: Sequence[GoalSet | None],
     ) -> tuple[Array, Array]:
-        """Where agents meet so that the last of them is there soonest, (members, dim), and each one's way in metres.
+        """Meeting points of agents with the earliest last arrival, (members, dim), and path lengths, metres.
 
         Args:
             here: (members, dim), metres.
-            free: for how long after the first moment at which they may meet each is held up, (members,), seconds.
-            pace: of each, (members,), m/s.
-            reach: metres that may be between any two.
-            goals: where each has to be for it, beside.
-            onward: where each goes after it.
+            free: delay of each after the earliest meeting time, (members,), seconds.
+            pace: speed of each, (members,), m/s.
+            reach: greatest distance between any two, metres.
+            goals: additional goal of each.
+            onward: next goal of each.
         """
         key = (
             tuple(agents),
@@ -164,7 +165,7 @@ class GoalSets:
                 sum_of_ways += np.where(np.isfinite(later.length), later.length, 0.0) / pace[number]
         for number, (agent, way) in enumerate(zip(agents, ways, strict=True)):
             least = speeds(self.mission.agents[agent].dynamics)[0]
-            if least > 0:  # who cannot wait for the others flies about until they are there
+            if least > 0:  # an agent that cannot wait for the others circles until they arrive
                 finite = np.where(np.isfinite(way), way, 0.0)
                 about += np.maximum(last - free[number] - finite / least, 0.0)
         middle = self.places[int((last + about + DETOUR * sum_of_ways).argmin())]
@@ -181,13 +182,13 @@ class GoalSets:
     def moved_on(
         self, agents: Sequence[int], points: Array, seconds: float, pace: Array, goals: Sequence[GoalSet | None]
     ) -> Array:
-        """Where agents who stay near each other have come to after some time, (members, dim), metres.
+        """Positions of agents that stay near each other after some time, (members, dim), metres.
 
         Args:
-            points: where they are, (members, dim), metres.
-            seconds: for how long they go on.
-            pace: of each, (members,), m/s.
-            goals: where each goes after it; the furthest counts, and of those that are as far the others too.
+            points: present positions, (members, dim), metres.
+            seconds: duration.
+            pace: speed of each, (members,), m/s.
+            goals: next goal of each; the furthest ones determine the direction.
         """
         key = tuple(agents), points.tobytes(), seconds, pace.tobytes(), tuple(map(id, goals))
         if key in self._moved:
@@ -204,7 +205,9 @@ class GoalSets:
         return self._moved[key]
 
     def _parted(self, agents: Sequence[int], points: Array, here: Array, within: float) -> Array:
-        """The points where some meet, (members, dim), with those who would be in one point apart, as they come."""
+        """Meeting points, (members, dim), metres, with coinciding agents separated in the directions of
+        their arrival.
+        """
         middle = points.mean(axis=0)
         needed = SpacingTable.of(self.mission).among(np.array(agents)) / 2
         parted = points.copy()
@@ -219,7 +222,7 @@ class GoalSets:
         return parted
 
     def roaming(self, agent: int) -> FreeCells:
-        """Where an agent may be, by its size and by what it has to keep to."""
+        """Allowed cells of an agent, by its size and its permanent requirements."""
         key = self._kind(agent)
         if key not in self._roaming:
             room = self.mission.agents[agent].radius + self.mission.clearance
@@ -243,15 +246,17 @@ class GoalSets:
         return self._roaming[key]
 
     def margin(self, agent: int, nodes: Sequence[Node], points: Array) -> Array | None:
-        """The least margin of formulas of an agent at points, (points, dim) -> (points,), metres; None: unknown."""
+        """Least margin of formulas of an agent at points, (points, dim) -> (points,), metres; None if unknown."""
         values = evaluate(nodes, PointMargins(self.mission, agent, points))
         known = [value for node in nodes if (value := values[node]) is not None]
         return np.min(np.broadcast_arrays(*known), axis=0) if known else None
 
     def apart(self, agent: int, one: Predicate, other: Predicate) -> float:
-        """How far an agent is at least from where one predicate holds to where another does, metres; 0 if unknown.
+        """Lower bound of an agent's distance between the sets of two predicates, metres; 0 if unknown.
 
-        Halfway between the two the margins of both are half of that, and a cell has them within half of its size.
+        0 if unknown.
+
+        Halfway between the two, both margins are half of it, and a cell has them up to half of its size.
         """
         key = self._kind(agent), one, other
         if key not in self._apart:
@@ -262,7 +267,7 @@ class GoalSets:
         return self._apart[key]
 
     def _kind(self, agent: int) -> object:
-        """What agents have in common that may be in the same places."""
+        """Key of agents with the same allowed places."""
         each = self.mission.agents[agent]
         return each.radius, each.altitude, each.dynamics, frozenset(self.kept[agent])
 
@@ -283,7 +288,7 @@ class GoalSets:
         deep = np.flatnonzero(margin >= min(settings.inside, 0.5 * best))
         cells = deep if best > 0 else np.array([int(margin.argmax())])
         points = self.places[cells]
-        if best <= settings.inside:  # it is smaller than a cell, or not where there is room
+        if best <= settings.inside:  # it is smaller than a cell, or in no free cell
             points, best = self._finer(agent, [*nodes, *self.kept[agent]], points)
         length, _, source = dijkstra(roaming.moves, indices=cells, min_only=True, return_predecessors=True)
         number = np.zeros(len(self.places), dtype=np.int64)
@@ -292,8 +297,8 @@ class GoalSets:
         return GoalSet(cells, points, nearest, length, len(cells) / max(1, int(roaming.cells.sum())), best >= 0)
 
     def _finer(self, agent: int, nodes: Sequence[Node], points: Array) -> tuple[Array, float]:
-        """The point round each of these, (cells, dim), at which the formulas hold best; and how well."""
-        finer = 7  # points along each side of a cell, if no cell's middle satisfies the requirement
+        """Best nearby point for the formulas for each of these, (cells, dim), metres, and the largest margin."""
+        finer = 7  # points along each side of a cell, if no cell centre satisfies the requirement
         dim = points.shape[1]
         line = (np.arange(finer) / (finer - 1) - 0.5) * self.grid.cell * 2
         around = np.stack(np.meshgrid(*[line] * dim, indexing="ij"), axis=-1).reshape(-1, dim)

@@ -1,4 +1,4 @@
-"""Initial configurations of a team at a step: the one before moved, packed into a region, in formation, in file."""
+"""Initial configurations of a team at a step: the previous one moved, packed into a region, in formation, in file."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from missionc.ir.kernel.nodes import Atom
 from missionc.ir.pair_ranges import all_ranges
 
 Guess: TypeAlias = tuple[Array, Routes]
-"""The positions of all agents, (agents, dim), metres, and the routes by which they come there."""
+"""Positions of all agents, (agents, dim), metres, and their routes."""
 
 
 class FirstGuesses:
-    """The first guesses of configurations of one schedule."""
+    """First guesses of a schedule's configurations."""
 
     def __init__(
         self,
@@ -70,9 +70,11 @@ class FirstGuesses:
             yield self._packed(position, places, pitch), {}
 
     def _under_way(self, before: KeyFrame, step: int) -> Array:
-        """Where everybody was, or meets; whoever is asked for nothing is on the way to where to be next.
+        """Previous or meeting places of all agents, (agents, dim), metres.
 
-        Those whom a formation or links tie together, up to there, go as one if none of them is asked for anything.
+        Idle agents are on the path to their next goal.
+
+        Agents tied by a formation or links until then move together if none of them has a goal.
         """
         position = before.position.copy()
         met = self._met(step)
@@ -102,7 +104,7 @@ class FirstGuesses:
         return position
 
     def _released(self) -> set[int]:
-        """The steps up to which teams stay in a formation, or linked, that they came together for."""
+        """Steps up to which teams stay in a formation, or linked, for a common event."""
         return {
             min(each.step + each.visit.lasts, self.steps)
             for each in self.schedule.appointments
@@ -110,7 +112,7 @@ class FirstGuesses:
         }
 
     def _met(self, step: int) -> dict[int, Array]:
-        """Where the schedule has those who meet at a step."""
+        """Scheduled meeting places at a step, (dim,), metres, by agent."""
         return {
             place.agent: place.point
             for appointment in self.schedule.appointments
@@ -120,7 +122,7 @@ class FirstGuesses:
         }
 
     def _shapes(self, low: int, high: int) -> Iterator[Predicate]:
-        """The formations and graphs that hold at some step from ``low`` to ``high``."""
+        """Formations and graphs that hold at some step from ``low`` to ``high``."""
         for hold in self.schedule.holds:
             if (
                 hold.low <= high
@@ -131,7 +133,7 @@ class FirstGuesses:
                 yield hold.node.predicate
 
     def _following(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Guess | None:
-        """The files that hold since the frame before, each behind its leader; None where none goes anywhere."""
+        """Files that hold since the previous frame, each behind its leader; None if none moves."""
         routes: dict[int, Array] = {}
         for file in files(self.schedule, before.step, step):
             routes.update(self._led(file, before.position, places) or {})
@@ -143,7 +145,7 @@ class FirstGuesses:
         return guess, routes
 
     def _led(self, file: File, position: Array, places: dict[Region, list[int]]) -> Routes | None:
-        """The routes of a file of whom some are to be in places where they are not."""
+        """Routes of a file, (corners, dim), metres, with targets for some of its agents."""
         radius = max(self.mission.agents[agent].radius for agent in file.agents)
         room = radius + self.mission.clearance + clot_settings(self.mission).guess.clearance
         found: Routes | None = None
@@ -159,7 +161,7 @@ class FirstGuesses:
         return found
 
     def _place(self, region: Region, depth: float, room: float) -> FormationSlot:
-        """A region as files look for it, metres inside its border where it is so deep."""
+        """A region as the target of a file, with depth and clearance in metres."""
         cells = -np.asarray(signed_distance(np, region.shape, self.geodesics.points)).ravel()
         deep = min(depth, 0.9 * float(cells.max()))
 
@@ -172,7 +174,7 @@ class FirstGuesses:
         return FormationSlot(holds, nearest, cells >= deep)
 
     def _nearest(self, region: Region, start: Array, depth: float, room: float) -> Array:
-        """The point of a region that has so much room and is so deep in it, metres, and is the shortest way off."""
+        """Nearest point of a region by path with this clearance and depth, (dim,), metres."""
         points = self.geodesics.points.reshape(-1, len(start))
         free = self.geodesics.room.ravel() >= room
         deep = -np.asarray(signed_distance(np, region.shape, points))
@@ -184,7 +186,10 @@ class FirstGuesses:
         return nearest
 
     def _formed(self, step: int, before: Array, formed: Array, places: dict[Region, list[int]]) -> Array:
-        """Each team in its formation, where it has room and is in its places, and the longest way there is short."""
+        """Each team in formation with clearance, in its places, with a short longest path.
+
+        Shape: (agents, dim), metres.
+        """
         turns = (0.0, 90.0, 45.0, 135.0)  # degrees
         guess = before.copy()
         ties, _ = self._ties(step)
@@ -211,7 +216,7 @@ class FirstGuesses:
         others: Array,
         places: dict[Region, list[int]],
     ) -> Array:
-        """A figure, (members, dim) round its middle, at the best of many places: (members, dim), metres."""
+        """Best placement of a figure, (members, dim) around its middle: (members, dim), metres."""
         settings = clot_settings(self.mission).guess
         lacking_cost = 1e3  # cost of a metre of missing clearance, in metres travelled
         cells = self.geodesics.points.reshape(-1, before.shape[1])
@@ -242,7 +247,7 @@ class FirstGuesses:
             around = turned_by(figure, angle)
             points = middles[:, None] + around
             chosen = int(cost(points).argmin())
-            # From there as far back to where its agents have the shortest ways as there is room.
+            # From there, back to the point with the shortest paths of its agents, as far as there is room.
             back = middles[chosen] + np.linspace(0.0, 1.0, 21)[:, None] * (middle - middles[chosen])
             closer = back[:, None] + around
             costs = cost(closer)
@@ -253,7 +258,7 @@ class FirstGuesses:
         return best[1]
 
     def _turned(self, step: int) -> set[int]:
-        """Agents of whose formation it is said which way it is turned."""
+        """Agents of formations with a given orientation."""
         return {
             agent
             for shape in self._shapes(step, step)
@@ -264,7 +269,7 @@ class FirstGuesses:
         }
 
     def _places(self, step: int) -> dict[Region, list[int]]:
-        """The regions that agents are asked to be in at a step, by what is decided."""
+        """Regions in which agents must be at a step, by the decisions."""
         places: dict[Region, list[int]] = {}
         regions: dict[int, Region] = {}
         for appointment in self.schedule.appointments:
@@ -282,7 +287,10 @@ class FirstGuesses:
         return places
 
     def _moved(self, step: int, before: Array, places: dict[Region, list[int]], turn: float) -> Array:
-        """Everybody as before, the agents of each region carried there together; who is tied to them goes along."""
+        """Previous places with the agents of each region moved there together, and tied ones along.
+
+        Shape: (agents, dim), metres.
+        """
         guess = before.copy()
         shift = np.zeros_like(before)
         carried: set[int] = set()
@@ -302,7 +310,9 @@ class FirstGuesses:
         return guess
 
     def _trailing(self, step: int, before: Array, places: dict[Region, list[int]]) -> Iterator[Array]:
-        """Where a place is for one agent only: the others behind it on the way there, as far as they are tied to it."""
+        """For a region of one agent, the others behind it on the path, at the distance of ties: (agents,
+        dim), metres.
+        """
         ties, spacing = self._ties(step)
         for region, agents in places.items():
             if len(agents) != 1 or not ties[agents[0]].any():
@@ -327,7 +337,7 @@ class FirstGuesses:
             yield guess
 
     def _busy(self, step: int) -> set[int]:
-        """Agents who are asked to be somewhere at a step, or are where they must be."""
+        """Agents with a goal at a step, or already at their required places."""
         places = {
             hold.agent
             for hold in self.schedule.holds
@@ -336,7 +346,7 @@ class FirstGuesses:
         return places | {agent for agents in self._places(step).values() for agent in agents} | set(self._exact(step))
 
     def _ties(self, step: int) -> tuple[Flags, float]:
-        """Who is tied to whom by what holds at a step, (agents, agents), and how far apart ties keep them, metres."""
+        """Ties between agents by the conditions at a step, (agents, agents), and their length, metres."""
         count = len(self.mission.agents)
         ties = np.zeros((count, count), dtype=np.bool_)
         spacing: list[float] = []
@@ -354,7 +364,10 @@ class FirstGuesses:
         return ties, min(spacing, default=0.0)
 
     def _packed(self, before: Array, places: dict[Region, list[int]], pitch: float = 1.0) -> Array:
-        """The agents of each region in slots around its middle, each in the one that takes least moving in all."""
+        """Agents of each region in slots around its middle, with the least total motion.
+
+        Shape: (agents, dim), metres.
+        """
         guess = before.copy()
         for region, agents in places.items():
             slots = self.places.slots(region, agents, pitch)

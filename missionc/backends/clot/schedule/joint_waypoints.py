@@ -1,13 +1,12 @@
-"""Joint waypoints (key frames): one configuration of the whole team for each step that matters.
+"""Joint waypoints (key frames): one configuration of the whole team for each important step.
 
     in   Schedule
-    out  the positions of all agents at some of the steps
+    out  positions of all agents at some of the steps
 
-A configuration has all that must hold at its step: regions, formations, links, bodies apart.
-It is found by moving the one before it as little as the holds allow, from several first
-guesses: the team moved as it is, turned, or packed into slots of the region. A team that is to get
-into a formation is put where there is room for all of it, and the longest way there is short. A file
-that stays one goes behind its leader.
+A configuration satisfies all conditions of its step: regions, formations, links, separation. It is the smallest change
+of the previous one that the holds allow, from several first guesses: the team translated, rotated, or packed into slots
+of the region. A team that changes into a formation is placed where all of it has clearance and the longest path is
+short. A continuing file follows its leader.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ from missionc.ir.kernel.nodes import At, Atom
 from missionc.ir.pair_ranges import range_of
 
 PITCHES = 0.95, 0.75
-"""How far apart relays are put, of what their graph bridges."""
+"""Distances of relays, relative to the range of their graph."""
 
 
 def joint_waypoints(
@@ -51,20 +50,20 @@ def joint_waypoints(
     go_on: Callable[[], bool] = lambda: True,
     toured: Mapping[int, Array] = NO_TOURS,
 ) -> tuple[KeyFrame, ...]:
-    """The key frames of a schedule, in order; the first and the last step are among them.
+    """Key frames of a schedule, in order, including the first and the last step.
 
     Args:
-        go_on: once it says no, first guesses are taken as they are.
-        toured: the positions, (steps + 1, dim), metres, of those who are on a tour of their own.
+        go_on: if it returns False, first guesses are used unchanged.
+        toured: positions, (steps + 1, dim), metres, of agents on separate tours.
     """
     kept = replace(schedule, holds=tuple(_kept_to_the_event(schedule)))
     return _KeyFrames(mission, kept, scheduler, geodesics, generator, go_on, toured).all()
 
 
 def _kept_to_the_event(schedule: Schedule) -> Iterator[Hold]:
-    """The holds, with formations that are kept up to an event kept at it too: a step later nobody is elsewhere.
+    """Holds, with formations up to an event extended to it, since agents are still in them one step before.
 
-    Not where the event asks for another one of the same agents.
+    The exception is an event with another formation of the same agents.
     """
     for hold in schedule.holds:
         ended = [each.visit for each in schedule.appointments if each.step == hold.high + 1]
@@ -105,7 +104,7 @@ class _KeyFrames(FirstGuesses):
         return tuple(frames[step] for step in sorted(frames))
 
     def _matters(self, appointment: Appointment) -> bool:
-        """Whether it is about others than those who are on tours."""
+        """Return whether it is about agents other than those on tours."""
         visit = appointment.visit
         return (
             not visit.agents
@@ -114,16 +113,16 @@ class _KeyFrames(FirstGuesses):
         )
 
     def _is_toured(self, hold: Hold) -> bool:
-        """Whether where those are who are on tours decides it."""
+        """Return whether the positions of agents on tours decide it."""
         whom = agents_of(hold.agent, hold.node) if self.toured else None
         return whom is not None and whom <= self.toured.keys()
 
     def _holds(self) -> list[Hold]:
-        """The holds that are about others."""
+        """Holds about agents not on tours."""
         return [hold for hold in self.schedule.holds if not self._is_toured(hold)]
 
     def _frame(self, step: int, guesses: Iterator[Guess], before: KeyFrame | None) -> KeyFrame:
-        """The first guess that can be made right, or the one that comes nearest."""
+        """First guess that can be corrected, or the nearest result."""
         demand = self._demand(step)
         pinned = self._pinned(step)
         costs = Costs(self.mission, self._still(pinned), clot_settings(self.mission).weights, spare(self.mission), step)
@@ -140,9 +139,9 @@ class _KeyFrames(FirstGuesses):
     def _tries(
         self, step: int, guesses: Iterator[Guess], before: KeyFrame | None, costs: Costs, demand: Demand
     ) -> Iterator[tuple[Polished, Routes]]:
-        """What becomes of each guess; then of it, and of what it became, with relays along the links asked for.
+        """Polished results of each guess; then of it and its result with relays along the required links.
 
-        Relays on a way that bends come first: the ends of links that cross what stands may be far from each other.
+        Relays on bent paths come first, since the ends of links across obstacles may be far apart.
         """
 
         def relayed(guesses: Iterator[Array]) -> Iterator[tuple[Polished, Routes]]:
@@ -165,10 +164,10 @@ class _KeyFrames(FirstGuesses):
         control = np.repeat(shaken[:, None, :], costs.splines.points, axis=1)
         return polish(control, costs, demand, settings.iterations, self.go_on)
 
-    # --------------------------------------------------------- what is asked
+    # --------------------------------------------------------- conditions
 
     def _demand(self, step: int) -> Demand:
-        """Everything that holds at a step, and the places of starts and finishes that are regions."""
+        """All conditions at a step, and the start and finish regions."""
         here = [hold for hold in self._holds() if hold.timeless and hold.low <= step <= hold.high]
         roots = [At(hold.agent, hold.node) for hold in here]
         for agent, place in self.mission.ends_at(step):
@@ -187,10 +186,10 @@ class _KeyFrames(FirstGuesses):
     # --------------------------------------------------------------- guesses
 
     def _relayed(self, guess: Array, step: int, demand: Demand, *, round_corners: bool) -> Iterator[Array]:
-        """Where links are asked for that are too long: agents whom no place is asked of, evenly along them.
+        """For links that are too long: agents without a place, evenly along them: (agents, dim), metres.
 
         Args:
-            round_corners: along ways round what stands, where these bend; else straight through.
+            round_corners: True to follow paths around static obstacles if they bend; else straight lines.
         """
         busy = self._busy(step)
         links = [
@@ -219,7 +218,7 @@ class _KeyFrames(FirstGuesses):
                 yield relayed
 
     def _ways(self, graph: Graph, ends: Indices, guess: Array, *, round_corners: bool) -> list[Array]:
-        """The way along each link, (corners, dim), metres: straight, or where it is too long round what stands."""
+        """Path along each link, (corners, dim), metres: straight, or for long ones around static obstacles."""
         far, _ = _stretched(graph, ends, guess, PITCHES[0])
         return [
             self._way(graph.agents, *guess[pair]) if round_corners and too_far else guess[pair]
@@ -227,7 +226,10 @@ class _KeyFrames(FirstGuesses):
         ]
 
     def _links(self, guess: Array, step: int, demand: Demand) -> Iterator[tuple[Graph, Indices]]:
-        """The links of each graph that are asked for, (links, 2), agents; of one that is connected, a spanning tree."""
+        """Required links of each graph, (links, 2), agents; for a connected graph, a spanning tree.
+
+        Positions in metres.
+        """
         active = demand.active(guess[:, None], np.zeros_like(guess)[:, None])
         for graph, lists in active.joined.items():
             if graph.by_distance:
@@ -238,13 +240,16 @@ class _KeyFrames(FirstGuesses):
                 yield whole, tree_of(whole, guess)
 
     def _way(self, agents: tuple[int, ...], start: Array, end: Array) -> Array:
-        """The way round what stands for the widest of these agents, (corners, dim), metres; straight where none is."""
+        """Path around static obstacles for the widest of these agents, (corners, dim), metres.
+
+        Straight if none exists.
+        """
         room = max(self.mission.agents[agent].radius for agent in agents) + self.mission.clearance
         way = self.geodesics.way(start, end, room + clot_settings(self.mission).guess.clearance, room)
         return np.stack([start, end]) if way is None else way
 
     def _spreading(self, step: int, before: KeyFrame | None, position: Array) -> Routes:
-        """The route of each agent that a graph links, from the frame before: where they spread, they are no figure."""
+        """Routes of agents linked by a graph from the previous frame, (corners, dim), metres, for spreading teams."""
         linked = [shape.restricted.agents for shape in self._shapes(step, step) if shape.restricted is not None]
         if before is None:
             return {}
@@ -255,6 +260,9 @@ class _KeyFrames(FirstGuesses):
 
 
 def _stretched(graph: Graph, ends: Indices, position: Array, share: float) -> tuple[Flags, Array]:
-    """Which links, (links, 2), agents, are longer than so much of what their graph bridges; and that, metres."""
+    """Flags of links, (links, 2), agents, longer than this share of their graph's range.
+
+    The second result is that length, metres.
+    """
     reach = np.array([range_of(graph, *pair) for pair in ends.tolist()])
     return np.linalg.norm(np.diff(position[ends], axis=1)[:, 0], axis=-1) > share * reach, reach

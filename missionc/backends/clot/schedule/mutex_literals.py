@@ -1,9 +1,8 @@
-"""Literals of holds that deny each other: a literal and its opposite, and more at once than may hold.
+"""Mutually exclusive literals of holds: a literal and its opposite, and more at once than a capacity.
 
-A literal is that a predicate holds of an agent, or that it does not; it and its opposite are *mutex*, and so are two
-predicates that hold in no place both (``altitude <= 20 m`` and ``altitude >= 40 m``). Of those that
-``always not (at least 3 truck: weigh)`` is about, two at once are the most, and of the two of
-``always not (a and b)`` one: a *capacity*.
+A literal states that a predicate holds for an agent, or fails. It and its opposite are *mutex*, and so are two
+predicates without a common place (``altitude <= 20 m`` and ``altitude >= 40 m``). ``always not (at least 3 truck:
+weigh)`` is a *capacity* of two, and ``always not (a and b)`` a capacity of one.
 """
 
 from __future__ import annotations
@@ -18,22 +17,22 @@ from missionc.ir import Predicate
 from missionc.ir.kernel.nodes import Any, At, AtLeast, Atom, Node, Not
 
 Literal: TypeAlias = tuple[int, Predicate, bool]
-"""A literal: an agent, or -1 for the team; a predicate; and whether it holds."""
+"""A literal: an agent, or -1 for the team; a predicate; and its truth."""
 
 TEAM = -1
 
 KNOWN = 4096
-"""So many sets of literals have opposites that are not worked out anew."""
+"""Maximum number of cached sets of literals."""
 
 ROUNDING = 1e-6
-"""Seconds that do not count."""
+"""Seconds below which differences do not count."""
 
 
 @dataclass(frozen=True, slots=True)
 class TimedLiterals:
-    """The literals that a hold requires at every moment from ``low`` to ``high``, both included; seconds.
+    """Literals that a hold requires at all times from ``low`` to ``high``, both included; seconds.
 
-    ``gap``: seconds before and after, at which they hold as well.
+    ``gap``: seconds before and after in which they also hold.
     """
 
     literals: frozenset[Literal]
@@ -45,7 +44,7 @@ class TimedLiterals:
         return TimedLiterals(self.literals, self.low + by, self.high + by, self.gap)
 
     def mutex_time(self, other: TimedLiterals) -> float | None:
-        """For how many seconds it is mutex with the other; None where it never is, 0 for one moment."""
+        """Seconds for which it is mutex with the other; None if never, 0 for a single time."""
         both = min(self.high + self.gap, other.high + other.gap) - max(self.low - self.gap, other.low - other.gap)
         if both < 0 or _opposites(self.literals).isdisjoint(other.literals):
             return None
@@ -59,9 +58,9 @@ def _opposites(literals: frozenset[Literal]) -> frozenset[Literal]:
 
 @dataclass(frozen=True, slots=True)
 class Capacity:
-    """At most so many of some literals hold at once from ``low`` to ``high``, seconds.
+    """At most ``most`` of some literals hold at once from ``low`` to ``high``, seconds.
 
-    ``passing``: seconds before one of them is to hold, and after, in which it may hold as well.
+    ``passing``: seconds before and after one of them in which it may also hold.
     """
 
     literals: frozenset[Literal]
@@ -71,7 +70,7 @@ class Capacity:
     passing: float
 
     def until(self, one: TimedLiterals, others: Iterable[TimedLiterals]) -> float | None:
-        """The time from which there is room for one among others, seconds; None where there is."""
+        """Earliest time at which one has room among others, seconds; None if it has."""
         mine = self.literals & one.literals
         if not mine or one.low > self.high or one.high < self.low:
             return None
@@ -91,7 +90,7 @@ class Capacity:
 
 
 def capacities(holds: Iterable[Hold], step: float, passing: float) -> tuple[Capacity, ...]:
-    """How many literals may hold at once by what holds say; ``step`` and ``passing`` are seconds."""
+    """Capacities from holds; ``step`` and ``passing`` are seconds."""
     found: list[Capacity] = []
     for hold in holds:
         if isinstance(hold.node, Any | AtLeast):
@@ -104,16 +103,16 @@ def capacities(holds: Iterable[Hold], step: float, passing: float) -> tuple[Capa
 
 
 Denials: TypeAlias = dict[Literal, dict[Literal, float]]
-"""For literals that others may deny what each implies, itself or the opposite of what excludes it, and for how many
-seconds before and after it holds as well."""
+"""For exclusive literals, the implied literals (themselves or opposites of excluded ones), with the seconds before and
+after in which they also hold."""
 
 
 def denials(outline: Outline, apart: Callable[[int, Predicate, Predicate], float]) -> Denials:
-    """The literals of an outline that others in it may deny.
+    """Literals of an outline that others in it may exclude.
 
     Args:
-        apart: seconds that an agent takes at least from where one predicate holds to where another does. It is asked
-            where one of them is to hold for a while.
+        apart: least seconds of an agent between the sets of two predicates. It is used if one of them must hold for a
+                while.
     """
     visits = [hold for event in outline.events for hold in event.holds]
     lasting = [*outline.fixed, *(hold for event in outline.events for hold in event.before)]
@@ -136,7 +135,7 @@ def denials(outline: Outline, apart: Callable[[int, Predicate, Predicate], float
 
 
 def timed_literals(holds: Iterable[Hold], denied: Denials, step: float) -> tuple[TimedLiterals, ...]:
-    """What holds imply that may be denied; ``step`` is seconds, and so are the results' times."""
+    """Exclusive literals implied by holds; ``step`` and the results' times are in seconds."""
     timed: list[TimedLiterals] = []
     for hold in holds if denied else ():
         said: dict[float, set[Literal]] = {}
@@ -156,7 +155,10 @@ def earliest_time(
     capacities: Iterable[Capacity],
     step: float,
 ) -> float:
-    """The earliest time from ``begin`` on at which nothing that is sure denies any of the literals; seconds."""
+    """Earliest time from ``begin`` on without exclusion of the literals by certain ones; seconds.
+
+    Seconds.
+    """
     while True:
         later: list[float] = []
         for each in says:
@@ -176,13 +178,13 @@ def earliest_time(
 
 
 def mutex_seconds(one: TimedLiterals, others: Iterable[TimedLiterals], step: float) -> float:
-    """For how many seconds one is mutex with others."""
+    """Seconds for which one is mutex with others."""
     denied = [one.mutex_time(other) for other in others]
     return sum(each + step for each in denied if each is not None)
 
 
 def _literal(agent: int, node: Node) -> Literal | None:
-    """The one literal that a formula asked of an agent is; None where it is another formula."""
+    """The single literal equivalent to a formula for an agent; None for other formulas."""
     while isinstance(node, At):
         agent, node = node.agent, node.body
     if isinstance(node, Atom | Not) and len(said := list(literals(agent, node))) == 1:
@@ -191,7 +193,7 @@ def _literal(agent: int, node: Node) -> Literal | None:
 
 
 def literals(agent: int, node: Node) -> Iterator[Literal]:
-    """The literals that a formula asked of an agent requires, each by itself."""
+    """Literals that a formula for an agent requires."""
     for who, part in conjuncts(agent, node):
         if isinstance(part, Atom | Not) and isinstance(leaf := part.body if isinstance(part, Not) else part, Atom):
             yield TEAM if leaf.predicate.about_team else who, leaf.predicate, isinstance(part, Atom)

@@ -1,17 +1,16 @@
-"""Stops for state of an agent's own: visits that a schedule gets where a resource runs out, or a flag is not as asked.
+"""Stops for own state: additional visits if a resource runs out, or a flag has the wrong value.
 
     in   a first motion of a schedule
-    out  the same; or one of a schedule with more visits, on which what is asked of own states comes true later or not
+    out  the same; or one of a schedule with more visits, on which conditions on own states fail later or not at all
 
-A schedule knows nothing of what an agent has left, or of where it has been before. So the first motion is looked at,
-and where the first thing asked of an own state fails, a visit to the region that mends it is put between two visits of
-its agent: as late as that helps, for as long as there is time. That is repeated (lazy refinement guided by
-counterexamples), and judged by nothing but the motions.
+A schedule does not model an agent's resources or flags. Therefore the first motion is examined. At the first failing
+condition on own state, a visit to a suitable region is inserted between two visits of the agent, as late as it helps.
+This is repeated while time allows (lazy refinement guided by counterexamples), and judged only on the motions.
 
 Source:
     Clarke, Grumberg, Jha, Lu and Veith, "Counterexample-guided abstraction refinement", 2000; Froger, Mendoza, Jabali
     and Laporte, "Improved formulations and algorithmic components for the electric vehicle routing problem with
-    nonlinear charging functions", 2019, for stops put into a route whose visits are given.
+    nonlinear charging functions", 2019, for stops inserted into a route with given visits.
 """
 
 from __future__ import annotations
@@ -38,12 +37,12 @@ from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.margins.resources import levels_along
 
 ROUNDING = 1e-6
-"""Seconds."""
+"""Seconds of rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UnmetResource:
-    """The first thing asked of an agent's own state that fails: what is asked, and at which step."""
+    """First failing condition on an agent's own state: the condition, and its step."""
 
     leaf: Node
     agent: int
@@ -52,14 +51,14 @@ class UnmetResource:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Draft:
-    """A first motion, the scheduler that it came of, and what it lacks, by agent."""
+    """A first motion, its scheduler, and its failing conditions by agent."""
 
     scheduler: Scheduler
     begun: WarmStart
     lacks: dict[int, UnmetResource]
 
     def visits(self, agent: int) -> list[Appointment]:
-        """The visits about an agent in the order of time."""
+        """Visits of an agent in the order of time."""
         whose = [
             (each, each.visit.agents | {hold.agent for hold in each.visit.event.holds})
             for each in self.begun.schedule.appointments
@@ -68,14 +67,14 @@ class _Draft:
 
     @property
     def last_stop(self) -> int:
-        """The step of the stop that was put in last."""
+        """Step of the last inserted stop."""
         number = len(self.scheduler.outline.tasks) - 1
         return next(each.step for each in self.begun.schedule.appointments if each.visit.key[0] == number)
 
     def progress(self, agent: int, tasks: int, late: float) -> tuple[bool, float, float]:
-        """How far an agent gets, the more the better: past which of its visits of the tasks, and to which step.
+        """Progress of an agent, larger is better: its last visit of the tasks, and the step.
 
-        Before that, whether it is no later than by so many seconds.
+        The first criterion is a delay of at most ``late`` seconds.
         """
         in_time, lack = self.begun.schedule.late <= late + ROUNDING, self.lacks.get(agent)
         if lack is None:
@@ -92,14 +91,14 @@ def with_stops(
     number: int,
     go_on: Callable[[], bool],
 ) -> WarmStart:
-    """What an attempt begins with, with stops for as long as these get somebody further.
+    """Warm start of an attempt, with stops while these increase an agent's progress.
 
     Args:
-        begin: what follows from a scheduler, the same each time it is asked.
-        number: of the attempt.
+        begin: deterministic warm start of a scheduler.
+        number: index of the attempt.
     """
-    # Shares of a full resource that may be lacking on a first motion, which goes further and slower than it has to:
-    # of the first attempt, of the next, and so on in turns.
+    # Shares of a full resource that may be missing on a first motion, which is longer and slower than necessary: of the
+    # first attempt, the next, and so on in turns.
     slacks = (0.0, 0.1, 0.2)
     roots = tuple(goal.formula for goal in graph.requirements)
     slack = slacks[number % len(slacks)]
@@ -139,7 +138,7 @@ def with_stops(
 
 
 def _most(mission: Mission, leaf: Node) -> float:
-    """What a full resource counts in the margin of a comparison; 0 of a flag."""
+    """Margin that a full resource contributes to a comparison; 0 for a flag."""
     predicate = signed_predicate(leaf)[0]
     if not isinstance(predicate, Compare):
         return 0.0
@@ -150,7 +149,7 @@ def _most(mission: Mission, leaf: Node) -> float:
 def _lacks(
     mission: Mission, roots: tuple[Node, ...], allowed: Mapping[Node, float], begun: WarmStart
 ) -> dict[int, UnmetResource]:
-    """The first thing that fails of what is asked of each agent's own state; of agents of whom nothing does, none."""
+    """First failing condition on each agent's own state; agents without one are left out."""
     made = splines(mission)
     states = made.states(made.through(begun.motion))
     demand = Demand.of(mission, roots, begun.schedule.choices, mission.steps)
@@ -172,10 +171,10 @@ def _mended(
     go_on: Callable[[], bool],
     more: int = 2,
 ) -> _Draft | None:
-    """The draft with the stop that gets the agent of a lack furthest; None where no stop gets it further.
+    """Draft with the stop that gives the agent the most progress; None if no stop helps.
 
     Args:
-        more: so many further stops may be needed for what the stop itself lacks.
+        more: maximum number of further stops that the stop itself needs.
     """
     agent, late = lack.agent, draft.begun.schedule.late
     now = draft.progress(agent, tasks, late)
@@ -194,13 +193,13 @@ def _mended(
             if best is not None and best[0][0] and best[0][1] > now[1]:
                 return best[1]
             if another is not None and another.step < there:
-                break  # less of a stop that it does not get to helps no more
+                break  # a shorter part of an unreachable stop does not help either
     return None if best is None else best[1]
 
 
 def _gaps(visits: list[Appointment], step: int) -> Iterator[tuple[Key | None, Key | None]]:
-    """Between which two visits of an agent a stop may be that is to help at a step, the latest first."""
-    gaps = 4  # places in its agent's schedule that a stop is tried at, the latest first
+    """Gaps between two visits of an agent for a stop that must help at a step, the latest first."""
+    gaps = 4  # number of gaps tried for a stop, the latest first
     keys = [None, *(each.visit.key for each in visits), None]
     last = next((number for number, each in enumerate(visits) if each.step >= step), len(visits))
     for number in range(last, max(last - gaps, -1), -1):
@@ -208,12 +207,12 @@ def _gaps(visits: list[Appointment], step: int) -> Iterator[tuple[Key | None, Ke
 
 
 def _stops(mission: Mission, lack: UnmetResource, motion: Array) -> Iterator[tuple[Option, ...]]:
-    """Stays that may mend it, the longest first; of those as long, one for each region.
+    """Stays that may help, the longest first; of equal ones, one for each region.
 
     Args:
-        motion: of its agent, (steps + 1, dim), metres.
+        motion: motion of its agent, (steps + 1, dim), metres.
     """
-    # Shares of the time that it takes to fill a resource: a stop for less of it, where there is not that much.
+    # Shares of the time for a full refill, for shorter stops if time is short.
     shares = (1.0, 0.5, 0.25)
     asked, holds = signed_predicate(lack.leaf)
     match asked:
@@ -231,7 +230,10 @@ def _stops(mission: Mission, lack: UnmetResource, motion: Array) -> Iterator[tup
 def _fills(
     mission: Mission, predicate: Predicate, holds: bool, lack: UnmetResource, motion: Array
 ) -> Iterator[tuple[Region, int]]:
-    """Regions that fill what a comparison needs more of, and the steps in which they fill all of it."""
+    """Regions that fill a comparison's resource, with the steps for a full refill.
+
+    Motion (steps + 1, dim), metres.
+    """
     for weight, feature in predicate.terms if isinstance(predicate, Compare) else ():
         if isinstance(feature, Level) and (weight > 0) is holds:
             resource = feature.resource
@@ -243,7 +245,7 @@ def _fills(
 
 
 def _stay(mission: Mission, agent: int, region: Region, steps: int) -> Option:
-    """An agent in a region for so many steps, at any time."""
+    """An agent in a region for ``steps`` steps, at any time."""
     there = Atom(Inside(region, False))
     last = max(0, mission.steps - steps)
     stay = (Hold(agent, there, 0, min(steps, mission.steps), True),)

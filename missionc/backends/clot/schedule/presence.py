@@ -3,8 +3,8 @@
     in   Hold
     out  PresenceConstraints
 
-A formula without operators of time is taken apart: what one agent's place decides is a goal of that agent's, a greatest
-distance between two agents makes them meet, and where so many of several agents are asked for, who comes is open.
+A formula without temporal operators is decomposed. A part that one agent's place decides is a goal of that agent; a
+maximum distance between two agents is a meeting. If a number of several agents is required, the choice is open.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from missionc.ir.language.margins.predicate_margins import of_pair
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """All of these agents are to be within ``reach``, metres, of each other."""
+    """All of these agents must be within ``reach``, metres, of each other."""
 
     agents: tuple[int, ...]
     reach: float
@@ -44,7 +44,7 @@ class Meeting:
 
 @dataclass(frozen=True, slots=True)
 class CardinalityGoal:
-    """So many of these goals are to be reached, each an agent's."""
+    """``count`` of these goals, each of one agent, must be reached."""
 
     count: int
     goals: tuple[tuple[int, tuple[Node, ...]], ...]
@@ -52,8 +52,7 @@ class CardinalityGoal:
 
 @dataclass(frozen=True, slots=True)
 class PresenceConstraints:
-    """``goals``: what each agent's own place has to make true. ``apart``: pairs and the least distance between them,
-    metres."""
+    """``goals``: conditions on each agent's own place. ``apart``: pairs and their least distance, metres."""
 
     goals: tuple[tuple[int, tuple[Node, ...]], ...] = ()
     meetings: tuple[Meeting, ...] = ()
@@ -62,13 +61,13 @@ class PresenceConstraints:
 
     @property
     def agents(self) -> set[int]:
-        """Who may have to get somewhere for it."""
+        """Agents that may have to move for it."""
         named = {agent for agent, _ in self.goals} | {agent for each in self.meetings for agent in each.agents}
         return named | {agent for each in self.some for agent, _ in each.goals}
 
     @property
     def moves_on(self) -> bool:
-        """Whether it asks agents to be near each other and to be in no place for it."""
+        """True if it requires agents to be near each other but at no place."""
         return bool(self.meetings) and not (self.goals or self.some)
 
     def __bool__(self) -> bool:
@@ -79,7 +78,7 @@ NOBODY = PresenceConstraints()
 
 
 def attendance(mission: Mission, holds: Iterable[Hold]) -> PresenceConstraints:
-    """Who has to be where for these to hold, as far as places decide that."""
+    """Presence constraints of these holds, as far as places decide them."""
     goals: dict[int, list[Node]] = {}
     pairs: dict[tuple[int, int], float] = {}
     some: list[CardinalityGoal] = []
@@ -103,7 +102,7 @@ def attendance(mission: Mission, holds: Iterable[Hold]) -> PresenceConstraints:
 
 
 def implied(holds: Iterable[Hold], always: Iterable[Hold]) -> Iterator[Hold]:
-    """What else must hold with these, for of what always holds one part alone is left by them (unit propagation)."""
+    """Further implied holds, if only one part of a permanent one remains possible (unit propagation)."""
     sure = {literal for hold in holds if hold.timeless for literal in literals(hold.agent, hold.node)}
     for hold in always if sure else ():
         for agent, node in conjuncts(hold.agent, hold.node):
@@ -120,7 +119,7 @@ def _denied(agent: int, node: Node, sure: set[Literal]) -> bool:
 
 
 def agents_of(agent: int, node: Node) -> set[int] | None:
-    """The agents whose own places decide a formula; None where that is not all that does."""
+    """Agents whose own places decide a formula; None if other things matter."""
     whom: set[int] = set()
     stack = [(agent, node)]
     while stack:
@@ -140,13 +139,13 @@ def agents_of(agent: int, node: Node) -> set[int] | None:
 
 
 def reads_past(node: Node) -> bool:
-    """Whether it is a predicate, or its negation, that the steps before bear on."""
+    """Return whether it is a predicate of the past, or its negation."""
     leaf = node.body if isinstance(node, Not) else node
     return isinstance(leaf, Atom) and leaf.predicate.reads_past
 
 
 def _bare(node: Node) -> Node:
-    """The formula at its agent: what is about one agent alone says so once."""
+    """Formula without redundant agent operators."""
     while isinstance(node, At):
         node = node.body
     return node
@@ -165,7 +164,10 @@ def _some(mission: Mission, agent: int, node: AtLeast | Any) -> Iterator[Cardina
 
 
 def _pair(mission: Mission, agent: int, node: Node) -> tuple[int, int, float, float] | None:
-    """Two agents and the least and the greatest distance at which a formula about them holds; infinite for none."""
+    """Two agents with the least and the greatest distance at which a formula about them holds.
+
+    The greatest is infinite without a bound.
+    """
     leaf = node.body if isinstance(node, Not) else node
     if not isinstance(leaf, Atom) or leaf.predicate.formation or leaf.predicate.graph or leaf.predicate.reads_speed:
         return None
@@ -187,7 +189,7 @@ def _pair(mission: Mission, agent: int, node: Node) -> tuple[int, int, float, fl
 def _by_distance(
     mission: Mission, predicate: Predicate, agent: int, first: int, second: int
 ) -> tuple[Array, Array] | None:
-    """The margins of a predicate by the distance of two agents, both (lengths,), metres; None of another kind."""
+    """Margins of a predicate by the distance of two agents, (lengths,) each, metres; None for other kinds."""
     lengths = 240  # distances at which a comparison of two places is evaluated, up to the world's diagonal
     low, high = np.array(mission.world.low), np.array(mission.world.high)
     length = np.geomspace(1e-2, float(np.linalg.norm(high - low)), lengths)
@@ -202,7 +204,7 @@ def _by_distance(
 
 
 def _meetings(pairs: dict[tuple[int, int], float]) -> Iterator[Meeting]:
-    """Those who are bound to each other by pairs, all together, within the least reach of any."""
+    """Connected groups of agents from pairs, with the least reach of any pair."""
     left = dict(pairs)
     while left:
         (first, second), reach = left.popitem()

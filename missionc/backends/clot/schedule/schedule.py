@@ -1,11 +1,9 @@
-"""Task scheduling (vehicle routing with time windows): when, which option and who goes where, by insertion and repair.
+"""Task scheduling (vehicle routing with time windows): times, options and agents, by insertion and repair.
 
-Every task's options are tried at every place of the order found so far, and the one with which
-all arrive soonest is kept; then some tasks are taken out again and put back in another way, as long as that is better.
-Ways go round what stands (``goal_sets``). Where nobody is asked to be in a place, agents are under way to the
-formation or graph that is asked for. What must not hold while something else does waits for
-it. Several schedules come from the same mission by weighing
-distances a little differently each time, and by putting off what has no place.
+Every task's options are tried at every position of the current order, and the one with the earliest arrivals is kept.
+Then some tasks are removed and reinserted differently while this improves the order. Paths go around static obstacles
+(``goal_sets``). Without a place, agents move to the required formation or graph. Mutually exclusive conditions wait for
+each other. Several schedules of a mission result from perturbed distances, and from delays of events without a place.
 
 Source:
     Rosenkrantz, Stearns and Lewis, cheapest insertion, 1977; Shaw, large neighbourhoods, 1998; Dechter, Meiri and
@@ -50,20 +48,20 @@ from missionc.ir import InitialSet, Mission, Predicate, Region
 from missionc.ir.kernel.nodes import Node
 
 VAST = 0.5
-"""A place of more than this share of all there is is nowhere to go to: who is there may leave its nearest point."""
+"""Share of the world above which a place gives no target: an agent may leave its nearest point."""
 
 UNHURRIED = 0.5, 0.0, 1.0
-"""Where between the soonest and the latest moment that the rest leaves it a visit is put: first, and in other
-schedules, which draw among these."""
+"""Relative time of a visit between its earliest and latest possible time: first, and in other schedules, which draw
+from these."""
 
 
 class Scheduler(Timetable):
     """Schedules of a mission. Distances are in metres, times in seconds.
 
-    ``tied``: those whom a formation or links hold together at some time; everybody else goes a way of their own.
+    ``tied``: agents tied by a formation or links at some time; all others move separately.
 
     Args:
-        links: whether links tie; without, they are left to whoever makes motions of the schedule.
+        links: True if links tie agents; otherwise the motion is responsible for them.
     """
 
     def __init__(
@@ -104,7 +102,7 @@ class Scheduler(Timetable):
         self.waits = {}
 
     def with_stop(self, options: tuple[Option, ...], after: Key | None, before: Key | None) -> Scheduler:
-        """The order that was made last with one more task of one visit, after and before these where they are given."""
+        """The last order with one more task of one visit, after and before the given ones."""
         more, number = copy(self), len(self.outline.tasks)
         more.outline = replace(self.outline, tasks=(*self.outline.tasks, Task("stop", options)))
         more.numbers = [*self.numbers, number]
@@ -114,11 +112,11 @@ class Scheduler(Timetable):
         return more
 
     def _seconds_apart(self, agent: int, one: Predicate, other: Predicate) -> float:
-        """What an agent takes at least from where one predicate holds to where another does; 0 if unknown."""
+        """Least seconds of an agent between the sets of two predicates; 0 if unknown."""
         return self.goals.apart(agent, one, other) / float(self.pace[agent])
 
     def schedule(self, noise: float) -> Schedule:
-        """A schedule; ``noise`` is by what share distances are misjudged on purpose, for another one than before."""
+        """Compute a schedule; ``noise`` is the share of random perturbation of distances, for variety."""
         perturbed = PerturbedDistances(noise, self.generator)
         self.unhurried = float(self.generator.choice(UNHURRIED)) if noise else UNHURRIED[0]
         settings = clot_settings(self.mission).schedule
@@ -127,7 +125,7 @@ class Scheduler(Timetable):
             made = self._made(perturbed)
             if made.late <= 0 or self.tied:
                 break
-        if noise and made.late > 0:  # perhaps only because ways were misjudged
+        if noise and made.late > 0:  # possibly only because of perturbed paths
             draft, again = self.draft, self._made(replace(perturbed, noise=0.0))
             made, self.draft = (again, self.draft) if again.late <= 0 else (made, draft)
         at = {each.visit.key: each.step for each in made.appointments}
@@ -157,7 +155,7 @@ class Scheduler(Timetable):
     def _put(
         self, draft: _Draft, number: int, perturbed: PerturbedDistances, options: Sequence[Option] | None = None
     ) -> None:
-        """Adds a task to the order, with the option, of all or of these, and at the places that cost least."""
+        """Add a task to the order, with the option (of all or of these) and positions of least cost."""
         noise = perturbed.noise
         cheapest: tuple[float, list[Visit], Option] | None = None
         for option in options or self.outline.tasks[number].options:
@@ -165,7 +163,7 @@ class Scheduler(Timetable):
             fixed, amiss = self._fixed([*draft.options.values(), option])
             cost, order = self._inserted(draft, visits, perturbed, fixed)
             cost += LATE * amiss
-            if noise:  # what is late stays late
+            if noise:  # a late visit stays late
                 cost += (cost % LATE) * float(np.expm1(0.3 * noise * self.generator.standard_normal()))
             if cheapest is None or cost < cheapest[0]:
                 cheapest = cost, order, option
@@ -175,7 +173,7 @@ class Scheduler(Timetable):
     def _inserted(
         self, draft: _Draft, visits: tuple[Visit, ...], perturbed: PerturbedDistances, fixed: list[TimedLiterals]
     ) -> tuple[float, list[Visit]]:
-        """The cheapest order with these visits, put one after the other each where it makes least of a difference."""
+        """Cheapest order with these visits, inserted one by one with the least effect each."""
         order, cost = draft.order, draft.cost
         if not visits:
             return self._run(order, perturbed, fixed).cost, order
@@ -192,7 +190,7 @@ class Scheduler(Timetable):
         return cost, order
 
     def _places(self, order: list[Visit], visit: Visit) -> Iterator[int]:
-        """Where in an order a visit makes a difference, after the one that it counts from."""
+        """Positions in an order that make a difference for a visit, after the one that it counts from."""
         mine, wary = visit.agents, bool(visit.says or visit.before)
         begin, end = self._bounds(order, visit)
         for place in range(begin, end + 1):
@@ -204,7 +202,7 @@ class Scheduler(Timetable):
                 yield place
 
     def _bounds(self, order: list[Visit], visit: Visit) -> tuple[int, int]:
-        """The first and the last place that an order has for a visit."""
+        """First and last position of a visit in an order."""
         if visit.after is None and self.unstopped is None:
             return 0, len(order)
         place = {each.key: number for number, each in enumerate(order)}
@@ -213,7 +211,10 @@ class Scheduler(Timetable):
         return begin, len(order) if before is None else max(begin, place[before])
 
     def _visits(self, task: int, events: Iterable[Event], holds: Iterable[Hold]) -> tuple[Visit, ...]:
-        """Events and those that come after them, each after the one it counts from; and what holds at fixed steps."""
+        """Events and their successors as visits, each after the one it counts from.
+
+        Conditions at fixed steps are included.
+        """
         visits: list[Visit] = []
         stack: list[tuple[Event, Key | None]] = [(event, None) for event in reversed(tuple(events))]
         while stack:
@@ -243,7 +244,7 @@ class Scheduler(Timetable):
         return tuple(visits)
 
     def _repaired(self, draft: _Draft, numbers: list[int], perturbed: PerturbedDistances) -> _Draft:
-        """These tasks taken out and put back in another order, as long as that is better and there is work left."""
+        """Reinsert these tasks in other orders while this improves the draft and work is left."""
         settings = clot_settings(self.mission).schedule
         best, work, vain = draft, 0, 0
         numbers = sorted(numbers)
@@ -261,7 +262,7 @@ class Scheduler(Timetable):
         return best
 
     def _with_exchanges(self, draft: _Draft, numbers: list[int], perturbed: PerturbedDistances) -> _Draft:
-        """Any two agents in each other's place, as long as that is better and there is work left."""
+        """Exchange any two agents while this improves the draft and work is left."""
         best, work = draft, 0
         for pair in combinations(range(len(self.mission.agents)), 2):
             if work >= clot_settings(self.mission).schedule.work:
@@ -275,7 +276,7 @@ class Scheduler(Timetable):
     def _exchanged(
         self, draft: _Draft, numbers: list[int], pair: tuple[int, int], perturbed: PerturbedDistances
     ) -> _Draft:
-        """Two agents in each other's place in all tasks that one of them does alone and the other may."""
+        """Exchange two agents in all tasks that one of them does alone and the other may."""
         whose = {number: set[int]().union(*(visit.agents for visit in draft.visits(number))) for number in numbers}
         out = [number for number in numbers if whose[number] in ({pair[0]}, {pair[1]})]
         tried = draft.without(out)
@@ -286,20 +287,20 @@ class Scheduler(Timetable):
         return tried
 
     def _whose(self, option: Option) -> set[int]:
-        """Who comes for the events of an option."""
+        """Agents of an option's events."""
         return set[int]().union(*(visit.agents for visit in self._visits(-1, option.events, ())))
 
     # ------------------------------------------------------------------ timing
 
     def _fixed(self, options: list[Option]) -> tuple[list[TimedLiterals], float]:
-        """What holds at fixed times whatever the order is, and for how many seconds it denies itself."""
+        """Conditions at fixed times for any order, and the seconds for which they exclude each other."""
         holds = [*self.outline.holds, *(hold for option in options for hold in option.holds)]
         fixed = timed_literals(holds, self.denied, self.mission.step)
         amiss = sum(mutex_seconds(one, fixed[:number], self.mission.step) for number, one in enumerate(fixed))
         return list(fixed), amiss
 
     def _settled(self, draft: _Draft, perturbed: PerturbedDistances) -> Schedule:
-        """Steps for all visits: everything as unhurried as windows and horizon let it be."""
+        """Steps of all visits: as relaxed as windows and horizon allow."""
         step, visits, options = self.mission.step, draft.order, list(draft.options.values())
         fixed, _ = self._fixed(options)
         run = self._run(visits, replace(perturbed, noise=0.0), fixed)
@@ -316,13 +317,13 @@ class Scheduler(Timetable):
         return replace(made, company=self.company, escorts=tuple(self._escorts(options)))
 
     def _accompanied(self, come: PresenceConstraints) -> PresenceConstraints:
-        """With those who stay near one who comes all the time, each of them near one other."""
+        """The constraints with permanent companions, each near one other agent."""
         whose = {agent for agent, _ in come.goals}
         pairs = [pair for pair in self.company.meetings if len(pair.agents) == 2 and not whose.isdisjoint(pair.agents)]
         return replace(come, meetings=tuple(dict.fromkeys((*come.meetings, *pairs)))) if pairs else come
 
     def _escorts(self, options: Iterable[Option]) -> Iterator[Escort]:
-        """Who stays near whom at fixed steps, and goes on meanwhile."""
+        """Escorts at fixed steps, whose agents also move on."""
         for hold in (*self.outline.holds, *(hold for option in options for hold in option.holds)):
             come = attendance(self.mission, (hold,)) if hold.timeless and not self._whole(hold) else NOBODY
             for meeting in come.meetings if come.moves_on else ():
@@ -331,25 +332,25 @@ class Scheduler(Timetable):
     # ------------------------------------------------------------------ places
 
     def _kept(self, geodesics: Geodesics) -> list[list[Node]]:
-        """For each agent what its place has to make true all the time."""
+        """Permanent conditions on each agent's place."""
         kept: list[list[Node]] = [[] for _ in self.mission.agents]
         for agent, nodes in self.company.goals:
             kept[agent].extend(nodes)
         for some in sorted(self.company.some, key=lambda each: each.count):
             sets = GoalSets(self.mission, geodesics, kept)
             if any(goal is None or goal.share > VAST for goal in (sets.of(*each) for each in some.goals)):
-                continue  # so many may be nearly anywhere: that binds nobody
+                continue  # conditions satisfied nearly everywhere restrict no agent
             bound = sorted(some.goals, key=lambda each: (not kept[each[0]], each[0]))
             for agent, nodes in bound[: some.count]:
                 kept[agent].extend(nodes)
         return kept
 
     def _whole(self, hold: Hold) -> bool:
-        whole = 0.9  # share of the mission, from which a requirement bounds every path
+        whole = 0.9  # share of the mission from which a requirement restricts every path
         return hold.timeless and hold.low == 0 and hold.high >= whole * self.mission.steps
 
     def _passing(self, holds: Iterable[Hold]) -> Iterator[Hold]:
-        """What holds at fixed steps, not all the time, and makes somebody go somewhere."""
+        """Conditions at fixed steps, not permanent, that require an agent to move."""
         for hold in holds:
             if hold.timeless and not self._whole(hold):
                 come = attendance(self.mission, (hold,))
@@ -360,7 +361,7 @@ class Scheduler(Timetable):
                     yield hold
 
     def _scheduled(self, task: Task) -> bool:
-        """Whether it is decided here when its events are: not of a recurrence that leads nobody anywhere."""
+        """Return whether events are decided here; not for a recurrence without places."""
         events = [event for option in task.options for event in option.all_events]
         if not any(event.again for event in events):
             return True
@@ -374,7 +375,7 @@ class Scheduler(Timetable):
         return np.array(place.point) if place.region is None else self.places.centre(place.region)
 
     def _regions(self, holds: tuple[Hold, ...]) -> dict[int, Region]:
-        """Where holds want their agents, those that are about places."""
+        """Regions of agents in holds about places."""
         regions: dict[int, Region] = {}
         for hold in holds:
             place = self.places.of(hold.node)

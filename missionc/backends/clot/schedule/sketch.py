@@ -1,4 +1,4 @@
-"""Sketch: an initial joint trajectory through key frames, teams together, along geodesics round static obstacles."""
+"""Sketch: initial joint trajectory through key frames, teams together, along geodesics around static obstacles."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def sketch(
     """Positions at the steps, (agents, steps + 1, dim), metres.
 
     Args:
-        detour: how likely a team goes another way than the shortest.
-        toured: the positions, (steps + 1, dim), metres, of those who are on a tour of their own.
+        detour: probability of a path other than the shortest for a team.
+        toured: positions, (steps + 1, dim), metres, of agents on separate tours.
     """
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
     position[:, 0] = frames[0].position
@@ -54,7 +54,7 @@ def sketch(
 
 
 class _Teams:
-    """Sketches of teams between two key frames; ``figures``: geodesics of teams that went before."""
+    """Sketches of teams between two key frames; ``figures``: geodesics of earlier teams."""
 
     def __init__(self, mission: Mission, geodesics: Geodesics, generator: np.random.Generator) -> None:
         self.mission, self.geodesics, self.generator = mission, geodesics, generator
@@ -62,7 +62,10 @@ class _Teams:
         self.figures: list[Geodesics] = []
 
     def by_routes(self, team: list[int], earlier: KeyFrame, later: KeyFrame, other_way: bool) -> Array:
-        """Whoever has a route goes along it, unless they would meet something that moves: (agents, steps, dim)."""
+        """Motion along given routes unless it meets moving obstacles: (agents, steps, dim), metres.
+
+        Shape: (agents, steps, dim).
+        """
         share = _share(earlier, later)
         routed = {
             number: at_shares(
@@ -86,7 +89,7 @@ class _Teams:
         return beside if met_beside <= met else made
 
     def together(self, team: list[int], earlier: KeyFrame, later: KeyFrame, other_way: bool) -> Array:
-        """A team's middle goes round the obstacles, everybody keeps the place beside it: (agents, steps, dim)."""
+        """Motion of a team's middle around obstacles with constant offsets: (agents, steps, dim), metres."""
         bend_cost = 0.02  # cost of a metre of detour, in metres within an obstacle
         settings = clot_settings(self.mission).guess
         mission, geodesics, share = self.mission, self.geodesics, _share(earlier, later)
@@ -110,7 +113,7 @@ class _Teams:
         moved: Array = at_shares(way, share)[None] + around
         if self.meeting(team, earlier, later, moved) == 0.0:
             return moved
-        # What moves or grows has no way round that a map of standing obstacles could show.
+        # A map of static obstacles cannot show a path around moving or growing ones.
         time = _times(mission, earlier, later)
         if self.movers and not other_way:
             past = avoid_moving_obstacles(mission, team, around, time, middle, goal, geodesics)
@@ -125,12 +128,12 @@ class _Teams:
         return bent
 
     def of_figure(self, figure: Array) -> Geodesics:
-        """Geodesics on which none of a team meets what stands, if all keep their places.
+        """Geodesics on which no member meets a static obstacle if all keep their offsets.
 
-        They may be those of an earlier figure, where the grid does not show the difference.
+        They may be those of an earlier figure if the grid does not show the difference.
 
         Args:
-            figure: where its members are to its middle, (members, dim), metres.
+            figure: offsets of its members from its middle, (members, dim), metres.
         """
         for each in self.figures:
             near = each.figure.shape == figure.shape
@@ -140,28 +143,31 @@ class _Teams:
         return self.figures[-1]
 
     def meeting(self, team: list[int], earlier: KeyFrame, later: KeyFrame, moved: Array) -> float:
-        """By how much a team's motion, (agents, steps, dim), is in what moves, and out of the world: metres."""
+        """Penetration of a team's motion, (agents, steps, dim), into moving obstacles and out of the world, metres."""
         movers = Obstacles(self.mission, self.movers, _times(self.mission, earlier, later))
         return float(_blocked(movers, moved[None], self.radius(team))[0])
 
     def radius(self, team: list[int]) -> float:
-        """The room that the largest of a team needs, metres."""
+        """Required clearance of the largest member of a team, metres."""
         return max(self.mission.agents[agent].radius for agent in team) + self.mission.clearance
 
 
 def _share(earlier: KeyFrame, later: KeyFrame) -> Array:
-    """The share of the time between two key frames that is over at each step after the first."""
+    """Share of the time between two key frames at each step after the first, (steps,), dimensionless."""
     span = later.step - earlier.step
     return np.arange(1, span + 1, dtype=np.float64) / span
 
 
 def _times(mission: Mission, earlier: KeyFrame, later: KeyFrame) -> Array:
-    """The moments of the steps after one key frame up to the next, seconds."""
+    """Times of the steps after one key frame up to the next, (steps,), seconds."""
     return np.arange(earlier.step + 1, later.step + 1, dtype=np.float64) * mission.step
 
 
 def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:
-    """Ways to leave a way and come back to it, the first of which does not: (steps, dim), metres, each."""
+    """Detours from a path and back, the first of them none: (steps, dim), metres, each.
+
+    Shares are (steps,).
+    """
     bends, least_bend = 24, 0.5  # detours tried, and their least size in metres
     shape = np.sin(np.pi * share)[:, None]
     offsets = generator.standard_normal((bends, dimension)) * max(length / 3, least_bend)
@@ -170,8 +176,11 @@ def _bends(share: Array, length: float, dimension: int, generator: np.random.Gen
 
 
 def _blocked(obstacles: Obstacles, position: Array, radius: float) -> Array:
-    """By how much agents of motions, (motions, agents, steps, dim), are in obstacles or out of the world: metres."""
-    room = 0.05  # metres beyond what bodies need
+    """Penetration of motions, (motions, agents, steps, dim), into obstacles or out of the world.
+
+    Shape: (motions,), metres.
+    """
+    room = 0.05  # metres beyond a body's need
     world = Box(obstacles.mission.world.low, obstacles.mission.world.high)
     total: Array = np.maximum(signed_distance(np, world, position), 0.0).sum(axis=(1, 2))
     points = torch.from_numpy(position.reshape(-1, position.shape[-1]))
@@ -183,7 +192,7 @@ def _blocked(obstacles: Obstacles, position: Array, radius: float) -> Array:
 
 
 def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[list[int]]:
-    """The agents that a formation or a connected graph ties together between two steps."""
+    """Agents tied by a formation or a connected graph between two steps."""
     pairs: list[tuple[int, int]] = []
     for hold in schedule.holds:
         node = hold.node

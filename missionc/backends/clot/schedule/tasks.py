@@ -1,12 +1,11 @@
-"""Tasks: the choices that a mission leaves open, read off its cost graph as holds, events and options.
+"""Tasks: open choices of a mission from its cost graph, as holds, events and options.
 
     in   Kernel, as a cost graph
     out  Outline
 
-What must hold at fixed steps is a ``Hold``. What must hold at some step of a window is
-an ``Event``, and what must again and again is a chain of them. Where one of several
-things will do, a ``Task`` has several ``Option``s.
-What is chosen afresh at every step of a window stays one ``Hold`` and is left to the motion.
+A condition at fixed steps is a ``Hold``. A condition at some step of a window is an ``Event``, and a recurrent one is a
+chain of them. If one of several conditions suffices, a ``Task`` has several ``Option``s. A choice that is made at every
+step of a window stays one ``Hold`` and is left to the motion.
 
 Source:
     The branching of [clot]'s disjunctions and windows, decided before the motion instead of by it.
@@ -25,14 +24,14 @@ from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, Window
 from missionc.ir.kernel.walk import bottom_up, children, window_of
 
 MOST_OPTIONS = 256
-"""Options of one task. Where there are more, these are drawn from among them, the same ones each time."""
+"""Maximum number of options of one task; if there are more, a fixed sample is used."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """``node`` holds of ``agent`` at every step from ``low`` to ``high``, which count from the event; or from step 0.
+    """``node`` holds for ``agent`` at every step from ``low`` to ``high``, counted from the event or from step 0.
 
-    ``timeless`` where no temporal operator is in it, so that one configuration can be asked for it.
+    ``timeless`` if it has no temporal operator, so that one configuration decides it.
     """
 
     agent: int
@@ -44,7 +43,7 @@ class Hold:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """A part chosen, by number, of a node at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
+    """A chosen part, by index, of a node at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
 
     node: Node
     agent: int
@@ -55,11 +54,13 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``; ``before`` at each step up to it.
+    """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``.
 
-    ``chooser`` at ``agent`` is the formula whose window this is, asked at ``step``, counted from the
-    event around it (or step 0); the window counts from there too. ``not_before`` counts from step 0.
-    ``again``: it is one of those that make a recurrence, and which of them each step awaits is left to the motion.
+    ``before`` holds at each step up to it.
+
+    ``chooser`` at ``agent`` is the formula with this window, evaluated at ``step``, counted from the enclosing event
+    (or step 0); so is the window. ``not_before`` counts from step 0. ``again``: it is part of a recurrence, and the
+    motion decides which of them each step awaits.
     """
 
     chooser: Node
@@ -83,7 +84,7 @@ class Option:
 
     @property
     def all_events(self) -> Iterator[Event]:
-        """Its events, and what comes after them."""
+        """Its events and their successors."""
         left = list(self.events)
         while left:
             event = left.pop()
@@ -93,7 +94,7 @@ class Option:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One of the options must come true."""
+    """One of the options must hold."""
 
     name: str
     options: tuple[Option, ...]
@@ -101,29 +102,29 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """``holds``: what must be whatever is chosen."""
+    """``holds``: unconditional conditions."""
 
     holds: tuple[Hold, ...]
     tasks: tuple[Task, ...]
 
     @property
     def options(self) -> Iterator[Option]:
-        """Those of all tasks."""
+        """Options of all tasks."""
         return (option for task in self.tasks for option in task.options)
 
     @property
     def fixed(self) -> list[Hold]:
-        """What holds at fixed steps, whatever is chosen or with some option."""
+        """Conditions at fixed steps, unconditional or of some option."""
         return [*self.holds, *(hold for option in self.options for hold in option.holds)]
 
     @property
     def events(self) -> Iterator[Event]:
-        """Those of all options, and what comes after them."""
+        """Events of all options, and their successors."""
         return (event for option in self.options for event in option.all_events)
 
 
 def outline(graph: Kernel, steps: int) -> Outline:
-    """What a mission's requirements ask for, over steps 0 to ``steps``."""
+    """Outline of a mission's requirements over steps 0 to ``steps``."""
     reader = _Reader(graph.formulas, steps)
     holds: list[Hold] = []
     tasks: list[Task] = []
@@ -138,7 +139,7 @@ def outline(graph: Kernel, steps: int) -> Outline:
 
 
 def conjuncts(agent: int, node: Node) -> Iterator[tuple[int, Node]]:
-    """The formulas that all have to hold, and the agents of whom they are asked, for one to hold at an agent."""
+    """Formulas that must all hold for one to hold at an agent, with their agents."""
     stack = [(agent, node)]
     while stack:
         agent, node = stack.pop()
@@ -157,7 +158,7 @@ class _Reader:
         self.timeless = bottom_up(roots, lambda node, below: window_of(node) is None and all(below))
 
     def options(self, node: Node, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
-        """The ways in which a formula holds at an agent at all steps from ``low`` to ``high``."""
+        """Options for a formula to hold at an agent at all steps from ``low`` to ``high``."""
         match node:
             case All(parts):
                 return self._together([self.options(part, agent, low, high, branch) for part in parts])
@@ -193,18 +194,18 @@ class _Reader:
         return (*options, *self._freed(node, window, agent, low)) if hold and low == high else options
 
     def _again(self, node: WindowNode, agent: int, low: int, high: int) -> tuple[Option, ...]:
-        """What some step of a window makes true, awaited at every step from ``low`` to ``high``: a chain of events.
+        """Chain of events for a condition awaited at every step from ``low`` to ``high``.
 
-        The first of them is in the first of these windows, the last in the last of them, and no two that follow each
-        other are further apart than a window is wide and one step more. All of them are alike; who comes may be open.
+        The first event is in the first window, the last in the last one, and consecutive events are at most a window's
+        width plus one step apart. All are equal; the choice of agents may be open.
         """
-        most_again = 40  # events of one recurrence; one with more is left to the polish
+        most_again = 40  # maximum number of events of a recurrence; others are left to the polish
         hold = self._hold(node, agent, low, high)
         most = self.steps if node.high is None else node.high
         first, last, apart = min(low + most, self.steps), high + node.low, most - node.low + 1
         count = 1 + max(0, -((first - last) // apart))
         if 2 * ((count - 1) * apart - (last - first)) < apart:
-            count += 1  # as few as can be would leave nothing to choose when each of them is
+            count += 1  # the minimum number would leave no freedom for the times
         if count > most_again:
             return (Option((hold,)),)
         bodies = self.options(node.body, agent, 0, 0, True)
@@ -230,7 +231,7 @@ class _Reader:
         return Hold(agent, node, low, high, self.timeless[node])
 
     def _freed(self, node: Node, window: tuple[int, int | None], agent: int, step: int) -> tuple[Option, ...]:
-        """``hold`` at some step before the window's last, ``end`` from the window's first step up to it."""
+        """``hold`` at some step before the window's last, and ``end`` from the window's first step up to it."""
         (hold, end), (first, last) = children(node), window
         before = self._hold(end, agent, step + first, step + first)
         here = self._hold(end, agent, 0, 0)
@@ -259,7 +260,7 @@ class _Reader:
         return Option(events=(event,))
 
     def _together(self, each: list[tuple[Option, ...]]) -> tuple[Option, ...]:
-        """One option of each, in all ways there are up to a bound."""
+        """Combinations of one option of each, up to a limit."""
         return tuple(
             Option(
                 tuple(hold for option in chosen for hold in option.holds),
@@ -270,14 +271,14 @@ class _Reader:
         )
 
     def _some(self, parts: tuple[Node, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
-        """Every choice of so many parts up to a bound; which they are shows in the motion, so none is recorded."""
+        """Choices of ``count`` parts up to a limit; the motion shows which, so none is recorded."""
         each = [self.options(part, agent, step, step, False) for part in parts]
         by_choice = [self._together([each[number] for number in chosen]) for chosen in _choices(len(parts), count)]
         return _some_of([option for options in by_choice for option in options])
 
 
 def _ways(each: list[tuple[Option, ...]]) -> Iterable[tuple[Option, ...]]:
-    """One of each, in all ways or in so many as there may be: the first, and others drawn evenly."""
+    """Combinations with one element of each, up to a limit: the first, and others drawn evenly."""
     if prod(len(options) for options in each) <= MOST_OPTIONS:
         return product(*each)
     generator = np.random.default_rng(0)
@@ -287,7 +288,7 @@ def _ways(each: list[tuple[Option, ...]]) -> Iterable[tuple[Option, ...]]:
 
 
 def _choices(parts: int, count: int) -> Iterable[tuple[int, ...]]:
-    """So many of the parts, in all ways or in so many as there may be: the first, and others drawn evenly."""
+    """Choices of ``count`` parts, up to a limit: the first, and others drawn evenly."""
     if comb(parts, count) <= MOST_OPTIONS:
         return combinations(range(parts), count)
     generator = np.random.default_rng(0)
@@ -296,7 +297,7 @@ def _choices(parts: int, count: int) -> Iterable[tuple[int, ...]]:
 
 
 def _some_of(options: list[Option]) -> tuple[Option, ...]:
-    """All of them, or so many as there may be, evenly from the first to the last."""
+    """All options, or a limited number, evenly from the first to the last."""
     if len(options) <= MOST_OPTIONS:
         return tuple(options)
     return tuple(options[number] for number in np.linspace(0, len(options) - 1, MOST_OPTIONS).astype(np.int64))

@@ -1,7 +1,7 @@
-"""Timetable of an order of visits: the soonest moments of a simple temporal network, and the steps that visits get.
+"""Timetable of an order of visits: earliest times of a simple temporal network, and steps of visits.
 
-Travel times of a restart are perturbed at random, so that each schedule differs a little. Between two paths an agent
-pauses, to stop and speed up or to turn.
+Travel times of a restart are perturbed at random, so that each schedule differs slightly. Between two paths an agent
+pauses, to stop and accelerate or to turn.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ from missionc.ir.kernel.nodes import Node
 
 @dataclass(frozen=True, slots=True)
 class PerturbedDistances:
-    """Perturbed distances and delays for one schedule: the true ones where ``noise`` is 0.
+    """Perturbed distances and delays for one schedule; the true ones if ``noise`` is 0.
 
-    ``stretch`` is how many times as long the way to each event is taken to be;
-    ``delay`` the share of the time it has by which each event without a region is put off.
+    ``stretch`` is the factor of the path length to each event; ``delay`` is the share of the available time by which an
+    event without a region is delayed.
     """
 
     noise: float
@@ -51,7 +51,7 @@ class PerturbedDistances:
         return self.stretch[key] if self.noise else 1.0
 
     def put_off(self, event: Event) -> float:
-        """From 0, as early as can be, which it is in one case of three, to 1, as late as can be."""
+        """Delay from 0, the earliest (in one of three cases), to 1, the latest."""
         key = event.chooser, event.agent, event.step
         if self.noise and key not in self.delay:
             self.delay[key] = max(0.0, float(self.generator.uniform(-0.5, 1.0)))
@@ -59,25 +59,25 @@ class PerturbedDistances:
 
 
 ABOUT = np.pi
-"""Radians by which an agent that can stand turns between two ways."""
+"""Assumed turn, radians, between two paths of an agent that can wait."""
 
 
 def pause(dynamics: Dynamics) -> float:
-    """Seconds that it takes to stop and speed up between two ways, or to turn where it stands."""
+    """Seconds to stop and accelerate between two paths, or to turn in place."""
     turning = ABOUT / dynamics.top_turn if can_wait(dynamics) else 0.0
     return dynamics.top_speed / dynamics.top_acceleration + turning
 
 
 ROUNDING = 1e-6
-"""The share of a step that a time may be over a whole number of steps and count as that number."""
+"""Share of a step that a time may exceed a whole number of steps."""
 
 LATE = 1e3
-"""What a second too late costs against a second on the way."""
+"""Cost of a second of delay against a second on the path."""
 
 
 @dataclass(slots=True)
 class _Draft:
-    """An order of visits and the option of each task in it; ``work``: visits looked at for it."""
+    """An order of visits with the option of each task; ``work``: visits examined for it."""
 
     order: list[Visit]
     options: dict[int, Option] = field(default_factory=dict)
@@ -97,11 +97,11 @@ def _deadline(options: tuple[Option, ...]) -> int:
 
 
 class Timetable:
-    """When the visits of an order are, for agents that take their time from one to the next.
+    """Times of an order of visits for agents with given travel times.
 
-    ``waits``: for a visit, the stops that it comes after. ``tied``: those whom a formation or links hold together.
-    ``pace``, ``speed`` in m/s and ``stopping`` in seconds have a number for each agent; ``unhurried`` is the share of
-    the slack that a visit leaves before it.
+    ``waits``: for a visit, the stops before it. ``tied``: agents tied by a formation or links. ``pace``, ``speed`` in
+    m/s and ``stopping`` in seconds have a number for each agent. ``unhurried`` is the share of the slack before a
+    visit.
     """
 
     mission: Mission
@@ -119,7 +119,7 @@ class Timetable:
     shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
 
     def _run(self, visits: list[Visit], perturbed: PerturbedDistances, fixed: list[TimedLiterals]) -> VisitRun:
-        """Each visit of an order as soon as can be."""
+        """Each visit of an order at its earliest time."""
         step = self.mission.step
         where, free = self.starts.copy(), np.zeros(len(self.starts))
         since = [-1] * len(self.starts)
@@ -176,7 +176,7 @@ class Timetable:
             sure.extend(each.shifted(begin) for each in visit.says)
             run.late += max(0.0, begin - high)
             places = self._moving_on(visit, places, visits[number + 1 :])
-            for agent in shaped:  # whoever is in shape may go on, all of them together
+            for agent in shaped:  # a team in formation may move on together
                 free[agent], since[agent] = max(begin, free[agent]), number
             kept = [shape for first, last, shape in self._in_formation(sure) if first <= begin <= last]
             for agent, shift in self._carried((*visit.kept, *kept), places, where):
@@ -207,7 +207,7 @@ class Timetable:
         return run
 
     def _moving_on(self, visit: Visit, places: list[Place], later: Sequence[Visit]) -> list[Place]:
-        """The places of a visit, with where those have come to when it ends who meet and cannot stand still."""
+        """Places of a visit, with the final ones of meeting agents that cannot wait."""
         if not visit.come.moves_on or not 0 < visit.lasts < self.mission.steps:
             return places
         who = [place.agent for place in places]
@@ -219,7 +219,7 @@ class Timetable:
         return [replace(place, leaves=there) for place, there in zip(places, leaves, strict=True)]
 
     def _awaited(self, visit: Visit, later: Sequence[Visit], where: Array, free: Array, begin: float) -> float:
-        """When what nobody goes anywhere for may be, for those who go somewhere for what follows it to be in time."""
+        """Time of an event without a place such that agents reach the following one in time, seconds."""
         soonest = begin
         for each in later:
             if each.after == visit.key and not each.shapes:
@@ -231,13 +231,13 @@ class Timetable:
     def _released(
         self, visit: Visit, begin: float, latest: float, sure: list[TimedLiterals], takes: dict[int, float]
     ) -> float:
-        """The first moment at which those are there whom a formation lets go first, seconds.
+        """Earliest time of the agents that a formation must release first, seconds.
 
-        Who goes alone waits for that where there is time; from a formation that the visit denies everybody does.
+        A single agent waits for that if there is time; for a formation that the visit excludes, all agents wait.
 
         Args:
-            latest: by when they have to be there.
-            takes: seconds of each agent's way.
+            latest: deadline of arrival, seconds.
+            takes: travel time of each agent, seconds.
         """
         denied = {what for each in visit.says for who, what, holds in each.literals if who == TEAM and not holds}
         for low, high, shape in self._in_formation(sure):
@@ -248,14 +248,14 @@ class Timetable:
         return begin
 
     def _in_formation(self, sure: Iterable[TimedLiterals]) -> Iterator[tuple[float, float, Predicate]]:
-        """The formations that are sure to be kept, from when and until when, seconds."""
+        """Certain formations, with begin and end times, seconds."""
         for each in sure if self.formations else ():
             for who, what, holds in each.literals:
                 if who == TEAM and holds and what.formation is not None:
                     yield each.low, each.high, what
 
     def _carried(self, kept: Iterable[Predicate], places: list[Place], where: Array) -> Iterator[tuple[int, Array]]:
-        """Who goes nowhere of their own, but with others in a formation that is kept; and how far, (dim,), metres."""
+        """Agents moved only by a formation, with their displacement, (dim,), metres."""
         going = {place.agent: place.point - where[place.agent] for place in places}
         for shape in kept:
             led = [shift for agent, shift in going.items() if agent in shape.others]
@@ -270,11 +270,11 @@ class Timetable:
     def _ways(
         self, come: PresenceConstraints, where: Array, free: Array, begin: float, later: Sequence[Visit]
     ) -> Iterator[tuple[Place, float]]:
-        """Who goes where for it, and how far that is: metres.
+        """Places of agents for a visit, with path lengths, metres; positions are (agents, dim).
 
         Args:
-            begin: the first moment at which it may be, seconds.
-            later: what comes after it.
+            begin: earliest time, seconds.
+            later: following visits.
         """
         own = dict(come.goals)
         for some in come.some:
@@ -294,7 +294,7 @@ class Timetable:
                 yield Place(agent, there, goal, sure), length
 
     def _onward(self, agent: int, later: Sequence[Visit]) -> GoalSet | None:
-        """Where an agent goes next, if the next that asks for it is a place of its own."""
+        """Next goal of an agent, if its next visit has a separate place."""
         for visit in later:
             if agent in visit.agents:
                 own = dict(visit.come.goals)
@@ -309,7 +309,10 @@ class Timetable:
         where: Array,
         free: Array,
     ) -> dict[int, tuple[Node, ...]]:
-        """So many of these goals, those that are reached soonest by agents who have no other."""
+        """``count`` goals with the earliest arrival of agents without another goal.
+
+        Positions (agents, dim), metres.
+        """
         soonest: list[tuple[bool, float, int, tuple[Node, ...]]] = []
         for agent, nodes in goals:
             goal = self.goals.of(agent, nodes)
@@ -320,17 +323,17 @@ class Timetable:
         return {agent: nodes for *_, agent, nodes in chosen}
 
     def _travel(self, agent: int, length: float) -> float:
-        """Seconds from rest to rest."""
+        """Seconds of a path from rest to rest."""
         seconds = length / float(self.pace[agent])
         return seconds + min(float(self.stopping[agent]), seconds)
 
     def _dawdled(self, agent: int, length: float, seconds: float) -> float:
-        """Seconds that a way takes at most, of an agent that cannot stand still; infinite for all others."""
+        """Greatest duration of a path, seconds, for an agent that cannot wait; infinite for others."""
         least = float(speeds(self.mission.agents[agent].dynamics)[0])
         return max(seconds, length / least) if least > 0 else math.inf
 
     def _at_steps(self, visits: list[Visit], run: VisitRun, slower: float) -> tuple[Appointment, ...]:
-        """Visits at their soonest times, made so many times later; of whom nothing ties, halfway to the latest."""
+        """Visits at their earliest times, delayed by a factor; untied ones halfway to the latest."""
         step = self.mission.step
         unhurried = run.times if slower <= 1 else self._unhurried(visits, run, slower)
         appointments: list[Appointment] = []
@@ -343,26 +346,27 @@ class Timetable:
                 begins += next(each for one, each in zip(visits, run.times, strict=True) if one.key == visit.after)
             if self._is_loose(visit) or visit.come.goals or (first > begins and not visit.come.meetings):
                 wanted = ceil(time / step - ROUNDING) if self._is_loose(visit) or slower <= 1 else round(time / step)
-            else:  # nobody has to get to a place for it, and what comes after may need the time
+            else:  # no agent must move for it, and the next visit may need the time
                 wanted = max([round(first / step), *(each.step for each in appointments)])
             stops = [at[stop] for stop in self.waits.get(visit.key, ())]
             soonest = max([base + visit.event.low, visit.event.not_before, *stops])
             for leg in legs:
                 since = 0 if leg.begin < 0 else appointments[leg.begin].step
                 wanted = max(wanted, since + ceil(leg.least / step - ROUNDING))
-            at[visit.key] = min(max(soonest, min(wanted, latest)), self.mission.steps)  # who is late is so at the end
+            # a late agent is late at the end
+            at[visit.key] = min(max(soonest, min(wanted, latest)), self.mission.steps)
             appointments.append(Appointment(visit, at[visit.key], places))
         return tuple(appointments)
 
     def _is_loose(self, visit: Visit) -> bool:
-        """Whether nobody who comes for it is tied to anybody, nor kept in formation up to it."""
+        """Return whether no agent of the visit is tied, or in a formation up to it."""
         return not self.tied or (bool(visit.agents) and self.tied.isdisjoint(visit.agents) and not visit.kept)
 
     def _unhurried(self, visits: list[Visit], run: VisitRun, slower: float) -> list[float]:
-        """Times of visits between the soonest and the latest that windows, ways and the horizon allow, seconds.
+        """Times of visits between the earliest and the latest that windows, paths and the horizon allow, seconds.
 
-        Any mean of two solutions of a simple temporal network is one. Those of whom some are tied are so many times
-        later than they might be.
+        Any mean of two solutions of a simple temporal network is a solution. Visits with tied agents are delayed by the
+        factor ``slower``.
         """
         soonest = [
             time if self._is_loose(visit) else time * slower for visit, time in zip(visits, run.times, strict=True)
@@ -391,7 +395,7 @@ class Timetable:
                 for leg in run.legs[number]:
                     if leg.begin >= 0:
                         latest[leg.begin] = min(latest[leg.begin], latest[number] - leg.seconds)
-            for number, legs in enumerate(run.legs):  # not so late that it would have to go slower than it can
+            for number, legs in enumerate(run.legs):  # not so late that it would have to be slower than possible
                 for leg in legs:
                     begun, soon = (latest[leg.begin], run.times[leg.begin]) if leg.begin >= 0 else (0.0, 0.0)
                     latest[number] = min(latest[number], begun + max(leg.most, run.times[number] - soon))
@@ -403,7 +407,7 @@ class Timetable:
         ]
 
     def _denied(self, appointments: tuple[Appointment, ...], fixed: list[TimedLiterals]) -> bool:
-        """Whether something that appointments or fixed times say is denied by another of them."""
+        """Return whether appointments or fixed times exclude each other."""
         step, sure = self.mission.step, list(fixed)
         at = {each.visit.key: each.step for each in appointments}
         for each in appointments:
@@ -421,11 +425,11 @@ class Timetable:
         return False
 
     def _latest(self, visit: Visit) -> int:
-        """The last step from which it can last as long as it has to."""
+        """Last step from which its duration fits."""
         return self.mission.steps - (visit.lasts if visit.lasts < self.mission.steps else 0)
 
     def _gathered(self, shapes: tuple[Predicate, ...], where: Array) -> Array:
-        """Where agents, (agents, dim), go to be in shape."""
+        """Places of agents, (agents, dim), metres, in their shapes."""
         key = shapes, where.tobytes()
         if key not in self.shaped:
             self.shaped[key] = gather_team(shapes, where)

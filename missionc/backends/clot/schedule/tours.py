@@ -1,11 +1,11 @@
-"""Tours: a first joint motion of agents whom nothing ties together, each on the way from one of its places to the next.
+"""Tours: first joint motion of untied agents, each from one of its places to the next.
 
     in   Schedule
-    out  the positions of all agents at every step, and key frames read off them
+    out  positions of all agents at every step, and key frames from them
 
-Ways go round what stands, at an even pace between leaving one place and being at the next, with momentum from rest to
-rest where there is time for that, and slower where speed is limited. Who comes to the same place at the same time
-stands beside the others there. Who has no place to go to, and has to stay near somebody all the time, goes along.
+Paths go around static obstacles at constant speed between two places. Agents with momentum move from rest to rest if
+time allows, and speed limits are respected. Agents at the same place at the same time stand beside each other. An agent
+without places that must always stay near another one goes along with it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from missionc.ir.kernel.nodes import Atom
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stop:
-    """A stay of an agent at a point, (dim,), metres, from one step to another, both included."""
+    """Stay of an agent at a point, (dim,), metres, from one step to another, both included."""
 
     begin: int
     end: int
@@ -40,7 +40,7 @@ class Stop:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Along:
-    """A way beside another agent's, (steps, dim), metres, from a step on."""
+    """Path beside another agent's, (steps, dim), metres, from a step on."""
 
     begin: int
     points: Array
@@ -58,7 +58,7 @@ class Along:
 def tours(
     mission: Mission, schedule: Schedule, goals: GoalSets, geodesics: Geodesics, generator: np.random.Generator
 ) -> tuple[tuple[KeyFrame, ...], Array]:
-    """The key frames of the tours, and the positions of all, (agents, steps + 1, dim), metres."""
+    """Key frames of the tours, and positions of all agents, (agents, steps + 1, dim), metres."""
     stops, near = _stops(mission, schedule, goals), clot_settings(mission).schedule.meeting
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
     for each in mission.agents:
@@ -80,7 +80,7 @@ def tours(
 
 
 def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[Stop]]:
-    """Where each agent stays, in the order of time; the first is where it starts, and at the last it stays."""
+    """Stays of each agent in the order of time, from its start to its last place."""
     wanted: list[list[tuple[Stop, GoalSet | None]]] = []
     for each in mission.agents:
         if each.start.point is not None:
@@ -96,7 +96,7 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
                 continue
             there = Stop(begin, end, place.point), place.goal
             if begin == 0 and mission.agents[place.agent].start.point is not None:
-                there = replace(wanted[place.agent][0][0], end=end), None  # it is there already
+                there = replace(wanted[place.agent][0][0], end=end), None  # it is already there
             wanted[place.agent].append(there)
     last = mission.steps
     for each in mission.agents:
@@ -121,8 +121,8 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
 
 
 def _shaken(mission: Mission, position: Array, generator: np.random.Generator) -> None:
-    """Moves whole tours aside a little: of two on top of each other neither has a direction to give way in."""
-    shaken = 0.1  # share of a body and of the separation that a tour is moved by
+    """Perturb whole tours, (agents, steps + 1, dim), metres, since coinciding ones have no direction of avoidance."""
+    shaken = 0.1  # share of a body and of the separation by which a tour is moved
     for agent in mission.agents:
         aside = generator.uniform(-1, 1, mission.dimension) * shaken * (agent.radius + mission.separation)
         begin = int(agent.start.point is not None)
@@ -131,7 +131,7 @@ def _shaken(mission: Mission, position: Array, generator: np.random.Generator) -
 
 
 def _goal(goals: GoalSets, agent: Agent, end: InitialSet) -> GoalSet:
-    """The goal of an agent that starts, or finishes, in a region."""
+    """Goal of an agent that starts, or finishes, in a region."""
     assert end.region is not None
     goal = goals.of(agent.index, (Atom(Inside(end.region, False)),))
     assert goal is not None
@@ -139,10 +139,10 @@ def _goal(goals: GoalSets, agent: Agent, end: InitialSet) -> GoalSet:
 
 
 def _beside(agent: int, stop: Stop, goal: GoalSet, stops: list[list[Stop]], apart: Array) -> Stop:
-    """The stay moved to where in its goal nobody else stands meanwhile, as near as that is.
+    """Stay moved to the nearest free place in its goal.
 
     Args:
-        apart: how far two agents have to be from each other, (agents, agents), metres.
+        apart: required distances of agents, (agents, agents), metres.
     """
     others, gaps = [], []
     for other, taken in enumerate(stops):
@@ -162,7 +162,7 @@ def _beside(agent: int, stop: Stop, goal: GoalSet, stops: list[list[Stop]], apar
 
 
 def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geodesics: Geodesics) -> Array:
-    """The positions of one agent at every step, (steps + 1, dim), metres."""
+    """Positions of one agent at every step, (steps + 1, dim), metres."""
     radius = mission.agents[agent].radius + mission.clearance
     position = np.zeros((mission.steps + 1, mission.dimension))
     position[:] = stops[0].point
@@ -184,11 +184,13 @@ def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geod
 def _at_the_refill(
     mission: Mission, agent: int, here: Stop, there: Stop, when: tuple[int, int], way: Array
 ) -> tuple[int, int]:
-    """From when to when an agent is on a way: who uses up a resource by waiting waits where it is filled.
+    """First and last step of an agent's path.
+
+    An agent that uses a resource while waiting waits at the refill.
 
     Args:
-        when: the step at which it may leave, and the one at which it has to be there.
-        way: the points of the way, (points, dim), metres.
+        when: earliest departure step, and latest arrival step.
+        way: points of the path, (points, dim), metres.
     """
     shapes = [
         refill.region.shape
@@ -208,7 +210,10 @@ def _at_the_refill(
 
 
 def _followers(position: Array, escort: Escort, stops: list[list[Stop]], near: float) -> Iterator[tuple[int, int]]:
-    """Who goes along with whom in an escort: those who have nowhere to go meanwhile and would get too far away."""
+    """Followers and leaders of an escort: idle agents that would get too far away.
+
+    Positions in metres, (agents, steps, dim).
+    """
 
     def meanwhile(agent: int) -> int:
         return sum(escort.low < stop.begin <= escort.high for stop in stops[agent])

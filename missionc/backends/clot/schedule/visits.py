@@ -1,4 +1,4 @@
-"""Visits of a schedule, their steps and places, and key frames: the values that scheduling passes on."""
+"""Visits of a schedule, their steps and places, and key frames: the data types of scheduling."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from missionc.ir import Predicate, Region
 from missionc.ir.kernel.nodes import Node
 
 Key = tuple[int, int]
-"""A visit: the number of its task, -1 for none, and its own within that."""
+"""A visit: the index of its task, -1 for none, and its index within it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """An event, the regions its agents are asked to be in, and which visit it comes after (``then``).
+    """An event, its agents' regions, and the visit that it follows (``then``).
 
-    ``shapes`` are the formations and graphs asked for, ``kept`` the formations up to it. ``says`` is what
-    else may deny, in seconds from the event; ``before`` likewise up to it, from the event around it.
-    ``fixed``: it stands for what holds at fixed steps, and decides nothing.
+    ``shapes`` are the required formations and graphs, ``kept`` the formations up to it. ``says`` has its exclusive
+    literals, in seconds from the event; ``before`` likewise up to it, from the enclosing event. ``fixed``: it
+    represents a condition at fixed steps, and decides nothing.
     """
 
     key: Key
@@ -45,16 +45,16 @@ class Visit:
 
     @property
     def agents(self) -> set[int]:
-        """Who has to get somewhere for it."""
+        """Agents that must move for it."""
         return self.come.agents | {agent for shape in self.shapes for agent in shape.others}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
-    """Where an agent goes, (dim,), metres.
+    """Target of an agent, (dim,), metres.
 
-    ``goal``: where else would do, where that is known. ``sure``: a way there is known. ``leaves``: where it has come to
-    when the visit ends, (dim,), metres; None where it stays.
+    ``goal``: alternative targets, if known. ``sure``: a path is known. ``leaves``: position at the end of the visit,
+    (dim,), metres; None if it stays.
     """
 
     agent: int
@@ -66,7 +66,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Appointment:
-    """A visit at a step of the mission; ``places``: where its agents go for it."""
+    """A visit at a step of the mission; ``places``: its agents' targets."""
 
     visit: Visit
     step: int
@@ -75,7 +75,7 @@ class Appointment:
 
 @dataclass(frozen=True, slots=True)
 class Escort:
-    """A meeting that lasts from one step to another, both included, wherever its agents go meanwhile."""
+    """A meeting from one step to another, both included, while its agents move."""
 
     meeting: Meeting
     low: int
@@ -84,10 +84,9 @@ class Escort:
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """Everything decided: what holds at which steps of the mission, and the choices to tell the cost graph.
+    """Complete decision: conditions with their steps, and the choices for the cost graph.
 
-    ``late`` is by how many seconds it cannot be kept, by this estimate;
-    ``company``: who has to be near whom all the time; ``escorts``: and who for a while.
+    ``late`` is its estimated delay, seconds; ``company``: permanent companions; ``escorts``: temporary ones.
     """
 
     appointments: tuple[Appointment, ...]
@@ -100,9 +99,9 @@ class Schedule:
 
 
 class Leg(NamedTuple):
-    """An agent's way to a visit: from which one, by its number, -1 for the start; and how long after that one it is.
+    """Path of an agent to a visit: from visit ``before`` (-1 for the start), with its duration.
 
-    ``seconds`` at an agent's usual pace, ``least`` at top speed, ``most`` at the least speed that it can go.
+    ``seconds`` at an agent's usual speed, ``least`` at top speed, ``most`` at its least speed.
     """
 
     begin: int
@@ -113,7 +112,7 @@ class Leg(NamedTuple):
 
 @dataclass(slots=True)
 class VisitRun:
-    """An order of visits as it comes out, each as soon as can be; ``legs``: for each visit those who come for it."""
+    """Times of an order of visits, each the earliest; ``legs``: for each visit, its agents."""
 
     cost: float = 0.0
     late: float = 0.0
@@ -127,7 +126,7 @@ class VisitRun:
 def schedule_of(
     outline: Outline, appointments: tuple[Appointment, ...], options: list[Option], late: float, steps: int
 ) -> Schedule:
-    """Holds and decisions counted from step 0, and all choices by formula, agent and step."""
+    """Conditions and decisions counted from step 0, and all choices by formula, agent and step."""
     holds = [*outline.holds, *(hold for option in options for hold in option.holds)]
     decisions = [decision for option in options for decision in option.decisions]
     choices: dict[tuple[Node, int, int], int] = {}
@@ -158,7 +157,7 @@ def schedule_of(
 
 
 Routes: TypeAlias = dict[int, Array]
-"""The routes, (corners, dim) in metres, by which agents come from the key frame before, where that is decided."""
+"""Routes of agents, (corners, dim) in metres, from the previous key frame, if decided."""
 
 NO_TOURS: Mapping[int, Array] = MappingProxyType({})
 """No agent on a tour of its own."""
@@ -166,9 +165,11 @@ NO_TOURS: Mapping[int, Array] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KeyFrame:
-    """Args:
-    position: (agents, dim), metres.
-    shortfall: metres by which the worst margin fails at this step; at most 0 where all hold.
+    """Configuration of all agents at a step.
+
+    Args:
+        position: (agents, dim), metres.
+        shortfall: violation of the worst margin at this step, metres; at most 0 if all hold.
     """
 
     step: int

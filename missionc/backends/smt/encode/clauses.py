@@ -1,13 +1,10 @@
-"""The clause list: one flat conjunctive normal form that every solver reads.
+"""Clause list: one flat conjunctive normal form that every solver reads.
 
-Literals are whole numbers as in DIMACS: a variable, or its negative. Variable 1
-is true, so that a constant is a literal like any other; whatever adds clauses
-or defines literals folds constants away. Everything is built from arrays, never
-clause by clause.
+Literals are integers as in DIMACS: a variable, or its negative. Variable 1 is true, so that a constant is an ordinary
+literal; all methods fold constants. Clauses are built from arrays, never one by one.
 
-A literal that stands for a formula is defined in one direction: where it is
-true the formula holds. That is enough where it is asked for only positively,
-which is how ``lower`` uses it, and costs half the clauses.
+A literal for a formula is defined in one direction: if it is true, the formula holds. This suffices for positive uses,
+as in ``lower``, and halves the clauses.
 
 Source:
     Plaisted and Greenbaum, "A structure-preserving clause form translation", 1986.
@@ -25,13 +22,13 @@ Literals = NDArray[np.int32]
 TRUE, FALSE = 1, -1
 
 NOTHING = 0
-"""Stands in a matrix of literals where a row is shorter than the others."""
+"""Padding in a matrix of literals for shorter rows."""
 
 _END = np.iinfo(np.int32).min
 
 
 class TooLarge(Exception):
-    """The next clauses would pass the limit on how many there may be."""
+    """The next clauses would exceed the limit."""
 
     def __init__(self, clauses: int, made: int) -> None:
         super().__init__(f"at least {clauses} clauses")
@@ -39,7 +36,7 @@ class TooLarge(Exception):
 
 
 class Clauses:
-    """Clauses so far, in the order they were added, each ended by a 0."""
+    """Clauses so far, in the order of addition, each ended by a 0."""
 
     def __init__(self, limit: int) -> None:
         self.variables = 1
@@ -51,16 +48,16 @@ class Clauses:
     # ------------------------------------------------------------- variables
 
     def fresh(self, count: int) -> Literals:
-        """So many new variables, (count,)."""
+        """Create ``count`` new variables, (count,)."""
         first = self.variables + 1
         self.variables += count
         return np.arange(first, first + count, dtype=np.int32)
 
     def reserve(self, count: int) -> None:
-        """Ask before building so many more clauses.
+        """Reserve room before building ``count`` more clauses.
 
         Raises:
-            TooLarge: there would be too many.
+            TooLarge: the clauses would exceed the limit.
         """
         if self.count + count > self.limit:
             raise TooLarge(self.count + count, self.count)
@@ -68,7 +65,10 @@ class Clauses:
     # --------------------------------------------------------------- clauses
 
     def add(self, *columns: Literals | int) -> None:
-        """One clause for each row of the columns, which broadcast; a column may itself be (rows, literals)."""
+        """Add one clause for each row of the columns, which broadcast.
+
+        A column may itself be (rows, literals).
+        """
         ended = _matrix((*columns, NOTHING))  # the last column is the clause's end
         true = ended == TRUE
         if true.any():
@@ -77,14 +77,14 @@ class Clauses:
         matrix = ended[:, :-1]
         present = (matrix != NOTHING) & (matrix != FALSE)
         if not (present.size and present.all()):
-            empty = ~present.any(axis=1)  # nothing is left of the clause: it cannot hold
+            empty = ~present.any(axis=1)  # the clause is empty: a contradiction
             kept = np.concatenate([present, np.ones((len(matrix), 1), dtype=bool)], axis=1)
             ended, kept = np.insert(ended, 0, FALSE, axis=1), np.insert(kept, 0, empty, axis=1)
             ended = ended[kept]
         self._append(ended.ravel(), len(matrix))
 
     def add_ragged(self, heads: Literals, bodies: Literals, sizes: Indices) -> None:
-        """One clause for each head: its literals, (clauses, heads), and the next ``sizes`` of ``bodies``."""
+        """Add one clause per head: its literals, (clauses, heads), and the next ``sizes`` of ``bodies``."""
         count, width = heads.shape
         self.reserve(count)
         ends = np.cumsum(sizes + width + 1)
@@ -99,7 +99,7 @@ class Clauses:
         satisfied = np.zeros(count, dtype=bool)
         satisfied[clause[flat == TRUE]] = True
         kept = ~satisfied[clause] & (flat != FALSE) & (flat != NOTHING)
-        alone = np.bincount(clause[kept], minlength=count) == 1  # only its end is left: it cannot hold
+        alone = np.bincount(clause[kept], minlength=count) == 1  # only its end remains: a contradiction
         if np.any(alone & ~satisfied):
             first = starts[alone & ~satisfied]
             flat[first], kept[first] = FALSE, True
@@ -107,7 +107,7 @@ class Clauses:
         self._append(flat[kept], count - int(satisfied.sum()))
 
     def add_shifted(self, template: Clauses, offset: int) -> None:
-        """Another list's clauses, its variables moved up by ``offset``; the constant stays what it is."""
+        """Add another list's clauses with variables shifted by ``offset``; the constant stays."""
         self.reserve(template.count)
         for chunk in template._chunks[1:]:
             moved = np.where(np.abs(chunk) > 1, chunk + np.sign(chunk) * np.int32(offset), chunk)
@@ -117,11 +117,11 @@ class Clauses:
     # ----------------------------------------------------------- definitions
 
     def any_of(self, *columns: Literals | int) -> Literals:
-        """For each row a literal that implies one of the row's: (rows,)."""
+        """For each row, a literal that implies some literal of the row: (rows,)."""
         return self._junction(_matrix(columns), TRUE)
 
     def all_of(self, *columns: Literals | int) -> Literals:
-        """For each row a literal that implies all of the row's: (rows,)."""
+        """For each row, a literal that implies all literals of the row: (rows,)."""
         return self._junction(_matrix(columns), FALSE)
 
     def _junction(self, matrix: Literals, absorbing: int) -> Literals:
@@ -146,11 +146,11 @@ class Clauses:
         return result
 
     def any_of_ragged(self, literals: Literals, sizes: Indices) -> Literals:
-        """For each group of ``sizes`` literals one that implies one of them: (groups,)."""
+        """For each group of ``sizes`` literals, a literal that implies some of them: (groups,)."""
         return self._ragged(literals, sizes, TRUE)
 
     def all_of_ragged(self, literals: Literals, sizes: Indices) -> Literals:
-        """For each group of ``sizes`` literals one that implies all of them: (groups,)."""
+        """For each group of ``sizes`` literals, a literal that implies all of them: (groups,)."""
         return self._ragged(literals, sizes, FALSE)
 
     def _ragged(self, literals: Literals, sizes: Indices, absorbing: int) -> Literals:
@@ -175,7 +175,7 @@ class Clauses:
         return result
 
     def either(self, first: Literals, second: Literals, third: Literals) -> Literals:
-        """For each row a literal that implies ``first``, or both of the others: (rows,)."""
+        """For each row, a literal that implies ``first``, or both of the others: (rows,)."""
         joint = np.where(second == TRUE, third, np.where((third == TRUE) | (second == third), second, NOTHING))
         idle = (second == FALSE) | (third == FALSE) | (second == first) | (third == first)
         joint = np.where(idle, FALSE, joint).astype(np.int32)
@@ -192,7 +192,7 @@ class Clauses:
         return result
 
     def at_least(self, count: int, matrix: Literals) -> Literals:
-        """For each row a literal that implies that so many of the row's hold: (rows,).
+        """For each row, a literal that implies at least ``count`` of the row's: (rows,).
 
         Source:
             Sinz, "Towards an optimal CNF encoding of Boolean cardinality constraints", 2005.
@@ -213,7 +213,7 @@ class Clauses:
     # --------------------------------------------------------------- reading
 
     def since(self, position: int) -> tuple[Literals, int]:
-        """What was added since a ``position``, at first 0: literals, each clause ended by a 0; and the next one."""
+        """Literals added since ``position``, at first 0, with a 0 after each clause; and the next position."""
         new = self._chunks[position:]
         return (np.concatenate(new) if new else np.zeros(0, dtype=np.int32)), len(self._chunks)
 

@@ -1,4 +1,4 @@
-"""Text forms of the clauses: DIMACS for solvers and proof checkers, SMT-LIB for those who read it."""
+"""Text forms of the clauses: DIMACS for solvers and proof checkers, SMT-LIB for readers."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from missionc.backends.smt.encode.clauses import Literals
 
 
 def dimacs(flat: Literals, variables: int, clauses: int) -> bytes:
-    """Literals with a 0 after each clause, as a DIMACS file."""
+    """Write literals, with a 0 after each clause, as a DIMACS file."""
     return f"p cnf {variables} {clauses}\n".encode() + lines(flat, variables)
 
 
 def lines(flat: Literals, variables: int) -> bytes:
-    """The clauses of a DIMACS file, without its header, which Z3's program does not need.
+    """Lines of a DIMACS file without its header, which Z3's program does not need.
 
-    One gather from a table in which every literal has the same width, instead
-    of a loop over them; what fills the table up is then left out, for Z3 takes
-    its time over every letter.
+    Instead of a loop over literals, it gathers from a table with equal widths. The padding is then removed, since Z3 is
+    slow on every character.
     """
     return np.take(_written(variables), flat + variables, axis=0, mode="clip").tobytes().translate(None, _FILL)
 
@@ -27,7 +26,7 @@ _FILL = b"\0"
 
 
 def _written(variables: int) -> NDArray[np.uint64]:
-    """Every literal's text from ``-variables`` on, (literals, words of eight letters)."""
+    """Text of every literal from ``-variables`` on, (literals, words of eight letters), integers."""
     digits = len(str(variables))
     width = -(-(digits + 2) // 8) * 8
     letters = np.zeros((2 * variables + 1, width), dtype=np.uint8)
@@ -44,7 +43,7 @@ def _written(variables: int) -> NDArray[np.uint64]:
 
 
 def smt2(flat: Literals, variables: int) -> str:
-    """The same clauses in SMT-LIB; variable ``n`` is ``k!n``, as Z3 names those of a DIMACS file."""
+    """The clauses in SMT-LIB; variable ``n`` is ``k!n``, Z3's name for it in a DIMACS file."""
     lines = ["(set-logic QF_FD)"]
     lines += [f"(declare-const k!{number} Bool)" for number in range(1, variables + 1)]
     for clause in np.split(flat, np.flatnonzero(flat == 0)[:-1] + 1):

@@ -1,4 +1,4 @@
-"""Links of a graph by kinds of agents: places know how far apart they are, and the range hangs on who stands there."""
+"""Links of a graph by kinds of agents, since the range depends on the agents at two places."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from missionc.ir import Graph
 from missionc.ir.pair_ranges import between, kinds, range_of
 
 KEPT = 256
-"""Graphs, and kinds of them, whose links are remembered."""
+"""Maximum number of cached graphs and kinds."""
 
 
 @lru_cache(maxsize=KEPT)
 def kinds_of(graph: Graph) -> tuple[Agents, ...]:
-    """The agents of a graph in parts, those of a part with links of the same ranges."""
+    """Partition of the graph's agents by equal link ranges."""
     return tuple(map(frozenset, kinds(graph)))
 
 
 def kind_of(graph: Graph, agent: int) -> Agents:
-    """The part that an agent of the graph is in."""
+    """The part that contains an agent of the graph."""
     return next(kind for kind in kinds_of(graph) if agent in kind)
 
 
 @lru_cache(maxsize=KEPT)
 def links_from(graph: Graph, senders: Agents) -> tuple[tuple[Graph, Agents], ...]:
-    """Where links of a kind's agents may lead: each kind of agents there, after a graph whose links have that range.
+    """Possible targets of links from a kind's agents: each kind of agents, with a graph of that range.
 
-    None to a kind that is out of every range, or that an agent would have to itself.
+    Kinds out of range, and links of an agent to itself, are left out.
     """
     onward = []
     for receivers in kinds_of(graph):

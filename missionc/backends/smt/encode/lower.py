@@ -1,11 +1,10 @@
-"""The encoding of kernel formulas: clauses over the agents' states on their roadmaps.
+"""Encoding of kernel formulas: clauses over the agents' states on their roadmaps.
 
     in   kernel, motion
-    out  Lowered: for each goal the literal that asks for it
+    out  Lowered: for each goal, the literal that requires it
 
-A cell is an agent at a step; all cells a node is asked of are worked on
-together, and none twice. Literals imply what they stand for (``clauses``): the
-kernel is in negation normal form, so that nothing else is ever asked of them.
+A cell is an agent at a step. All cells of a node are lowered together, each once. Literals imply their formulas
+(``clauses``), which suffices because the kernel is in negation normal form.
 
 Source:
     [strel] Symbolic Encoding of STREL Specifications.
@@ -52,11 +51,10 @@ from missionc.ir.kernel.nodes import (
 
 @dataclass(frozen=True, slots=True)
 class Lowered:
-    """Literals to assume, one for each goal in order; where true, the goal holds.
+    """Literals to assume, one for each goal in order; if true, the goal holds.
 
-    ``infeasible``: some goal cannot hold, whatever the agents do. ``shortened``:
-    some route was given fewer links than the mission allows, so that a plan is
-    a plan, but no plan is no proof.
+    ``infeasible``: some goal cannot hold for any motion. ``shortened``: some route has fewer links than the mission
+    allows, so a plan is valid, but a refusal is no proof.
     """
 
     goals: tuple[int, ...]
@@ -67,11 +65,11 @@ class Lowered:
 def lower(
     goals: Sequence[Goal], labels: Labels, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int
 ) -> Lowered:
-    """Adds what the goals ask for, each under a literal of its own.
+    """Add the goals, each under its own literal.
 
     Args:
-        labels: of the motion's roadmaps.
-        most_links: longer routes are not tried; at least the number of agents tries all.
+        labels: labels of the motion's roadmaps.
+        most_links: maximum number of links of routes; the number of agents covers all routes.
 
     Raises:
         TooLarge: the clauses would pass their limit.
@@ -88,7 +86,10 @@ def lower(
 
 
 class Formulas:
-    """Literals for formulas about agents; cells are an agent and a step each, (cells,) twice, literals (cells,)."""
+    """Literals for formulas about agents.
+
+    Cells are an agent and a step each, (cells,) twice, literals (cells,).
+    """
 
     def __init__(self, labels: Labels, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int) -> None:
         self.motion, self.clauses = motion, clauses
@@ -99,7 +100,7 @@ class Formulas:
         self._of_team: dict[Node, bool] = {}
 
     def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals:
-        """For each cell a literal that implies that the formula holds of it."""
+        """For each cell, a literal that implies the formula."""
         match node:
             case At(agent, body):
                 return self.holds(body, np.full_like(agents, agent), steps)
@@ -119,7 +120,7 @@ class Formulas:
         return table[agents, steps]
 
     def of_team(self, node: Node) -> bool:
-        """Whether its truth is the same whichever agent it is asked of."""
+        """Return whether its truth is the same for every agent."""
         if node not in self._of_team:
             self._of_team |= same_for_all((node,))
         return self._of_team[node]
@@ -155,7 +156,7 @@ class Formulas:
         return lambda rows: self.holds(node, agents[rows], steps[rows])
 
     def _together(self, parts: tuple[Node, ...], agents: Indices, steps: Indices) -> None:
-        """Asks a formula of all the agents at once where the parts ask it of one after the other."""
+        """Lower a formula for all agents together if the parts evaluate it for one after the other."""
         asked: dict[Node, list[int]] = defaultdict(list)
         for part in parts:
             if isinstance(part, At):
@@ -166,7 +167,7 @@ class Formulas:
                 self.holds(body, np.repeat(members, len(moments)), np.tile(moments, len(members)))
 
     def _reach(self, node: ReachNode | RouteNode, agents: Indices, steps: Indices) -> Literals:
-        """Routes whose ends the places do not decide: whoever starts them is asked by name."""
+        """Literals of routes whose ends the places do not decide: the starting agents are named."""
         some = not node.every
         result = self.holds(node.end, agents, steps)
         rows = np.flatnonzero(np.isin(agents, node.graph.agents) & leads_on(node))
@@ -183,7 +184,7 @@ class Formulas:
         return result
 
     def _by_place(self, ask: Callable[..., Literals], agents: Indices, steps: Indices) -> Literals:
-        """For each cell a literal that implies what is asked of the place where the agent is."""
+        """For each cell, a literal that implies the condition on the agent's place."""
         result = np.full(len(agents), FALSE, dtype=np.int32)
         for agent in np.unique(agents).tolist():
             cells = np.flatnonzero(agents == agent)
@@ -197,8 +198,8 @@ class Formulas:
 
 @contextmanager
 def deep() -> Iterator[None]:
-    """Room for formulas that nest deep."""
-    deep = 20_000  # stack frames; a formula nests some hundreds deep, with a few frames for each level
+    """Raise the recursion limit for deeply nested formulas."""
+    deep = 20_000  # stack frames; formulas nest some hundreds deep, with a few frames per level
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(max(before, deep))
     try:

@@ -1,8 +1,8 @@
-"""The encoding of predicates: literals over the states that an agent may be in at a step.
+"""Encoding of predicates: literals over the possible states of an agent at a step.
 
-Of a state:   the agent is in one where it holds (or in none where it fails)
-Of a move:    it makes none during which it fails
-Of a pair:    the two are in states that go together
+- State predicate: the agent is in a state where it holds (or in none where it fails).
+- Move predicate: the agent makes no move during which it fails.
+- Pair predicate: the two agents are in compatible states.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from missionc.base.trace import Flags, Indices
 from missionc.ir import Flag, Flagged, Inside, Predicate
 
 FEW = 3
-"""A clause for each state ruled out propagates better than one over the rest, up to so many times the literals."""
+"""Factor of literals up to which clauses for excluded states are used, since they propagate better than one clause."""
 
 
 class Atoms:
@@ -28,10 +28,10 @@ class Atoms:
         self._truths: dict[tuple[Predicate, tuple[int, ...]], Literals] = {}
 
     def holds(self, predicate: Predicate, truth: bool, agents: Indices, steps: Indices) -> Literals:
-        """Literals that imply the predicate of each cell; that it fails, where not ``truth``.
+        """Literals that imply the predicate in each cell; without ``truth``, its negation.
 
         Raises:
-            Unexpressible: it is about more than two agents, or one's speed and another, or a resource.
+            Unexpressible: it is about more than two agents, about a speed and another agent, or about a resource.
         """
         parts = self.labels.parts(predicate)
         if parts != (predicate,):
@@ -86,7 +86,7 @@ class Atoms:
     def _either(
         self, predicate: Predicate, truth: bool, agents: tuple[int, ...], steps: Indices, found: Literals, both: Flags
     ) -> Literals:
-        """Where labels leave both open: it holds of these agents at a step, or it fails, and not both."""
+        """Choice if labels leave both open: the predicate holds for these agents at a step or fails, not both."""
         if not both.any():
             return found
         key = predicate, agents
@@ -96,7 +96,7 @@ class Atoms:
         return self.clauses.all_of(found, holds if truth else -holds)
 
     def _flag(self, flag: Flag, truth: bool, agent: int) -> Literals:
-        """Literals that imply that the agent has the flag set, or not set, at each step: (steps + 1,)."""
+        """Literals that imply that the agent's flag is set, or not set, at each step: (steps + 1,)."""
         key = flag, truth, agent
         if key not in self._flags:
             steps = np.arange(self.motion.steps + 1)
@@ -119,14 +119,14 @@ class Atoms:
         return self._flags[key]
 
     def where(self, there: Literals, able: Flags, conditions: Literals) -> Literals:
-        """For each row a literal that implies what is asked of the state the agent is in.
+        """For each row, a literal that implies the condition on the agent's state.
 
-        Of an agent that is left out nothing is known but what holds wherever it can be.
+        For an agent outside the problem, only conditions on all its possible states are known.
 
         Args:
-            there: (rows, states): the literal that the agent is in the state.
-            able: likewise: it can be.
-            conditions: likewise: what is asked of the state.
+            there: (rows, states): literal that the agent is in the state.
+            able: likewise: True if it can be.
+            conditions: likewise: literal of the condition on the state.
         """
         inside, outside = np.where(conditions == TRUE, there, FALSE), np.where(conditions == FALSE, there, FALSE)
         result = np.full(len(there), FALSE, dtype=np.int32)
@@ -144,17 +144,17 @@ class Atoms:
         return result
 
     def _in(self, fits: Flags, agent: int, steps: Indices) -> Literals:
-        """The agent is in one of these states, (states,), at each step."""
+        """Literals that the agent is in one of these states, (states,), at each step."""
         there = self.motion.states[agent][steps]
         conditions = np.broadcast_to(np.where(fits, TRUE, FALSE), there.shape)
         return self.where(there, self.motion.ways[agent][steps], conditions)
 
     def _by_moves(self, fits: Flags, agent: int, steps: Indices) -> Literals:
-        """The agent makes one of these moves, (moves,), from each step."""
+        """Literals that the agent makes one of these moves, (moves,), from each step."""
         roadmap, states = self.motion.roadmap(agent), self.motion.states[agent]
         source, target = roadmap.moves.T
         from_, to = states[steps][:, source], states[steps + 1][:, target]
-        made = (from_ == TRUE) & (to == TRUE)  # also where others may not, because of this agent
+        made = (from_ == TRUE) & (to == TRUE)  # also where others are excluded because of this agent
         live = (from_ != FALSE) & (to != FALSE) & (roadmap.allowed[steps] | made)
         result = np.full(len(steps), FALSE, dtype=np.int32)
         result[(live <= fits).all(axis=1) & live.any(axis=1)] = TRUE
@@ -165,7 +165,7 @@ class Atoms:
         return result
 
     def _pair(self, fits: Flags, first: int, second: int, steps: Indices) -> Literals:
-        """The two agents are in states, (states, states), that go together."""
+        """Literals that the two agents are in compatible states, (states, states)."""
         result = np.full(len(steps), FALSE, dtype=np.int32)
         for cell, step in enumerate(steps.tolist()):
             one, other = self.motion.states[first][step], self.motion.states[second][step]

@@ -1,8 +1,8 @@
-"""The encoding of routes bounded in metres: bounded search over places and the length that is left.
+"""Encoding of routes bounded in metres: bounded search over places and remaining length.
 
-Links between places have known lengths, in units that the bound is divided into. Of some route they are
-rounded up, of every route down, so that what is said of units holds of metres too. A link alone is never rounded
-past the bound: with up to one link, nothing is lost.
+Links between places have known lengths, in units into which the bound is divided. They are rounded up for *some* route
+and down for *every* route, so that results in units hold in metres too. A single link is never rounded past the bound:
+routes of at most one link are exact.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.language.margins.links import places_linked
 
 Way: TypeAlias = tuple[Graph, Agents]
-"""Links of one range, and the agents that they lead to."""
+"""Links of one range, and their target agents."""
 
 UNITS = 12
-"""What a bound is divided into: a route of n links loses n - 1 units at most."""
+"""Number of units of a bound: a route of n links loses at most n - 1 units."""
 
 ROUNDING = 1e-9
-"""The share of a length that adding lengths up may be off by."""
+"""Rounding error of summed lengths, as a share."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredLinks:
-    """For each place the places linked to it by no more than a bound, itself never among them.
+    """For each place, the places linked to it within a bound, excluding itself.
 
     Args:
-        first: (places + 1,): where the links of each begin.
-        linked: (links,): places; ``units``, (links,), how long each link is, rounded one way.
+        first: (places + 1,): index of each place's first link.
+        linked: (links,): places; ``units``, (links,): rounded length of each link.
     """
 
     first: Indices
@@ -49,10 +49,11 @@ class MeasuredLinks:
     units: Indices
 
     def beside(self, places: Indices, most: int) -> tuple[Indices, Indices, Indices, Indices]:
-        """The links of these places of at most so many units.
+        """Links of these places of at most ``most`` units.
 
         Returns:
-            how many each has, (places,); whose each is, by position in ``places``; what is linked; its units.
+            number of links of each place, (places,); owner of each link, as a position in ``places``; linked place; its
+            units.
         """
         sizes = np.diff(self.first)[places]
         owner = np.repeat(np.arange(len(places)), sizes)
@@ -63,7 +64,7 @@ class MeasuredLinks:
 
 
 class MetricRoutes:
-    """Literals about routes of a length in metres. Cells are a step and a place each, (cells,) twice."""
+    """Literals about routes with a length in metres. Cells are a step and a place each, (cells,) twice."""
 
     def __init__(self, occupancy: Occupancy, of_places: OfPlaces) -> None:
         self.occupancy, self.of_places, self.clauses = occupancy, of_places, occupancy.clauses
@@ -76,7 +77,7 @@ class MetricRoutes:
     def route_beside(
         self, route: Route, senders: Agents, metres: float, some: bool, steps: Indices, places: Indices
     ) -> Literals:
-        """A route of at most so many metres leads on from ``senders`` here to a linked agent; or all are as asked."""
+        """A route of at most ``metres`` leads from ``senders`` here to a linked agent; or all routes comply."""
         if some:
             return self._onward(route, senders, metres, UNITS, steps, places)
         self._name_every(route, metres, steps)
@@ -92,7 +93,7 @@ class MetricRoutes:
     def _all_ways(
         self, route: Route, senders: Agents, some: bool, count: int, ask: Callable[[Way], Literals]
     ) -> Literals:
-        """What is asked of links to some kind of agents, or of those to every kind: (count,)."""
+        """Condition on links to some kind of agents, or on those to every kind: (count,)."""
         ways = links_from(route.graph, senders)
         if len(ways) == 1:
             return ask(ways[0])
@@ -125,7 +126,7 @@ class MetricRoutes:
     def _start(
         self, route: Route, senders: Agents, metres: float, left: int, steps: Indices, places: Indices
     ) -> Literals:
-        """A route of at most so many units starts at one of these agents there."""
+        """A route of at most ``left`` units starts at one of these agents there."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             def start_at(node: object, rows: Indices) -> Literals:
@@ -146,10 +147,10 @@ class MetricRoutes:
     # ------------------------------------------------------------ every route
 
     def _name_every(self, route: Route, metres: float, steps: Indices) -> None:
-        """Names, for each length that is left, the places from which all such routes are as asked.
+        """Name, for each remaining length, the places from which all such routes comply.
 
-        They are a set that no link within its length leads out of. A link may be of no units, so all places of a step
-        are named together, for agents of every kind.
+        No link within its length leads out of the set. A link may have zero units, so all places of a step are named
+        together, for agents of every kind.
         """
         alike = kinds_of(route.graph)
         shape = (len(alike), self._shape[0], UNITS + 1, self._shape[1])
@@ -167,7 +168,7 @@ class MetricRoutes:
             self._say_every(route, metres, kind, step[there], place[there])
 
     def _say_every(self, route: Route, metres: float, senders: Agents, step: Indices, place: Indices) -> None:
-        """What the names of these agents at these cells stand for."""
+        """Add the meaning of the names of these agents at these cells."""
         table = self._every[route, metres]
         own = table[self._number(route, senders)]
         ends = self.of_places.among(route.end, False, senders, step, place)
@@ -187,7 +188,7 @@ class MetricRoutes:
     # ---------------------------------------------------------------- lengths
 
     def _measured(self, graph: Graph, metres: float, up: bool) -> MeasuredLinks:
-        """The links of at most so many metres, their lengths rounded up or down."""
+        """Links of at most ``metres``, with lengths rounded up or down."""
         key = graph.rule, metres, up
         if key not in self._links:
             first, linked, length = self._within(graph, metres)
@@ -201,7 +202,7 @@ class MetricRoutes:
         return self._links[key]
 
     def _within(self, graph: Graph, metres: float) -> tuple[Indices, Indices, Array]:
-        """Where the links of each place begin, (places + 1,), what each leads to, and its length: (links,) twice."""
+        """First link of each place, (places + 1,), linked places, and lengths, metres: (links,) twice."""
         key = graph.rule, metres
         if key not in self._lengths:
             position = self.occupancy.motion.position

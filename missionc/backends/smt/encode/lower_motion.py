@@ -1,11 +1,10 @@
-"""The encoding of motion along time-expanded roadmaps: a variable for each agent, step and state.
+"""Encoding of motion along time-expanded roadmaps: a variable for each agent, step and state.
 
     in   roadmaps
-    out  Motion: one variable for each agent, step and state it can be in
+    out  Motion: one variable for each agent, step and possible state
 
-A state counts only where some start leads to it in exactly that many moves and
-it leads to a finish in the moves left. Agents that share roadmap, starts and
-finishes get the same clauses, with other variables.
+A state is possible only if some start leads to it in exactly that many moves, and it leads to a finish in the remaining
+moves. Agents with equal roadmap, starts and finishes get the same clauses with other variables.
 
 Source:
     [strel] Encoding Timeless PRMs using SMT Constraints, here with one variable for each state.
@@ -30,21 +29,18 @@ from missionc.ir import Graph
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """What the roadmaps' states are called in clauses.
+    """Variables of the roadmaps' states.
 
-    A *place* is a state of some roadmap; places are numbered through all
-    roadmaps, in their order.
+    A *place* is a state of some roadmap; places are numbered through all roadmaps, in their order.
 
     Args:
-        roadmap_of: for each agent, (agents,), the number of its roadmap.
-        first_place: for each roadmap, the number of its first place; one more
-            for the end.
-        ways: for each agent, (steps + 1, states): where it can be.
-        states: for each agent, (steps + 1, states): the literal that says the
-            agent is there then; FALSE where it cannot be, and everywhere for
-            agents that are left out.
-        links: between places, of each rule of graphs that were asked about;
-            other motions of the same roadmaps may share them.
+        roadmap_of: for each agent, (agents,), the index of its roadmap.
+        first_place: for each roadmap, the index of its first place; one more for the end.
+        ways: for each agent, (steps + 1, states): True if possible.
+        states: for each agent, (steps + 1, states): literal that the agent is there then;
+                FALSE if impossible, and for all states of agents that are left out.
+        links: links between places for each graph rule used; other motions of the same
+                roadmaps may share them.
     """
 
     roadmaps: tuple[Roadmap, ...]
@@ -60,7 +56,7 @@ class Motion:
 
     @property
     def steps(self) -> int:
-        """The number of the last step."""
+        """Number of the last step."""
         return len(self.states[0]) - 1
 
     @property
@@ -69,11 +65,11 @@ class Motion:
 
     @property
     def position(self) -> Array:
-        """(places, dim), metres."""
+        """Positions of the places: (places, dim), metres."""
         return np.concatenate([roadmap.position for roadmap in self.roadmaps])
 
     def places_of(self, agent: int) -> slice:
-        """The places that are states of the agent's roadmap."""
+        """Places of the agent's roadmap."""
         number = self.roadmap_of[agent]
         return slice(int(self.first_place[number]), int(self.first_place[number + 1]))
 
@@ -82,11 +78,11 @@ class Motion:
 
     @property
     def own_roadmaps(self) -> tuple[Roadmap, ...]:
-        """The roadmap of each agent."""
+        """Roadmap of each agent."""
         return tuple(map(self.roadmap, range(self.agents)))
 
     def linked(self, graph: Graph) -> Links:
-        """The links between all places."""
+        """Links between all places."""
         if graph.rule not in self.links:
             self.links[graph.rule] = links_between(graph, self.position)
         return self.links[graph.rule]
@@ -95,11 +91,11 @@ class Motion:
 def lower_motion(
     roadmaps: tuple[Roadmap, ...], ways: Sequence[Flags], cast: frozenset[int], clauses: Clauses
 ) -> Motion:
-    """Adds that each agent is in exactly one state at each step, and moves along its roadmap.
+    """Add that each agent is in exactly one state at each step, and moves along its roadmap.
 
     Args:
-        ways: where each agent can be, (steps + 1, states), as ``all_ways`` says, or less.
-        cast: the agents it is said of.
+        ways: possible states of each agent, (steps + 1, states), from ``all_ways``, or fewer.
+        cast: agents to encode.
 
     Raises:
         TooLarge: the clauses would pass their limit.
@@ -108,7 +104,7 @@ def lower_motion(
     roadmap_of = np.zeros(len(ways), dtype=np.int64)
     for number, roadmap in enumerate(roadmaps):
         roadmap_of[list(roadmap.agents)] = number
-        for agent in roadmap.agents:  # one number in memory, whatever the shape
+        for agent in roadmap.agents:  # one number in memory for any shape
             states[agent] = np.broadcast_to(np.int32(FALSE), roadmap.standing.shape)
         templates: dict[bytes, tuple[Clauses, Literals]] = {}
         for agent in sorted(cast.intersection(roadmap.agents)):
@@ -125,10 +121,10 @@ def lower_motion(
 
 
 class Ways(Sequence[Flags]):
-    """For each agent, by its number, where it can be, (steps + 1, states), worked out when it is first asked for.
+    """Possible states of each agent, (steps + 1, states), computed on demand.
 
     Args:
-        never: where else some agents may not be, (steps + 1, states).
+        never: additional forbidden states of some agents, (steps + 1, states).
     """
 
     def __init__(self, roadmaps: tuple[Roadmap, ...], never: dict[int, Flags]) -> None:
@@ -166,12 +162,12 @@ class Ways(Sequence[Flags]):
 
 
 def all_ways(roadmaps: tuple[Roadmap, ...], never: dict[int, Flags]) -> tuple[Flags, ...]:
-    """``Ways`` of all agents, each worked out."""
+    """``Ways`` of all agents, computed at once."""
     return tuple(Ways(roadmaps, never))
 
 
 def _ways(roadmap: Roadmap, standing: Flags, start: Indices, finish: Indices) -> Flags:
-    """Which states lie on some motion from a start to a finish: (steps + 1, states)."""
+    """Flags of states on some motion from a start to a finish: (steps + 1, states)."""
     source, target = roadmap.moves[:, 0], roadmap.moves[:, 1]
     into = np.argsort(target, kind="stable")
     ways: Flags = np.zeros(standing.shape, dtype=np.bool_)
@@ -189,19 +185,19 @@ def _ways(roadmap: Roadmap, standing: Flags, start: Indices, finish: Indices) ->
 
 
 def _grouped(flags: Flags, owner: Indices, count: int) -> Flags:
-    """Whether any flag of each owner is set, (count,)."""
+    """Return for each owner whether any of its flags is set, (count,)."""
     return np.bincount(owner[flags], minlength=count) > 0
 
 
 def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Literals]:
-    """One agent's clauses, and its literals (steps + 1, states)."""
-    move_bytes = 100  # memory of one move at one step while it becomes clauses, about
+    """Clauses of one agent, and its literals (steps + 1, states)."""
+    move_bytes = 100  # approximate memory of one move at one step while it becomes clauses
     clauses = Clauses(limit)
     literals = np.full(ways.shape, FALSE, dtype=np.int32)
     choices = ways.sum(axis=1)
     literals[ways & (choices == 1)[:, None]] = TRUE
     open_ = ways & (choices > 1)[:, None]
-    if not open_.any():  # what it does is known
+    if not open_.any():  # its motion is known
         if not choices.all():
             clauses.add(np.array([FALSE], dtype=np.int32))
         return clauses, literals
@@ -221,14 +217,14 @@ def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Liter
 
 
 def add_moves(clauses: Clauses, here: Literals, there: Literals, live: Flags, source: Indices, target: Indices) -> None:
-    """Who is at a source at some step is at one of its targets at the step beside it.
+    """Add that an agent at a source at some step is at one of its targets at the adjacent step.
 
-    Said forwards it is enough. Said backwards too it costs a fifth more
-    clauses, and shows five times sooner that there is no way.
+    The forward direction suffices. The backward direction adds a fifth more clauses, and proves five times faster that
+    there is no path.
 
     Args:
-        here: (steps, states); ``there`` likewise, at the steps beside them.
-        live: (steps, moves): which moves there are.
+        here: (steps, states); ``there`` likewise, at the adjacent steps.
+        live: (steps, moves): True for existing moves.
         source: (moves,), sorted; ``target`` likewise.
     """
     step, move = np.nonzero(live)
@@ -240,7 +236,7 @@ def add_moves(clauses: Clauses, here: Literals, there: Literals, live: Flags, so
 
 
 def add_at_most_one(clauses: Clauses, matrix: Literals) -> None:
-    """No two literals of a row hold; ``matrix`` is (rows, literals).
+    """Add that at most one literal of each row holds; ``matrix`` is (rows, literals).
 
     Source:
         Chen, "A new SAT encoding of the at-most-one constraint", 2010: rows
@@ -256,7 +252,10 @@ def add_at_most_one(clauses: Clauses, matrix: Literals) -> None:
 
 @cache
 def _at_most_one(width: int) -> tuple[Literals, int]:
-    """The clauses, (clauses, 2), over literals 1 … ``width`` and helpers after them; and how many helpers."""
+    """Clauses, (clauses, 2), over literals 1 … ``width`` and helpers after them.
+
+    The second result is the number of helpers.
+    """
     pairwise = 5  # literals up to which "at most one" is encoded pair by pair
     if width <= pairwise:
         pairs = [(-one, -other) for one in range(1, width + 1) for other in range(1, one)]

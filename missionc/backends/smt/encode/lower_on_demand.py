@@ -1,6 +1,6 @@
-"""Lazy encoding of *and*, *or* and choices: a formula is lowered only where those before it leave the matter open.
+"""Lazy encoding of *and*, *or* and choices: a formula is lowered only if the previous ones leave it open.
 
-An ask gives literals for some of the cells at hand, by their positions.
+An ``Ask`` gives literals for some of the present cells, by position.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Ask = Callable[[Indices], Literals]
 
 
 def join(clauses: Clauses, every: bool, count: int, asks: Iterable[Ask]) -> Literals:
-    """For each of ``count`` cells a literal that implies all that is asked; or, not ``every``, some of it."""
+    """For each of ``count`` cells, a literal that implies all conditions; or without ``every``, some."""
     decided, neutral = (FALSE, TRUE) if every else (TRUE, FALSE)
     columns = [np.full(count, neutral, dtype=np.int32)]
     open_ = np.arange(count)
@@ -32,7 +32,7 @@ def join(clauses: Clauses, every: bool, count: int, asks: Iterable[Ask]) -> Lite
 
 
 def at_least(clauses: Clauses, count: int, asks: Sequence[Ask]) -> Ask:
-    """A literal that implies so many of what is asked, all of it lowered."""
+    """A literal that implies at least ``count`` of the conditions, all of them lowered."""
 
     def ask(rows: Indices) -> Literals:
         columns = [each(rows) for each in asks]
@@ -43,7 +43,10 @@ def at_least(clauses: Clauses, count: int, asks: Sequence[Ask]) -> Ask:
 
 
 def choose(clauses: Clauses, some: bool, count: int, here: Ask, start: Ask, onward: Ask) -> Literals:
-    """``here``, or ``start`` and ``onward``, of some route; of every one ``here``, and ``start`` or ``onward``."""
+    """``here``, or ``start`` and ``onward``, for some route.
+
+    For every route ``here``, and ``start`` or ``onward``.
+    """
     decided = TRUE if some else FALSE
     first = here(np.arange(count))
     second = np.full(count, -decided, dtype=np.int32)

@@ -1,13 +1,12 @@
-"""The lifted encoding: formulas asked of places instead of agents, so that the size does not depend on their number.
+"""Lifted encoding: formulas about places instead of agents, so that the size is independent of their number.
 
-No two agents are ever in one place. So "some linked agent" may be asked of the
-places linked to this one, whoever is there, and what it costs does not depend
-on how many agents there are. Literals imply what they stand for:
+No two agents are ever in one place. "Some linked agent" can therefore be encoded over the places linked to this one, at
+a cost independent of the number of agents. Literals imply their meaning:
 
-    among     some of these agents is there of whom the formula holds; or it holds of each of them that is
-    standing  if this agent is there, the formula holds of it
+    among     some of these agents is there and satisfies the formula; or each of them that is there does
+    standing  if this agent is there, it satisfies the formula
 
-With one agent at most in a place, both run through *and* and *or*.
+Since a place contains at most one agent, both distribute over *and* and *or*.
 
 Source:
     [strel] Symbolic Encoding of STREL Specifications, without its list of routes.
@@ -34,7 +33,7 @@ from missionc.ir.kernel.walk import children
 
 
 class OfAgents(Protocol):
-    """The other half of the lowering: formulas about an agent, by its index, at a step: (cells,) twice -> (cells,)."""
+    """Lowering of formulas about an agent, by index, at a step: (cells,) twice -> (cells,)."""
 
     def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals: ...
 
@@ -42,7 +41,7 @@ class OfAgents(Protocol):
 
 
 class Places:
-    """Literals for places, made when they are first asked for. Cells are a step and a place each, (cells,) twice."""
+    """Literals for places, created on demand. Cells are a step and a place each, (cells,) twice."""
 
     def __init__(self, labels: Labels, occupancy: Occupancy, of_agents: OfAgents, most_links: int) -> None:
         self.labels, self.occupancy, self.of_agents = labels, occupancy, of_agents
@@ -53,15 +52,17 @@ class Places:
         self._decides: dict[Node, bool] = {}
         self._told_apart: dict[Node, tuple[Agents, ...]] = {}
 
-    # ----------------------------------------------- of whoever is there
+    # ----------------------------------------------- any agent there
 
     def among(self, node: Node, some: bool, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """Some of these agents is there of whom the formula holds; not ``some``: it holds of each of them that is."""
+        """Some of these agents is there and satisfies the formula; without ``some``, each of them that is
+        there does.
+        """
 
         def define(steps: Indices, places: Indices) -> Literals:
             return self._among(node, some, agents, steps, places)
 
-        if not children(node) or isinstance(node, Not):  # nothing to gain from a table
+        if not children(node) or isinstance(node, Not):  # a table gains nothing
             return define(steps, places)
         return self._tables.look_up((node, some, agents), steps, places, define)
 
@@ -116,7 +117,7 @@ class Places:
                 return both(present(agents), lambda rows: self._of_whoever(node, agents, steps[rows], places[rows]))
 
     def _of_whoever(self, node: Node, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """If one of these agents is there the formula holds of it."""
+        """If one of these agents is there, it satisfies the formula."""
         names = self.clauses.fresh(len(steps))
         for agent in sorted(agents):
             of_agent = self.motion.places_of(agent)
@@ -128,15 +129,15 @@ class Places:
         return names
 
     def _labelled(self, node: Atom | Not, places: Indices) -> Literals:
-        """Whether a predicate, or that it fails, holds at places: constants."""
+        """Constants for the truth of a predicate, or of its negation, at places."""
         leaf, positive = (node.body, False) if isinstance(node, Not) else (node, True)
         assert isinstance(leaf, Atom)
         return np.where(self.labels.places_where(leaf.predicate, positive)[places], TRUE, FALSE).astype(np.int32)
 
-    # ------------------------------------------- of an agent known by name
+    # ------------------------------------------- a named agent
 
     def decides(self, node: Node) -> bool:
-        """Whether the place where an agent stands decides the formula, given where the others are now."""
+        """Return whether an agent's place decides the formula, given the others' present places."""
         if node not in self._decides:
             match node:
                 case Atom(predicate):
@@ -151,7 +152,7 @@ class Places:
         return self._decides[node]
 
     def standing(self, node: Node, agent: int, steps: Indices, places: Indices) -> Literals:
-        """If the agent is there the formula, which ``decides``, holds of it."""
+        """If the agent is there, it satisfies the formula, which ``decides``."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             return self._standing(node, agent, steps, places)
@@ -191,7 +192,7 @@ class Places:
                 return self._of_team(node, steps)(np.arange(len(steps)))
 
     def _apart(self, node: Node) -> tuple[Agents, ...]:
-        """The sets that tell agents apart: agents in the same of them may share literals."""
+        """Sets that distinguish agents: agents in the same sets may share literals."""
         if node not in self._told_apart:
             match node:
                 case Is(members):
@@ -200,15 +201,15 @@ class Places:
                     own = kinds_of(graph)
                 case _:
                     own = ()
-            # What is asked of linked agents is the same whoever asks.
+            # The condition on linked agents is the same for every agent.
             below = () if isinstance(node, NeighbourNode) else children(node)
             self._told_apart[node] = tuple(dict.fromkeys(own + sum(map(self._apart, below), ())))
         return self._told_apart[node]
 
-    # ---------------------------------------------------------------- asks
+    # ---------------------------------------------------------------- conditions
 
     def onward(self, node: ReachNode | RouteNode, agent: int, some: bool, steps: Indices, places: Indices) -> Literals:
-        """Some route goes on from that agent, here, to a linked one; or all that do are as asked."""
+        """Some route continues from that agent, here, to a linked one; or all such routes comply."""
         route, senders = Route(node.graph, node.through, node.end), kind_of(node.graph, agent)
         if isinstance(node, RouteNode):
             assert node.low <= 0, "`metric_bounds` leaves none"
@@ -234,9 +235,9 @@ class Places:
         steps: Indices,
         places: Indices,
     ) -> Literals:
-        """Routes from who is there, of whom ``here`` asks for their end and ``start`` for what leads onward.
+        """Routes from an agent there, with condition ``here`` for their end and ``start`` for their continuation.
 
-        Those of the graph who may be there are of the kind of ``agent``; there are none without one.
+        Agents of the graph that may be there are of the kind of ``agent``; None means that there are none.
         """
         if agent is None or not leads_on(node):
             return here(np.arange(len(steps)))
@@ -248,20 +249,20 @@ class Places:
 
 
 def leads_on(node: ReachNode | RouteNode) -> bool:
-    """Whether a route of it may have a link."""
+    """Return whether a route of it may have a link."""
     return len(node.graph.agents) > 1 and (isinstance(node, RouteNode) or node.hops > 0)
 
 
 def _by_kind(graph: Graph, agents: Agents) -> list[Agents]:
-    """The agents in parts, by the kinds of those that are on the graph."""
+    """Partition of the agents by the kinds of those on the graph."""
     parts = [agents.intersection(kind) for kind in kinds_of(graph)]
     return [part for part in (*parts, agents.difference(graph.agents)) if part] if len(parts) > 1 else [agents]
 
 
 def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple[Agents, list[Node]]:
-    """Who of the agents the parts leave by name, and the parts that say more than names.
+    """Agents that remain after the named parts, and the other parts.
 
-    An *and* leaves those of whom all the names are true, an *or* those of whom none is.
+    An *and* keeps the agents in all named sets, an *or* those in none.
     """
     kind = type(node)
     rest: list[Node] = []
@@ -278,7 +279,7 @@ def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple
 
 
 def cheap_first(parts: Iterable[Node]) -> list[Node]:
-    """What is cheap to ask may leave less to ask of the rest."""
+    """Parts with the cheapest first, which may make others unnecessary."""
 
     def cost(node: Node) -> int:
         match node:

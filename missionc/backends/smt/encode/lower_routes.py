@@ -1,4 +1,4 @@
-"""The encoding of routes: the places linked to a place, and the routes that start beside it."""
+"""Encoding of routes: the places linked to a place, and the routes that start next to it."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from missionc.ir import Graph
 from missionc.ir.kernel.nodes import Node
 
 Ahead = Callable[[Agents, Indices, Indices], Literals]
-"""What is asked of agents of a kind at cells."""
+"""Condition on agents of a kind at cells."""
 
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """Over ``through`` agents of the graph to an ``end`` agent."""
+    """A route over ``through`` agents of the graph to an ``end`` agent."""
 
     graph: Graph
     through: Node
@@ -35,7 +35,7 @@ class Route:
 
 
 class OfPlaces(Protocol):
-    """Some of the agents is there of whom the formula holds; or it holds of each of them that is.
+    """Some of the agents is there and satisfies the formula; or each of them that is there does.
 
     Cells are a step and a place each, (cells,) twice, and literals (cells,).
     """
@@ -44,10 +44,12 @@ class OfPlaces(Protocol):
 
 
 class Routes:
-    """Literals about the agents linked to whoever stands at a place. Cells are a step and a place each, (cells,) twice.
+    """Literals about the agents linked to the agent at a place.
 
-    ``most_links`` is how many links a route asked for may have at most, to keep
-    the clauses few; ``shortened`` says whether any was to have more.
+    Cells are a step and a place each, (cells,) twice.
+
+    ``most_links`` limits the links of a required route, to limit the clauses; ``shortened`` is True if some route would
+    allow more.
     """
 
     def __init__(self, occupancy: Occupancy, of_places: OfPlaces, most_links: int) -> None:
@@ -61,7 +63,7 @@ class Routes:
     def agent_beside(
         self, graph: Graph, senders: Agents, body: Node, some: bool, steps: Indices, places: Indices
     ) -> Literals:
-        """At some place linked to ``senders`` here is an agent of whom the formula holds; or it holds of all there."""
+        """An agent at some place linked to ``senders`` here satisfies the formula; or all agents there do."""
 
         def ask(receivers: Agents, *cells: Indices) -> Literals:
             return self.of_places.among(body, some, receivers, *cells)
@@ -71,7 +73,7 @@ class Routes:
     def route_beside(
         self, route: Route, senders: Agents, links: int, some: bool, steps: Indices, places: Indices
     ) -> Literals:
-        """A route of at most so many links starts at some place linked to ``senders`` here; or all are as asked."""
+        """A route of at most ``links`` links starts at some place linked to ``senders`` here; or all comply."""
 
         def cut_off(receivers: Agents, *cells: Indices) -> Literals:
             return self._cut_off(route, receivers, *cells)
@@ -89,7 +91,7 @@ class Routes:
     def _route(
         self, route: Route, senders: Agents, links: int, some: bool, steps: Indices, places: Indices
     ) -> Literals:
-        """A route of at most so many links starts at one of these agents there; or all that do are as asked."""
+        """A route of at most ``links`` links starts at one of these agents there; or all that do comply."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             def start_at(node: Node, rows: Indices) -> Literals:
@@ -109,11 +111,10 @@ class Routes:
         return self._tables.look_up(("route", route, senders, links, some), steps, places, define)
 
     def _cut_off(self, route: Route, senders: Agents, steps: Indices, places: Indices) -> Literals:
-        """All routes that start at one of these agents there are as asked, of whatever length.
+        """All routes that start at one of these agents there comply, for any length.
 
-        Such places are a set that no step of a route leaves unasked: to
-        say so takes no layers. Each place is about those beside it, so all of a
-        step are named together, for agents of every kind.
+        Such places form a set that no step of a route leaves without the condition, so no layers are needed. Each place
+        depends on its neighbours, so all of a step are named together, for agents of every kind.
         """
         alike = kinds_of(route.graph)
         shape = (len(alike), self.occupancy.motion.steps + 1, self.occupancy.motion.places)
@@ -131,7 +132,7 @@ class Routes:
         return _looked_up(table[number], steps, places)
 
     def _say_cut_off(self, route: Route, senders: Agents, table: Literals, step: Indices, place: Indices) -> None:
-        """What the names, (steps + 1, places), of these agents at these cells stand for."""
+        """Add the meaning of the names, (steps + 1, places), of these agents at these cells."""
         names = table[step, place]
         self.clauses.add(-names, self.of_places.among(route.end, False, senders, step, place))
         through = self.of_places.among(route.through, False, senders, step, place)
@@ -146,7 +147,7 @@ class Routes:
     def _over_links(
         self, what: Hashable, graph: Graph, senders: Agents, some: bool, ask: Ahead, steps: Indices, places: Indices
     ) -> Literals:
-        """What is asked holds at some place linked to these agents here; or, not ``some``, at every one."""
+        """The condition holds at some place linked to these agents here; or without ``some``, at every one."""
 
         def onward(links: Graph, receivers: Agents, steps: Indices, places: Indices) -> Literals:
             return self._over_links_to((what, receivers), links, some, partial(ask, receivers), steps, places)
@@ -163,7 +164,7 @@ class Routes:
     def _over_links_to(
         self, what: Hashable, graph: Graph, some: bool, ask: Define, steps: Indices, places: Indices
     ) -> Literals:
-        """What is asked of agents of one kind holds at some linked place; or, not ``some``, at every one."""
+        """The condition on agents of one kind holds at some linked place; or without ``some``, at every one."""
         links = self.occupancy.motion.linked(graph)
 
         def define(steps: Indices, places: Indices) -> Literals:
@@ -174,7 +175,7 @@ class Routes:
         return self._tables.look_up(("links", graph.rule, what), steps, links.same[places], define)
 
     def _each(self, what: Hashable, graph: Graph, some: bool, ask: Define, steps: Indices, linked: Indices) -> Literals:
-        """What is asked of each of these places; of a group, that it holds at some place of it, or at every one."""
+        """Condition on each of these places; for a group, at some place of it, or at every one."""
         places, groups = self.occupancy.motion.places, self.occupancy.motion.linked(graph).groups
         if not len(groups):
             return ask(steps, linked)

@@ -1,4 +1,4 @@
-"""The encoding of temporal operators: literals for windows of steps, and for until."""
+"""Encoding of temporal operators: literals for windows of steps, and for until."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ Body = Callable[[Indices, Indices], Literals]
 
 
 class Windows:
-    """Cells are pairs of an agent and a step, (cells,) each. Past the last step nothing holds."""
+    """Windows as literals.
+
+    Cells are pairs of an agent and a step, (cells,) each; past the last step nothing holds.
+    """
 
     def __init__(self, of_agents: AgentWindows, last: int, clauses: Clauses) -> None:
         self.of_agents, self.last, self.clauses = of_agents, last, clauses
@@ -38,10 +41,10 @@ class Windows:
         return result
 
     def until(self, node: UntilNode, agents: Indices, steps: Indices) -> Literals:
-        """``hold`` up to some step of the window, where ``end``; or the dual of that.
+        """``hold`` up to some step of the window with ``end``; or the dual.
 
-        An end within the window and a chain of ``hold`` to some end, its first
-        one, say the same together; and chains are shared by all cells.
+        This is equivalent to an end within the window together with a chain of ``hold`` to the first end; all cells
+        share the chains.
         """
         some = not node.every
         first = steps + node.low
@@ -65,7 +68,7 @@ class Windows:
         return result
 
     def _chain(self, node: UntilNode, agents: Indices, first: Indices, furthest: int) -> Literals:
-        """From each cell, ``hold`` up to some ``end`` at ``furthest`` or before; or the dual of that."""
+        """For each cell, ``hold`` up to some ``end`` at ``furthest`` or before; or the dual."""
         who = np.unique(agents)
         earliest = np.array([first[agents == agent].min() for agent in who])
         chains = np.full((len(who), furthest + 1), NOTHING, dtype=np.int32)
@@ -87,15 +90,15 @@ class Windows:
         return chains[np.searchsorted(who, agents), first]
 
     def _ahead(self, body: Node, agents: Indices, first: Indices, final: int) -> None:
-        """Asks of all steps at once what will be asked step by step."""
+        """Lower all steps together that will be needed step by step."""
         sizes = np.maximum(final - first + 1, 0)
         owner = np.repeat(np.arange(len(sizes)), sizes)
         step = first[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
         self.of_agents.holds(body, agents[owner], step)
 
     def _between(self, body: Node, every: bool, agents: Indices, first: Indices, final: Indices) -> Literals:
-        """At every step from ``first`` to ``final``, or at some; all are within the mission."""
-        shared = 4  # windows share halves, quarters and so on if that saves this many times the literals
+        """The body at every step from ``first`` to ``final``, or at some; all are within the mission."""
+        shared = 4  # windows share halves, quarters and so on if this saves at least this factor of literals
         sizes = final - first + 1
         if not sizes.size:
             return np.zeros(0, dtype=np.int32)
@@ -116,7 +119,7 @@ class Windows:
         return result
 
     def _span(self, body: Node, every: bool, level: int, agents: Indices, first: Indices) -> Literals:
-        """Over 2 to the ``level`` steps from each ``first`` on."""
+        """The body over 2 to the ``level`` steps from each ``first`` on."""
         if level == 0:
             return self.of_agents.holds(body, agents, first)
         known = self._spans.setdefault((body, every, level), {})
@@ -132,6 +135,6 @@ class Windows:
 
 
 def _cells(agents: Indices, first: Indices, sizes: Indices, steps: int) -> Indices:
-    """The cells that the windows cover, each as one number, as often as they are covered."""
+    """Cells covered by the windows, each as one number, with repetitions."""
     owner = np.repeat(np.arange(len(sizes)), sizes)
     return agents[owner] * steps + first[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)

@@ -1,10 +1,10 @@
-"""Bounds in metres in the forms that a roadmap can be asked for.
+"""Bounds in metres in forms that a roadmap can encode.
 
     in   Kernel
-    out  Kernel, stronger, whose routes in metres are bounded from above alone; or weaker, without metres
+    out  stronger Kernel, whose routes in metres have upper bounds only; or weaker Kernel, without metres
 
-What is asked of places looks at walks, and one of at most so many metres leads wherever a route of so many does. It
-may turn back, so that a lower bound is no bound on it: there the shortest way to the agent at the end is asked for.
+Conditions on places use walks; with an upper bound on the length, walks and routes reach the same places. A walk may
+turn back, so a lower bound has no effect on it. There, the formula uses the shortest path to the agent at the end.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from missionc.ir.kernel.walk import bottom_up, children, postorder, rebuilt, sam
 from missionc.ir.pair_ranges import with_ranges
 
 Rewrite = Callable[[Node, tuple[Node, ...]], Node]
-"""A formula over the rewritten ones below it."""
+"""A formula over rewritten children."""
 
 
 def measured_goals(goals: Iterable[Goal]) -> frozenset[str]:
-    """The names of those that are about lengths in metres."""
+    """Names of the goals about lengths in metres."""
     return frozenset(goal.name for goal in goals if any(map(reads_lengths, postorder((goal.formula,)))))
 
 
 def bounded_above(kernel: Kernel) -> Kernel:
-    """A kernel that implies the one given, and asks for no lengths but of routes with a lower bound of 0."""
+    """Stronger kernel whose only lengths are those of routes with a lower bound of 0."""
     return _rewritten(kernel, _stronger)
 
 
 def without_metres(kernel: Kernel) -> Kernel:
-    """A kernel that follows from the one given, and asks for no length in metres."""
+    """Weaker kernel without lengths in metres."""
     return _rewritten(kernel, _weaker)
 
 
@@ -82,10 +82,10 @@ def _path_routes(node: Node) -> Node:
 
 
 def _nearest(node: RouteNode, graph: Graph, through: Node, end: Node) -> Node:
-    """Bounded below, in stronger form.
+    """Stronger form of a route with a lower bound.
 
-    Some route: one to an agent whose shortest way is no shorter than the lower bound. Every route: those shorter
-    than that as well, but for the agent itself.
+    For *some* route: one to an agent whose shortest path is at least the lower bound. For *every* route: also the
+    shorter ones, except to the agent itself.
     """
 
     def named(agent: int) -> tuple[Node, Node]:
@@ -108,7 +108,7 @@ def _nearest(node: RouteNode, graph: Graph, through: Node, end: Node) -> Node:
 
 
 def _unbounded_as_hops(root: Node) -> Node:
-    """Routes of any length, as routes of any number of links."""
+    """Routes without a length bound as routes without a limit on links."""
 
     def over(node: Node, parts: tuple[Node, ...]) -> Node:
         if isinstance(node, RouteNode) and math.isinf(node.high):
@@ -146,7 +146,7 @@ def _weaker(node: Node, parts: tuple[Node, ...]) -> Node:
 
 
 def _some_way(node: Route) -> Node:
-    """A route of so many metres has links to its end, none longer than itself, and that end is no farther away."""
+    """Weaker form without metres: links to the end, none longer than the bound, and the end within it."""
     graph, through, end, metres = node.graph, node.through, node.end, node.high
     just = Metres(math.nextafter(metres, math.inf))
     near = Proximity("near", just, graph.agents, graph.span)

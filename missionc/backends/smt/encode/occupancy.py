@@ -1,4 +1,4 @@
-"""Occupancy literals: some agent is, or none is, in each place of a set."""
+"""Occupancy literals: some agent, or no agent, in each place of a set."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from missionc.base.trace import Indices
 Agents = frozenset[int]
 
 Define = Callable[[Indices, Indices], Literals]
-"""From cells, a step and a place each, (cells,) twice, to their literals, (cells,)."""
+"""Function from cells, a step and a place each, (cells,) twice, to their literals, (cells,)."""
 
 
 class Tables:
-    """Literals by step and place, each made when it is first asked for."""
+    """Literals by step and place, each created on demand."""
 
     def __init__(self, steps: int, places: int) -> None:
         self._shape = (steps, places)
         self._tables: dict[Hashable, Literals] = {}
 
     def look_up(self, key: Hashable, steps: Indices, places: Indices, define: Define) -> Literals:
-        """The literals of these cells, (cells,); those that are not there yet are defined together, each once."""
+        """Literals of these cells, (cells,); missing ones are defined together, each once."""
         if key not in self._tables:
             self._tables[key] = np.full(self._shape, NOTHING, dtype=np.int32)
         table = self._tables[key]
@@ -40,7 +40,7 @@ class Tables:
 
 
 class Occupancy:
-    """Cells are a step and a place each, (cells,) twice; literals are (cells,)."""
+    """Occupancy of places. Cells are a step and a place each, (cells,) twice; literals are (cells,)."""
 
     def __init__(self, motion: Motion, clauses: Clauses) -> None:
         self.motion, self.clauses = motion, clauses
@@ -72,14 +72,14 @@ class Occupancy:
         return self._tables.look_up(("vacant", agents), steps, places, define)
 
     def presence(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """The literal that ``occupied`` and ``vacant`` share; FALSE where none of them can be.
+        """Literal shared by ``occupied`` and ``vacant``; FALSE if none of them can be there.
 
-        It has no clauses of its own: whoever relies on it asks for one of the two.
+        It has no clauses; callers use one of the two methods.
         """
 
         def define(steps: Indices, places: Indices) -> Literals:
             there = self._literals(agents, steps, places)
-            presence: Literals = there.max(axis=1, initial=FALSE)  # of one who alone may be there, the literal itself
+            presence: Literals = there.max(axis=1, initial=FALSE)  # for a single possible agent, its own literal
             presence[(there == TRUE).any(axis=1)] = TRUE
             named = _named(there)
             presence[named] = self.clauses.fresh(int(named.sum()))
@@ -88,7 +88,7 @@ class Occupancy:
         return self._tables.look_up(("presence", agents), steps, places, define)
 
     def _literals(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """That each of them is there: (cells, agents), FALSE where it cannot be."""
+        """Literals for each of them being there: (cells, agents), FALSE if impossible."""
         if agents not in self._states:
             self._states[agents] = [
                 _side_by_side([self.motion.states[agent] for agent in roadmap.agents if agent in agents])
@@ -106,7 +106,10 @@ class Occupancy:
 
 
 def _side_by_side(states: list[Literals]) -> Literals:
-    """That each agent is in each state: (steps + 1, states, agents); those whose motion is known are taken as one."""
+    """Literals of each agent in each state: (steps + 1, states, agents).
+
+    Agents with known motion are merged.
+    """
     known = [np.abs(each).max() == TRUE for each in states]
     open_ = [each for each, is_known in zip(states, known, strict=True) if not is_known]
     together = [each for each, is_known in zip(states, known, strict=True) if is_known]
@@ -114,6 +117,6 @@ def _side_by_side(states: list[Literals]) -> Literals:
 
 
 def _named(there: Literals) -> np.ndarray:
-    """Where presence needs a name of its own: several may be there, none is for certain."""
+    """Flags of cells whose presence needs a new literal: several agents are possible, none is certain."""
     named: np.ndarray = ((there != FALSE).sum(axis=1) > 1) & ~(there == TRUE).any(axis=1)
     return named

@@ -1,1 +1,1 @@
-"""The method of [strel] as published, as a preset: its roadmaps, its encoding, Z3 asked once."""
+"""Published method of [strel], as a preset: its roadmaps, its encoding, one question to Z3."""

@@ -1,4 +1,4 @@
-"""The process that encodes and solves, as its parent sees it: one problem in JSON, one answer, no orphan left."""
+"""Parent side of the process that encodes and solves: one problem in JSON, one answer, no orphan."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from missionc.ir.language.margins.links import places_linked
 WORKER = Path(__file__).with_name("worker.py")
 
 Pairs: TypeAlias = list[tuple[int, int, list[list[int]]]]
-"""Two agents, the first with the lower number, and pairs of their states or moves; of every two agents."""
+"""For every two agents, the first with the lower index, pairs of their states or moves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class NoModel:
 
 
 def node_links(graph: Graph, prms: tuple[Roadmap, ...]) -> Pairs:
-    """The timeless graph of a graphing function: which states of each two of its agents share an edge.
+    """Timeless graph of a graphing function: pairs of states of each two agents with a common edge.
 
     Source:
         [strel] "Multi-agent PRM", the redefined ε-proximity graph.
@@ -52,10 +52,10 @@ def node_links(graph: Graph, prms: tuple[Roadmap, ...]) -> Pairs:
 def problem(
     specification: Specification, prms: tuple[Roadmap, ...], links: list[Pairs], collisions: Pairs
 ) -> dict[str, Any]:
-    """The problem as ``Encoding`` reads it.
+    """The problem in the format of ``Encoding``.
 
     Args:
-        collisions: pairs of moves that two agents cannot make at once; none where collisions are left out.
+        collisions: pairs of moves that two agents cannot make together; empty if collisions are ignored.
     """
     return {
         "steps": len(prms[0].standing) - 1,
@@ -77,13 +77,13 @@ def ask_solver(
     account: Account,
     encoded: Callable[[], None],
 ) -> Indices | NoModel | Stopped:
-    """States of each agent at the steps that satisfy the encoding, (agents, steps + 1), if there are any.
+    """States of each agent at the steps that satisfy the encoding, (agents, steps + 1), if any.
 
     Args:
-        memory_bytes: what the process may take.
-        deadline: on the clock of ``time.monotonic``.
-        account: receives the seconds of the processor as its stages ``encode`` and ``solve``.
-        encoded: is called once all terms are made.
+        memory_bytes: memory limit of the process.
+        deadline: end on the clock of ``time.monotonic``.
+        account: receives the processor seconds of the stages ``encode`` and ``solve``.
+        encoded: called when all terms are made.
     """
     folders = dict.fromkeys((package_folder("missionc"), package_folder("z3")))
     process = Process([sys.executable, "-I", "-S", str(WORKER), str(memory_bytes), str(seed), *folders])

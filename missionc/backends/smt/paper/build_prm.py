@@ -27,13 +27,13 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 
 def published_graphs(mission: Mission, seed: int) -> tuple[RoadmapGraph, ...] | NoRoadmap:
-    """The roadmaps that the published method plans on with this seed, one graph for each agent."""
+    """Roadmaps of the published method with this seed, one graph for each agent."""
     prms = build_prms(mission, np.random.default_rng(seed))
     return prms if isinstance(prms, NoRoadmap) else graphs_of(mission, prms)
 
 
 def build_prms(mission: Mission, generator: np.random.Generator) -> tuple[Roadmap, ...] | NoRoadmap:
-    """One roadmap for each agent, in their order, of as many states and neighbours as the mission says."""
+    """One roadmap for each agent, in order, with the mission's numbers of states and neighbours."""
     settings = smt_settings(mission)
     prms: list[Roadmap] = []
     for agent in mission.agents:
@@ -47,16 +47,16 @@ def build_prms(mission: Mission, generator: np.random.Generator) -> tuple[Roadma
 def build_prm(
     mission: Mission, agent: Agent, count: int, neighbours: int, generator: np.random.Generator
 ) -> Roadmap | NoRoadmap:
-    """The roadmap of one agent.
+    """Roadmap of one agent.
 
-    Obstacles are grown by the agent's radius and the clearance: in its configuration space it is the paper's point.
-    STEER moves straight, in the fewest steps that the speeds allow, and arrives exactly, so that ε is 0. The states
-    that it passes, and that Algorithm 1 leaves out of S, are states here. An agent that may stand still may do so in
-    each state, for STEER leads from a state to itself.
+    Obstacles are grown by the agent's radius and the clearance, so that in configuration space it is the paper's point.
+    STEER moves straight, in the fewest steps within the speeds, and arrives exactly, so that ε is 0. The intermediate
+    states, which Algorithm 1 leaves out of S, are states here. An agent that can wait may do so in each state, since
+    STEER leads from a state to itself.
 
     Args:
-        count: P, the random states; samples of the start come on top.
-        neighbours: k, nearest in metres, whether or not STEER can reach them.
+        count: P, number of random states, besides samples of the start.
+        neighbours: k, nearest states in metres, reachable by STEER or not.
     """
     ground = free_ground(mission, (agent,))
     low, high = np.array(mission.world.low), np.array(mission.world.high)
@@ -89,7 +89,7 @@ def build_prm(
 
 
 def _start_set(ground: Ground, agent: Agent, generator: np.random.Generator) -> Array:
-    """Samples of the set that the agent may start from: (samples, dim), metres."""
+    """Samples of the agent's start set: (samples, dim), metres."""
     settings = smt_settings(ground.mission).paper
     if agent.start.point is not None:
         point = np.array([agent.start.point])
@@ -101,7 +101,10 @@ def _start_set(ground: Ground, agent: Agent, generator: np.random.Generator) -> 
 
 
 def _draw(ground: Ground, low: Array, high: Array, count: int, generator: np.random.Generator) -> Array:
-    """Independent uniform points of a box that are free: (count, dim), metres, or fewer if most of it is not."""
+    """Independent uniform free points of a box: (count, dim), metres, or fewer if most of it is blocked.
+
+    The corners are (dim,), metres.
+    """
     points = np.zeros((0, len(low)))
     for _ in range(smt_settings(ground.mission).paper.draws):
         if len(points) >= count:
@@ -112,7 +115,7 @@ def _draw(ground: Ground, low: Array, high: Array, count: int, generator: np.ran
 
 
 def _edges(ground: Ground, nodes: States, neighbours: int) -> Edges:
-    """Edges from each node to those of its nearest neighbours that STEER reaches along a clear segment."""
+    """Edges from each node to its nearest neighbours that STEER reaches along a clear segment."""
     mission, count = ground.mission, len(nodes)
     nearest = cKDTree(nodes.position).query(nodes.position, min(neighbours + 1, count))[1].reshape(count, -1)
     source, target = np.repeat(np.arange(count), nearest.shape[1]), nearest.ravel()

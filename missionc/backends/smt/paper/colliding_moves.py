@@ -1,4 +1,4 @@
-"""Colliding moves: the moves of two agents that bring their centres too near each other."""
+"""Colliding moves: pairs of moves that bring two agents' centres too near each other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.ir import Mission
 def colliding_moves(mission: Mission, one: Roadmap, other: Roadmap) -> Indices:
     """Pairs of moves, (pairs, 2), one of each roadmap, that two agents cannot make in one step.
 
-    The roadmaps are of one agent each, with dynamics of first order. Too near is what it is to ``collisions``.
+    Each roadmap has one agent with first-order dynamics. The required distance is that of ``collisions``.
     """
     agents = np.array([one.agents[0], other.agents[0]])
     first, second = (roadmap.motions(mission) for roadmap in (one, other))

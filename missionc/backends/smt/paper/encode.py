@@ -1,11 +1,11 @@
-"""The encoding of [strel] in Z3's terms: paths of each agent, and the specification unrolled over steps and routes.
+"""Encoding of [strel] in Z3's terms: paths of each agent, and the specification unrolled over steps and routes.
 
     in   a problem in JSON: states, transitions, links, and the specification
     out  a model, or that there is none
 
-``Z(φ, i)`` is a Python function of an agent and a step, not a ``z3.Lambda``. The λ-terms of the paper bind a state
-*s* and hand it on to other steps unchanged; what they mean is the state of the agent at that step, ``x[i][t]``, and
-which variable that is has to be known when the term is made. Terms that are equal are made once.
+``Z(φ, i)`` is a Python function of an agent and a step, not a ``z3.Lambda``. The paper's λ-terms bind a state *s* and
+pass it unchanged to other steps. They mean the agent's state at that step, ``x[i][t]``; this variable must be known
+when the term is made. Equal terms are made once.
 
 Source:
     [strel] Symbolic Encoding of the Planning Problem, Algorithm 2.
@@ -22,7 +22,7 @@ import z3
 
 
 class Encoding:
-    """Terms over an integer ``x[agent][step]``, the number of the state that the agent is in."""
+    """Terms over an integer ``x[agent][step]``, the index of the agent's state."""
 
     def __init__(self, problem: dict[str, Any]) -> None:
         self.steps: int = problem["steps"]
@@ -40,14 +40,14 @@ class Encoding:
         self.known: dict[tuple[object, ...], Any] = {}
 
     def plan(self) -> list[Any]:
-        """``Ψ_motion`` and ``Ψ_spec``, to be added to a solver."""
+        """Terms ``Ψ_motion`` and ``Ψ_spec`` for a solver."""
         motion = [term for agent in self.agents for term in self.path(agent)]
         for one, other, moves in self.collisions:
             motion += self.apart(one, other, moves)
         return [*motion, self.holds(len(self.formulas) - 1, 0, 0)]
 
     def path(self, agent: int) -> Iterator[Any]:
-        """``Ψ_path``: the initial state, states of the roadmap, transitions of it."""
+        """Terms of ``Ψ_path``: the initial state, states of the roadmap, and its transitions."""
         prm = self.prms[agent]
         onward = grouped(prm["moves"])
         yield self.among(agent, 0, prm["starts"])
@@ -56,14 +56,16 @@ class Encoding:
             yield self.paired((agent, step), (agent, step + 1), onward)
 
     def apart(self, one: int, other: int, moves: dict[int, list[int]]) -> Iterator[Any]:
-        """No two moves of a pair are made in the same step: an addition to the paper, which leaves collisions out."""
+        """Terms that no excluded pair of moves occurs in one step: an addition to the paper, which ignores
+        collisions.
+        """
         for step in range(self.steps):
             for own, others in moves.items():
                 at_once = [self.moved(other, step, each) for each in others]
                 yield z3.Not(z3.And(self.moved(one, step, own), z3.Or(at_once)))
 
     def moved(self, agent: int, step: int, move: int) -> Any:
-        """The agent makes this move of its roadmap from this step to the next."""
+        """Term that the agent makes this move of its roadmap from this step to the next."""
         key = ("moved", agent, step, move)
         if key not in self.known:
             source, target = self.prms[agent]["moves"][move]
@@ -80,11 +82,11 @@ class Encoding:
         return z3.Or([self.at(agent, step, state) for state in states])
 
     def paired(self, one: tuple[int, int], other: tuple[int, int], pairs: dict[int, list[int]]) -> Any:
-        """Two variables, by agent and step, have one of the pairs of values, grouped by the first of each."""
+        """Term that two variables, by agent and step, have one of the pairs of values, grouped by the first."""
         return z3.Or([z3.And(self.at(*one, first), self.among(*other, some)) for first, some in pairs.items()])
 
     def link(self, graph: int, one: int, other: int, step: int) -> Any:
-        """``Link``: the states of two agents share an edge of the ε-proximity graph."""
+        """Term ``Link``: the states of two agents share an edge of the ε-proximity graph."""
         one, other = sorted((one, other))
         key = ("link", graph, one, other, step)
         if key not in self.known:
@@ -92,7 +94,7 @@ class Encoding:
         return self.known[key]
 
     def routes(self, graph: int, agent: int, low: int, high: int) -> Iterator[tuple[int, ...]]:
-        """Routes of distinct agents from this one, of so many links: ``a_0 = i`` and ``Distinct``."""
+        """Routes of distinct agents from this one, with these numbers of links: ``a_0 = i`` and ``Distinct``."""
         members = self.members[graph]
         others = [other for other in members if other != agent] if agent in members else []
         for links in range(low, min(high, len(others)) + 1):
@@ -103,7 +105,7 @@ class Encoding:
         return [self.link(graph, one, other, step) for one, other in itertools.pairwise(route)]
 
     def holds(self, formula: int, agent: int, step: int) -> Any:
-        """``Z(φ, i)`` at a step."""
+        """Term ``Z(φ, i)`` at a step."""
         key = ("holds", formula, agent, step)
         if key not in self.known:
             self.known[key] = self.encoded(self.formulas[formula], agent, step)
@@ -160,17 +162,17 @@ class Encoding:
         return range(step + low, (self.steps if high is None else step + high) + 1)
 
     def ended(self, hold: int, end: int, agent: int, step: int, last: int) -> Any:
-        """*Until* that ends at ``last``: the left side holds up to and at that step."""
+        """Term of an *until* that ends at ``last``: the left side holds up to and including that step."""
         held = [self.holds(hold, agent, each) for each in range(step, last + 1)]
         return z3.And([self.holds(end, agent, last), *held])
 
     def states(self, model: Any) -> list[list[int]]:
-        """The states of each agent at the steps, as a model has them."""
+        """States of each agent at the steps in a model."""
         return [[model.eval(x, model_completion=True).as_long() for x in row] for row in self.x]
 
 
 def grouped(pairs: list[list[int]]) -> dict[int, list[int]]:
-    """Pairs by their first members."""
+    """Group pairs by their first members."""
     groups: defaultdict[int, list[int]] = defaultdict(list)
     for first, second in pairs:
         groups[first].append(second)

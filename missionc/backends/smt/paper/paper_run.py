@@ -1,11 +1,11 @@
-"""Algorithm 2 of [strel] as printed: one roadmap for each agent, one question to Z3, its model judged before it counts.
+"""Algorithm 2 of [strel] as printed: one roadmap per agent, one question to Z3, and a check of its model.
 
     in   Mission, its kernel
     out  Planned or NotFound
 
-The encoding differs from the mission in what the paper reads otherwise (``until`` asks for its left side at the last
-step too, routes have at least one link), and it leaves out bodies. So a model is a plan only if the mission accepts
-it, and that there is no model says nothing about the mission.
+The encoding differs from the mission in the paper's conventions: ``until`` also requires its left side at the last
+step, routes have at least one link, and bodies are ignored. A model is therefore a plan only if the mission accepts it,
+and the absence of a model proves nothing about the mission.
 
 Source:
     [strel] Algorithm 2.
@@ -36,10 +36,10 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart: bool = False) -> Outcome:
-    """The motion that Z3 finds on the roadmaps, if the mission accepts it.
+    """Motion that Z3 finds on the roadmaps, if the mission accepts it.
 
     Args:
-        apart: whether motions in which agents collide are excluded, as they are not in the paper.
+        apart: True to exclude collisions of agents, unlike the paper.
     """
     account = Account()
 

@@ -1,9 +1,9 @@
-"""Specification: the requirements of a mission in the logic of [strel], over the states of each agent's roadmap.
+"""Specification: requirements of a mission in the logic of [strel], over the states of each agent's roadmap.
 
     in   Mission, one Roadmap for each agent
     out  Specification
 
-Derived operators are spelt out by those that have an encoding: ``somewhere``, ``everywhere`` and ``surround`` by
+Derived operators are expanded to those with an encoding: ``somewhere``, ``everywhere`` and ``surround`` by
 *reach* and *escape*, ``implies`` by *not* and *or*, ``every`` and ``some`` by *and* and *or* over agents.
 
 Source:
@@ -22,34 +22,34 @@ from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.ir.language.walk_formulas import formulas_bottom_up
 
 Term: TypeAlias = list[Any]
-"""A formula in JSON: the word of an operator, then the numbers of the formulas below it and its bounds."""
+"""A formula in JSON: the operator's word, then the indices of its children and its bounds."""
 
 
 @dataclass(slots=True)
 class Specification:
-    """Formulas by number, each after those below it; the last one has to hold of the team at step 0.
+    """Formulas by index, children first; the last one has to hold for the team at step 0.
 
     Args:
-        graphs: the graphs that are asked about, by the numbers that *reach* and *escape* have for them.
+        graphs: graphs used, by their indices in *reach* and *escape*.
     """
 
     terms: list[Term] = field(default_factory=list)
     graphs: list[ir.Graph] = field(default_factory=list)
 
     def add(self, *term: Any) -> int:
-        """Number of a formula."""
+        """Index of a formula."""
         self.terms.append([*term])
         return len(self.terms) - 1
 
     def graph(self, graph: ir.Graph) -> int:
-        """Number of a graph."""
+        """Index of a graph."""
         if graph not in self.graphs:
             self.graphs.append(graph)
         return self.graphs.index(graph)
 
 
 def specify(mission: ir.Mission, prms: tuple[Roadmap, ...]) -> Specification:
-    """The conjunction of all requirements of a mission that has nothing which the logic of [strel] lacks."""
+    """Conjunction of all requirements of a mission that the logic of [strel] can express."""
     spec, labels = Specification(), Labels(mission, prms)
     known: dict[ir.Formula, int] = {}
     for formula in formulas_bottom_up(each.formula for each in mission.requirements):

@@ -1,8 +1,8 @@
-"""The encoding and Z3 in a process of their own: ``python -I -S worker.py MEMORY_BYTES SEED FOLDER...``.
+"""Encoding and Z3 in a separate process: ``python -I -S worker.py MEMORY_BYTES SEED FOLDER...``.
 
-Both may take more time and memory than there is, and Z3 keeps an interpreter from seeing signals. ``FOLDER`` are
-those that ``missionc`` and ``z3`` lie in. The process reads one problem in JSON to its end, and answers by lines of
-JSON: ``seconds`` of the processor for the terms; then ``states``, ``refused`` or ``gave_up``, with those of the solver.
+Both may exceed the available time and memory, and Z3 blocks signals in the interpreter. ``FOLDER`` are the folders that
+contain ``missionc`` and ``z3``. The process reads one problem in JSON to its end, and answers by lines of JSON:
+``seconds`` of the processor for the terms; then ``states``, ``refused`` or ``gave_up``, with the solver's seconds.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 
 def main() -> None:
-    # Levels of a formula, each of them a few calls; set here because it holds for the whole process.
+    # Recursion levels of a formula, a few calls each; set here because it applies to the whole process.
     deepest = 1_000_000
     memory, seed = int(sys.argv[1]), int(sys.argv[2])
     sys.path += sys.argv[3:]
@@ -28,13 +28,13 @@ def main() -> None:
         solve(json.load(sys.stdin), seed)
     except MemoryError:
         say(gave_up="memory")
-    except Exception as error:  # of Z3's, which has one kind for all
+    except Exception as error:  # memory parameter of Z3, which covers all kinds
         message = str(error)
         say(gave_up="memory" if any(words in message for words in OUT_OF_MEMORY) else message)
 
 
 def solve(problem: dict[str, Any], seed: int) -> None:
-    """Algorithm 2, lines 1 to 10."""
+    """Run Algorithm 2, lines 1 to 10."""
     import z3
 
     from missionc.backends.smt.paper.encode import Encoding

@@ -1,1 +1,1 @@
-"""Prioritized planning: a few agents at a time, in an order, around the reserved trajectories of those before them."""
+"""Prioritized planning: a few agents at a time, in an order, around the reserved trajectories of earlier ones."""

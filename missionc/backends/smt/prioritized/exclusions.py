@@ -1,11 +1,11 @@
-"""Exclusions: mutual exclusion and capacities, which bind agents to each other only while they want the same place.
+"""Exclusions: mutual exclusion and capacities, which couple agents only when they need the same place.
 
-    in   conjuncts of the requirements; the reservations of who is settled
-    out  where an agent may be at each step beside the settled
+    in   conjuncts of the requirements; the reservations of planned agents
+    out  allowed states of an agent at each step, given the planned agents
 
-``always[0, end] not (at least 2 truck: bridge)`` names every truck, and yet each can be planned by itself, one after
-the other: who is settled is where it is, and whoever is not is taken to be elsewhere (a relaxation). A schedule of
-clot excludes by literals over intervals of time instead (``mutex_literals``): it has no states of agents yet.
+``always[0, end] not (at least 2 truck: bridge)`` names every truck, but each can be planned separately, one after the
+other. Planned agents are at their places, and all others count as absent (a relaxation). A schedule of clot uses
+literals over time intervals instead (``mutex_literals``), since it has no agent states yet.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from missionc.ir.kernel.walk import children, postorder, rebuilt
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exclusion:
-    """A team formula that asks each of its agents to keep away from some states, unless enough others do.
+    """Team formula that requires each agent to avoid some states unless enough others do.
 
     Args:
-        conjunct: what must hold of the team, and at which steps.
-        own: the nodes in it that one agent's own state decides.
-        named: the agents that it asks something of.
+        conjunct: formula of the team, with its steps.
+        own: its nodes that one agent's own state decides.
+        named: agents that it restricts.
     """
 
     conjunct: Conjunct
@@ -41,8 +41,8 @@ class Exclusion:
 
     @staticmethod
     def of(conjunct: Conjunct, labels: Labels) -> Exclusion | None:
-        """The conjunct as an exclusion; None where it is something else."""
-        elsewhere = 0.5  # share of the states with a property, from which the requirement is to keep away from the rest
+        """The conjunct as an exclusion; None if it has another form."""
+        elsewhere = 0.5  # share of states with a property, from which the requirement is to avoid the remaining states
         own = frozenset(own_states(postorder((conjunct.formula,)), labels))
         leaves = _leaves(conjunct, own)
         named = frozenset(who for who, _ in leaves)
@@ -52,9 +52,9 @@ class Exclusion:
         return Exclusion(conjunct, own, named, labels) if away else None
 
     def allows(self, agent: int, reservations: Reservations) -> Flags:
-        """Where the agent may be beside the settled, (steps + 1, states), or one row for all steps.
+        """Allowed states of the agent beside the planned agents, (steps + 1, states), or one row for all steps.
 
-        It may be there a step before and after, too: between two steps nobody changes places with another.
+        It must be allowed one step before and after too: between two steps, no two agents swap places.
         """
         now = self._holds(self.conjunct.formula, self.conjunct.agent, agent, reservations)
         before, after = np.concatenate([now[:1], now[:-1]]), np.concatenate([now[1:], now[-1:]])
@@ -75,7 +75,7 @@ class Exclusion:
         return reduce(np.logical_and if node.every else np.logical_or, parts)
 
     def among(self, present: frozenset[int]) -> Node | None:
-        """What it asks of those who are there while all others keep away; None for nothing."""
+        """Requirement on the present agents while all others avoid the states; None for nothing."""
         node, who = self.conjunct.formula, self.conjunct.agent
         asked = self._among(node, who, present)
         return asked if asked is None or who is None else At(who, asked, node.span)
@@ -97,7 +97,7 @@ class Exclusion:
 
 
 def _leaves(conjunct: Conjunct, own: frozenset[Node]) -> list[tuple[int, Node]]:
-    """Who is asked something about where it is itself; nobody where anything else is said."""
+    """Agents and nodes about their own states; empty if the conjunct has other parts."""
     leaves: list[tuple[int, Node]] = []
     stack = [(conjunct.agent, conjunct.formula)]
     while stack:
@@ -115,7 +115,7 @@ def _leaves(conjunct: Conjunct, own: frozenset[Node]) -> list[tuple[int, Node]]:
 
 
 def may_be(exclusions: Sequence[Exclusion], agent: int, reservations: Reservations, may: Flags) -> Flags:
-    """Where an agent may be, (steps + 1, states), of where it may be for all else, so that all exclusions hold."""
+    """Allowed states of an agent, (steps + 1, states), within ``may``, so that all exclusions hold."""
     bound = [each for each in exclusions if agent in each.named]
     if not bound:
         return may

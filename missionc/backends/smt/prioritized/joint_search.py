@@ -1,15 +1,15 @@
-"""Joint search: the motion of two or three agents at once, exact, where one has no way around the other.
+"""Joint search: exact motion of two or three agents together, if one has no path around the other.
 
-    in   what is asked of each, the reservations of all others
-    out  a joint motion clear of each other; or the proof that their roadmaps hold none, whatever the others do
+    in   the task of each agent, the reservations of all others
+    out  a joint motion without conflict; or the proof that their roadmaps contain none, for any motion of others
 
-The untimed product of their roadmaps, with what is relaxed left of their tasks (``progression``), says
-how far every joint state is from the end; one that is not connected to it has no joint motion at all. On that
-bound the joint time-expanded roadmap is gone through, as ``single_agent_search`` does for one.
+The untimed product of their roadmaps and relaxed residuals (``progression``) gives each joint state's distance to go. A
+joint state without connection to an end has no joint motion. With this bound, the joint time-expanded roadmap is
+searched, like ``single_agent_search`` for one agent.
 
 Source:
-    Standley, "Finding optimal solutions to cooperative pathfinding problems", 2010: one agent after the other
-    within a step, and only those who cannot be planned apart.
+    Standley, "Finding optimal solutions to cooperative pathfinding problems", 2010: agents one by one within a step,
+    and only those that cannot be planned separately.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from missionc.planning.progression.residuals import TooComplex
 
 
 class JointSearch:
-    """The search for one joint motion.
+    """Search for one joint motion.
 
     Args:
-        apart: (agents, agents), metres that the centres of each two must keep sideways.
-        metric: (agents, agents, dim), as of ``closest_approach``.
+        apart: (agents, agents), required horizontal distance of centres, metres.
+        metric: (agents, agents, dim), as for ``closest_approach``.
     """
 
     def __init__(self, movers: Sequence[Mover], apart: Array, metric: Array | None) -> None:
@@ -56,7 +56,7 @@ class JointSearch:
         """Metres that all have to go at least, by their spots, (joint spots,); infinite where there is no way."""
 
     def _product(self, mover: Mover) -> ProductGraph:
-        """What an agent may do at any time."""
+        """Possible motions of an agent at any time."""
         task, moves = mover.task, mover.table.roadmap.moves
         usable = mover.table.roadmap.allowed.any(axis=0) & np.asarray(mover.may.any(axis=0))[moves].all(axis=1)
         return ProductGraph.of(
@@ -73,7 +73,10 @@ class JointSearch:
     def _clear_moves(
         self, one: ReservationTable, other: ReservationTable, least: float, factors: Array | None
     ) -> Flags:
-        """Which moves of the one are clear of which of the other, (moves, moves)."""
+        """Flags of compatible moves of both agents, (moves, moves), at least ``least`` metres apart.
+
+        ``factors`` is (dim,).
+        """
         if len(one.length) * len(other.length) > self._settings.joint_edges:
             raise TooComplex
         clear = np.ones((len(one.length), len(other.length)), dtype=np.bool_)
@@ -103,7 +106,7 @@ class JointSearch:
         )
         ends = reduce(np.logical_and.outer, [each.ends for each in untimed]).reshape(-1)
         left = np.where(ends, NO_WAY, np.inf)
-        # Of parallel edges there are none: a spot and its move name the next.
+        # There are no parallel edges: a spot and its move determine the next.
         graph = reversed_to_ends(tail, head, np.asarray(length + self._haste), left)
         return np.asarray(dijkstra(graph, indices=[len(ends)]))[0, :-1]
 
@@ -116,15 +119,15 @@ class JointSearch:
 
     @property
     def refused(self) -> bool:
-        """Whether there is no joint motion, whatever the time and whoever else is there."""
+        """True if there is no joint motion for any time and any other agents."""
         grid = np.meshgrid(*(mover.starts for mover in self.movers), indexing="ij")  # the first phase is 0
         return not np.isfinite(self._to_go[self._joint([each.ravel() for each in grid])]).any()
 
     def find(self) -> Indices | None:
-        """A joint motion of few metres, (agents, steps + 1), if there is one in time.
+        """Short joint motion, (agents, steps + 1), if there is one in time.
 
         Raises:
-            TooComplex: it takes too much work, or something is asked that reads the past.
+            TooComplex: it takes too much work, or a formula reads the past.
         """
         settings = self._settings
         if any(mover.task.memory is not None for mover in self.movers):
@@ -139,7 +142,7 @@ class JointSearch:
         return None
 
     def _within(self, more: float) -> Indices | None:
-        """The shortest that is longer by so much at most than the untimed one."""
+        """Shortest joint motion longer than the untimed one by at most ``more``."""
         movers = self.movers
         steps = len(movers[0].table.roadmap.allowed)
         grid = np.meshgrid(*(mover.starts for mover in movers), indexing="ij")
@@ -208,7 +211,7 @@ class JointSearch:
         return way
 
     def _left(self, residuals: Sequence[Indices], states: Sequence[Indices]) -> Array:
-        """At least so many metres are left, (rows,)."""
+        """Lower bound of the remaining metres, (rows,)."""
         spots, known = [], np.ones(len(states[0]), dtype=np.bool_)
         for mover, untimed, residual, state in zip(self.movers, self._untimed, residuals, states, strict=True):
             kinds, row = np.unique(residual, return_inverse=True)

@@ -1,12 +1,11 @@
-"""Label-setting search through time: step by step, the cheapest path to each state, residual formula and label.
+"""Label-setting search through time: per step, the cheapest path to each state, residual and label.
 
     in   a Mover and its Task
     out  states of a path with the fewest metres within a bound
 
-A path is told by its state, by what remains of the formulas, and by its label: its flags, and what it has left of each
-resource. Of paths that agree in all but what is left, the cheapest is kept for each bucket of a resource, and only if
-it has more left than any cheaper one, if more can never hurt. So what is found is right; that nothing is found says
-nothing.
+A path is identified by its state, its residual, and its label: its flags and its level of each resource. Of paths that
+differ only in levels, the cheapest is kept for each bucket of a resource. If more is never worse, it is kept only if it
+has a higher level than any cheaper one. A result is therefore correct, but an empty result proves nothing.
 
 Source:
     Desrochers and Soumis, "A generalized permanent labelling algorithm for the shortest path problem with time
@@ -49,7 +48,7 @@ from missionc.planning.progression.residuals import (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Carried:
-    """The labels of ways: ``flags``, (rows, flags), and ``levels``, (rows, resources)."""
+    """Labels of paths: ``flags``, (rows, flags), and ``levels``, (rows, resources)."""
 
     flags: Flags
     levels: Array
@@ -59,14 +58,14 @@ class Carried:
 
 
 class OwnMemory:
-    """What an agent's way so far bears on, on its roadmap.
+    """State of an agent's past that its propositions read, on its roadmap.
 
     Args:
-        nodes: the propositions, each an ``Atom`` that reads the past or its negation.
-        exact: no two ways may be taken for one.
+        nodes: propositions, each an ``Atom`` that reads the past, or its negation.
+        exact: True if different paths must not be merged.
 
     Raises:
-        TooComplex: one of them reads a speed or another agent too, or is not kept exactly.
+        TooComplex: one of them also reads a speed or another agent, or cannot be exact.
     """
 
     def __init__(self, nodes: Sequence[Node], agent: int, labels: Labels, roadmap: Roadmap, *, exact: bool) -> None:
@@ -99,17 +98,17 @@ class OwnMemory:
         self.more_is_better = len(self._resources) == 1 and all(map(_helped, nodes))
 
     def at(self, starts: Indices) -> Carried:
-        """The labels of ways that begin in these states."""
+        """Labels of paths that begin in these states."""
         levels = np.tile(np.array([each.start for each in self._resources]), (len(starts), 1))
         return Carried(self._sets[starts], levels.reshape(len(starts), len(self._resources)))
 
     def moved(self, carried: Carried, row: Indices, move: Indices, there: Indices) -> Carried:
-        """The labels of ways that go on from these rows by these moves into these states, (rows,) each."""
+        """Labels of paths that continue from these rows by these moves to these states, (rows,) each."""
         flags = self._sets[there] | (carried.flags[row] & self._stays[there])
         return Carried(flags, np.minimum(self._capacity, carried.levels[row] + self._changes[move]))
 
     def letters(self, carried: Carried, state: Indices) -> Indices:
-        """Which of the propositions hold, (rows,): a bit for each."""
+        """Truth of the propositions, (rows,): a bit for each."""
         letters = np.zeros(len(state), dtype=np.int64)
         for bit, node in enumerate(self.nodes):
             letters |= self._holds(node, self._bases[bit], carried, state).astype(np.int64) << bit
@@ -129,8 +128,8 @@ class OwnMemory:
         return np.asarray(found if isinstance(node, Atom) else ~found)
 
     def kept(self, key: Indices, cost: Array, carried: Carried) -> Indices:
-        """The rows of the ways that are kept: of each key and label the cheapest."""
-        buckets = 48  # levels of a resource; of paths with the same levels the cheapest is kept
+        """Rows of the kept paths, (kept,): for each key and label, the cheapest; ``cost`` is (rows,), metres."""
+        buckets = 48  # levels of a resource; of paths with the same levels, the cheapest is kept
         label = np.zeros(len(key), dtype=np.int64)
         for column in carried.flags.T:
             label = 2 * label + column
@@ -144,7 +143,10 @@ class OwnMemory:
         return self._undominated(rows, key, cost, carried) if self.more_is_better else rows
 
     def _undominated(self, rows: Indices, key: Indices, cost: Array, carried: Carried) -> Indices:
-        """Those of the rows that have more left than any cheaper one of their key with the same flags."""
+        """Rows with a higher level than any cheaper row of their key and flags, (kept,).
+
+        ``cost`` is in metres.
+        """
         bits = carried.flags[rows] @ (1 << np.arange(carried.flags.shape[1], dtype=np.int64))
         level = carried.levels[rows, 0]
         order = np.lexsort((-level, cost[rows], bits, key[rows]))
@@ -164,7 +166,7 @@ def _atom(node: Node) -> Predicate:
 
 
 def _helped(node: Node) -> bool:
-    """Whether to have more left can only make a proposition true."""
+    """Return whether a higher level can only make a proposition true."""
     predicate, sign = _atom(node), 1.0 if isinstance(node, Atom) else -1.0
     return not isinstance(predicate, Compare) or all(
         sign * weight >= 0 for weight, feature in predicate.terms if isinstance(feature, Level)
@@ -172,7 +174,7 @@ def _helped(node: Node) -> bool:
 
 
 def _base(predicate: Predicate, agent: int, labels: Labels, roadmap: Roadmap) -> Array:
-    """What a comparison's value is in each state, (states,), but for what it reads of resources."""
+    """Value of a comparison in each state, (states,), without its resource terms, in its unit, such as metres."""
     if not isinstance(predicate, Compare):
         return np.zeros(0)
     rest = replace(
@@ -183,20 +185,20 @@ def _base(predicate: Predicate, agent: int, labels: Labels, roadmap: Roadmap) ->
 
 
 FAR = 1e-9
-"""Metres to go that are some."""
+"""Metres to go that count as some."""
 
 
 @dataclass(slots=True, eq=False)
 class Task:
-    """What is asked of one agent, on its roadmap.
+    """Task of one agent on its roadmap.
 
     Args:
-        places: (states,) or (steps + 1, states), indices into ``place_letters``: what holds where, when.
-        moves: (moves,), indices into ``move_letters``: what holds of a move as it begins; ``ends``: as it ends.
-        finish: (states,), where its way may end.
-        own_places: (states,), indices into ``own_letters``: what holds where, of what the place alone decides.
-        bound: metres that a residual leaves to go at least, from each state, (states,).
-        memory: of what reads the past; None where nothing does.
+        places: (states,) or (steps + 1, states), indices into ``place_letters``: propositions of places.
+        moves: (moves,), indices into ``move_letters``: propositions at a move's beginning; ``ends``: at its end.
+        finish: (states,), True if its path may end there.
+        own_places: (states,), indices into ``own_letters``: propositions that the place alone decides.
+        bound: lower bound of the metres to go for a residual, from each state, (states,).
+        memory: state for propositions about the past; None without any.
     """
 
     progression: Progression
@@ -215,15 +217,15 @@ class Task:
     residuals: list[Residual] = field(default_factory=list)
     numbers: dict[Residual, int] = field(default_factory=dict)
     bounds: list[int] = field(default_factory=list)
-    """For each residual the row of ``metres`` that bounds what it leaves to go."""
+    """For each residual, the row of ``metres`` with its bounds."""
     metres: list[Array] = field(default_factory=list)
     _stacked: Array = field(default_factory=lambda: np.zeros((0, 0)))
     _rows: dict[int, int] = field(default_factory=dict)
     _after: dict[tuple[int, int], int] = field(default_factory=dict)
-    """What is left after a step, by the step and one number for what was left and both letters."""
+    """Residual after a step, by step and one number for the previous residual and both letters."""
 
     def number(self, residual: Residual) -> int:
-        residuals = 3_000  # remaining formulas, above which the search gives up
+        residuals = 3_000  # number of residuals above which the search gives up
         if residual not in self.numbers:
             if len(self.residuals) >= residuals:
                 raise TooComplex
@@ -239,7 +241,7 @@ class Task:
     def after(
         self, step: int, residual: Indices, place: Indices, move: Indices, past: Indices | None = None
     ) -> Indices:
-        """The numbers of what is left, (rows,), after a step with these letters; -1 where it is broken."""
+        """Residuals, (rows,), after a step with these letters; -1 if violated."""
         kind = residual * (len(self.place_letters) * len(self.move_letters)) + place * len(self.move_letters) + move
         if past is not None:
             kind = (kind << self.bits) | past
@@ -249,7 +251,7 @@ class Task:
         return np.array([self._left(step, each) for each in kinds.tolist()], dtype=np.int64)[row]
 
     def _left(self, step: int, kind: int) -> int:
-        """The number of what is left after a step, by one number for what was left and all letters; -1 likewise."""
+        """Residual after a step, by one number for the previous residual and all letters; -1 if violated."""
         if (step, kind) not in self._after:
             before, letter = divmod(kind >> self.bits, len(self.place_letters) * len(self.move_letters))
             at, along = divmod(letter, len(self.move_letters))
@@ -261,17 +263,17 @@ class Task:
 
     @property
     def bits(self) -> int:
-        """How many propositions read the past."""
+        """Number of propositions that read the past."""
         return 0 if self.memory is None else len(self.memory.nodes)
 
     @property
     def work(self) -> int:
-        """What it took to work out what is left after each step, in moves."""
-        left_work = 200  # moves that it takes to progress a formula by one step
+        """Work for computing residuals, in moves."""
+        left_work = 200  # moves that equal the work of progressing a formula by one step
         return left_work * len(self._after)
 
     def to_go(self, residual: Indices, states: Indices) -> Array:
-        """At least so many metres are left, (rows,)."""
+        """Lower bound of the remaining metres, (rows,)."""
         if len(self._stacked) < len(self.metres):
             self._stacked = np.stack(self.metres)
         if len(self.metres) == 1:
@@ -284,10 +286,10 @@ class Task:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mover:
-    """An agent, what is asked of it and where it may go.
+    """An agent with its task and its allowed states.
 
     Args:
-        may: (steps + 1, states), where its way may lead.
+        may: (steps + 1, states), True for allowed states.
         starts: (starts,), states.
     """
 
@@ -299,16 +301,16 @@ class Mover:
 
 @dataclass(slots=True, eq=False)
 class Sweep:
-    """The search for one way, from step to step.
+    """Search for one path, step by step.
 
     Args:
-        may: (steps + 1, states), where it may lead.
+        may: (steps + 1, states), True for allowed states.
         starts: (starts,), states.
-        step_cost: metres that a step counts for while there is somewhere to go.
-        stride, rest: metres to go that a step takes off at most, and a step of waiting.
-        pushing: moves that come too near some who can be moved are dear, not forbidden.
-        in_the_way: (states,), where it is not to end unless that is far nearer.
-        most: moves looked at, after which it gives up.
+        step_cost: cost of a step in metres while the agent is not finished.
+        stride, rest: greatest reduction of the metres to go by a step, and by waiting.
+        pushing: True if conflicts with movable agents are expensive instead of forbidden.
+        in_the_way: (states,), states to avoid as the end unless much nearer.
+        most: maximum number of expanded moves.
     """
 
     task: Task
@@ -324,13 +326,13 @@ class Sweep:
     work: int = 0
 
     def within(self, bound: float) -> Indices | None:
-        """The cheapest way, (steps + 1,), of those that may cost no more than the bound.
+        """Cheapest path, (steps + 1,), with a cost of at most the bound.
 
         Raises:
             TooComplex: it takes too much work.
         """
         step_work = 1_000  # overhead of a step, in moves
-        restless = 1e-6  # metres added to each step in motion, later steps more: of equal paths the earliest wins
+        restless = 1e-6  # metres added to each step in motion, more for later steps: of equal paths the earliest wins
         settings = smt_settings(self.table.mission).search
         task, table, memory = self.task, self.table, self.task.memory
         states, steps = len(task.finish), len(table.roadmap.allowed)
@@ -397,7 +399,7 @@ class Sweep:
         return way
 
     def _past(self, carried: Carried | None, state: Indices) -> Indices | None:
-        """What holds of what reads the past, (rows,); None where nothing does."""
+        """Truth of propositions about the past, (rows,); None without any."""
         memory = self.task.memory
         return None if memory is None or carried is None else memory.letters(carried, state)
 
@@ -407,23 +409,26 @@ class Sweep:
 
 
 def _of(which: Flags, *columns: NDArray[Any]) -> tuple[NDArray[Any], ...]:
-    """These rows of the columns, (rows,) each; the columns themselves where that is all of them."""
+    """Select rows of the columns, (rows,) each, of any unit; the same columns if all are selected."""
     rows = which.nonzero()[0]
     return columns if len(rows) == len(which) else tuple(column.take(rows) for column in columns)
 
 
 def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
-    """Each key once, ascending, and the first of those with this key that cost least: (keys,) each."""
-    dense = 4  # keys for each row, up to which a table is used
+    """Distinct keys, ascending, and the first row of least cost for each: (keys,) each.
+
+    ``cost`` is in metres.
+    """
+    dense = 4  # keys per row up to which a table is used
     count = int(key.max(initial=-1)) + 1
-    if count <= dense * len(key):  # a table of all keys there may be is quicker than sorting them
+    if count <= dense * len(key):  # a table of all possible keys is faster than sorting
         keys, group = None, key
     else:
         keys, group = np.unique(key, return_inverse=True)
         count = len(keys)
     least = np.full(count, np.inf)
     np.minimum.at(least, group, cost)
-    best = (cost == least.take(group)).nonzero()[0][::-1]  # of several the first is written last
+    best = (cost == least.take(group)).nonzero()[0][::-1]  # with ties, the first is written last
     first = np.full(count, -1)
     first[group.take(best)] = best
     if keys is not None:
@@ -433,7 +438,7 @@ def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
 
 
 def letters_of(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:
-    """The kind of each column, (size,), and what each kind holds, where a row says what of one proposition."""
+    """Kind of each column, (size,), and the letter of each kind, from one row per proposition."""
     if not rows:
         return np.zeros(size, dtype=np.int64), [()]
     columns = np.stack(rows, axis=1)
@@ -442,7 +447,7 @@ def letters_of(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]
 
 
 class Signature:
-    """What a residual asks for, told by the states that its propositions hold in."""
+    """Signature of a residual: its structure, with propositions identified by the states where they hold."""
 
     def __init__(self, leaves: dict[Node, bytes]) -> None:
         self._known: dict[Node, object] = dict(leaves)

@@ -1,6 +1,6 @@
-"""Routes in metres beside the settled: where one agent may be so that they hold.
+"""Routes in metres beside planned agents: states of one agent in which they hold.
 
-The others are where they are, or far away where they are not settled. The monitor judges, so that nothing is rounded.
+Planned agents are at their places, all others far away. The monitor's own functions judge, so that nothing is rounded.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from missionc.verification.monitoring.monitor import truths
 
 
 def is_measured(node: Node) -> bool:
-    """Whether lengths in metres are read by the formula or below it."""
+    """Return whether the formula or a subformula reads lengths in metres."""
     return any(map(reads_lengths, postorder((node,))))
 
 
 def holds_beside(node: Node, agent: int, reservations: Reservations, labels: Labels, may: Flags) -> Flags:
-    """At which steps in which of the states where the agent may be it holds: (steps + 1, states).
+    """Steps and states of the agent, within ``may``, in which it holds: (steps + 1, states).
 
     Raises:
-        TooComplex: it is about other steps, or about agents by name that are not settled.
+        TooComplex: it is about other steps, or names agents that are not planned.
     """
     away = 1e12  # metres to agents without a path, and between them; no link is that long
     present = {agent, *reservations.agents}

@@ -1,6 +1,6 @@
-"""The planning order: which agents the requirements need, grouped by who must be planned together.
+"""The planning order: agents that the requirements need, grouped by common planning.
 
-All of it is read off the mission and its roadmaps: who has furthest to go comes first.
+It follows from the mission and its roadmaps: agents with the longest path come first.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir.kernel.walk import awaited, children, postorder
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """Agents that can make a formula true together, and the steps until each can be where it asks them to be."""
+    """Agents that can make a formula true together, and the steps until each can reach its states."""
 
     steps: int = 0
     agents: Agents = NOBODY
@@ -29,17 +29,17 @@ class Need:
 
 @dataclass(slots=True, eq=False)
 class PlanningOrder:
-    """The order in which groups of agents are planned."""
+    """Order of planning for groups of agents."""
 
     labels: Labels
     _graphs: dict[int, csr_array] = field(default_factory=dict)
     _last: tuple[tuple[int, bytes], int, Array] | None = None
-    """The roadmap and starts last asked about, and what can be reached from there in how many moves, (states,)."""
+    """Roadmap and starts of the last query, and the number of moves to each state, (states,)."""
 
     def groups(self, parts: Iterable[Part]) -> list[tuple[int, ...]]:
-        """Agents with whom these parts can be true, each group to be planned in one problem, in order.
+        """Groups of agents that can make these parts true, each for one problem, in order.
 
-        First come those to whom others keep a way, then who has furthest to go.
+        First come those that others must reach, then those with the longest path.
         """
         group_of: dict[int, set[int]] = {}
         steps: dict[int, int] = {}
@@ -60,7 +60,7 @@ class PlanningOrder:
         return sorted(found, key=first)
 
     def need(self, formula: Node) -> Need:
-        """The cheapest choice of agents for it."""
+        """Cheapest choice of agents for a formula."""
         needs: dict[Node, Need] = {}
         for node in postorder((formula,)):
             needs[node] = self._need(node, needs)
@@ -81,7 +81,7 @@ class PlanningOrder:
                 return _together([needs[child] for child in children(node)])
 
     def steps_to(self, agent: int, body: Node) -> int:
-        """The first step at which the agent can have been wherever it has to be at some time."""
+        """First step by which the agent can have visited all the states that it needs."""
         latest, order = 0, postorder((body,))
         never = len(self.labels.roadmaps[self.labels.roadmap_of[agent]].standing)
         own = own_states(order, self.labels)
@@ -91,7 +91,7 @@ class PlanningOrder:
         return latest
 
     def _moves(self, agent: int, places: Flags, most: int) -> int:
-        """In how many moves the agent can be in one of these places, (states,); so many at most."""
+        """Number of moves to one of these states, (states,), at most ``most``."""
         few = 16  # moves of the first search; doubled until a goal is reached
         number = self.labels.roadmap_of[agent]
         roadmap = self.labels.roadmaps[number]
@@ -119,7 +119,7 @@ def _cheapest(needs: list[Need], count: int) -> list[Need]:
 
 
 def _hubs(formula: Node) -> set[int]:
-    """Agents at whom, by name, a route is to end."""
+    """Named agents at the ends of routes."""
     hubs: set[int] = set()
     for node in postorder((formula,)):
         match node:

@@ -1,11 +1,11 @@
-"""Precedence: what must hold of some until others have done something, each to be planned by itself.
+"""Precedence: conditions on some agents until others act, split for separate planning.
 
     in   conjuncts of the requirements
-    out  conjuncts that imply them, each about fewer agents
+    out  stronger conjuncts, each about fewer agents
 
-``(not (some barge: chamber)) until[0, 10 min] (keeper: hut)`` binds every barge to the keeper. Once a step is chosen at
-which the keeper is there, it asks each barge to keep away before it, and the keeper to be there then. That is more than
-was asked: who finds no plan with it has not shown that there is none.
+``(not (some barge: chamber)) until[0, 10 min] (keeper: hut)`` couples every barge with the keeper. With a chosen step,
+it requires each barge to stay away before it, and the keeper to be there at it. This is stronger: failure to find a
+plan proves nothing.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir.kernel.walk import children, rebuilt, same_objects
 
 
 def with_steps_chosen(kernel: Kernel, order: PlanningOrder, later: float) -> Kernel:
-    """The kernel with a step chosen for each ``until`` that is about several agents; itself where there is none.
+    """Choose a step for each ``until`` about several agents; the same kernel if there is none.
 
     Args:
         later: one of ``LATER``.
@@ -41,7 +41,7 @@ def _goal_chosen(goal: Goal, order: PlanningOrder, later: float) -> Goal:
 
 
 def is_precedence(conjunct: Conjunct) -> bool:
-    """Whether it is an ``until`` from the beginning whose sides are not about one agent alone."""
+    """Return whether it is an ``until`` from the beginning whose sides are about more than one agent."""
     if conjunct.windows or not isinstance(conjunct.formula, Until):
         return False
     formula = _formula(conjunct)
@@ -49,7 +49,7 @@ def is_precedence(conjunct: Conjunct) -> bool:
 
 
 def _formula(conjunct: Conjunct) -> Node:
-    """It as one formula that is asked at step 0."""
+    """The conjunct as one formula at step 0."""
     asked = throughout(conjunct.windows, conjunct.formula)
     return asked if conjunct.agent is None else At(conjunct.agent, asked, asked.span)
 
@@ -68,7 +68,7 @@ def _chosen(conjunct: Conjunct, order: PlanningOrder, later: float) -> list[Node
 
 
 def _sometime(node: Node) -> Node:
-    """That it becomes true, of each of its agents by itself."""
+    """Formula that it becomes true for each of its agents separately."""
     match node:
         case At(agent, body):
             return At(agent, Eventually(body, 0, None, node.span), node.span)

@@ -1,10 +1,10 @@
-"""A plan by prioritized planning, and a better one: preferences by weight, then the objective.
+"""Plan by prioritized planning, and its improvement: preferences by weight, then the objective.
 
     in   roadmaps, the mission's goals
-    out  a trace in which every requirement holds, or the requirements that these roadmaps hold no plan for, or nothing
+    out  a trace that satisfies every requirement, or requirements in conflict on these roadmaps, or nothing
 
-What is better is planned from the beginning with more asked of it, or one agent at a time; nothing
-is proven of the whole team, only what each agent needs at least by itself.
+A better plan is searched from the beginning with additional requirements, or one agent at a time. Bounds are known only
+for single agents, not for the whole team.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from missionc.planning.progression.residuals import TooComplex
 
 @dataclass(slots=True, eq=False)
 class ShorterMakespan:
-    """The search for a joint motion that is over sooner.
+    """Search for a joint motion of shorter duration.
 
     Args:
-        planner_of: prioritized planning of what is required, on these roadmaps, up to so many units of work.
-        states: the best found, (agents, steps + 1); ``planner`` found it.
+        planner_of: prioritized planning of the requirements on given roadmaps within given work.
+        states: best motion found, (agents, steps + 1); ``planner`` found it.
     """
 
     setting: Setting
@@ -47,22 +47,22 @@ class ShorterMakespan:
     states: Indices
     planner: PrioritizedPlanner
     most: float = math.inf
-    """Units of work of the run's account that it may come to."""
+    """Work limit on the run's account."""
     _planners: dict[int, PrioritizedPlanner] = field(default_factory=dict)
 
     @property
     def affordable(self) -> bool:
-        """Whether there is work left to do it with, and time."""
+        """True if work and time are left."""
         setting = self.setting
         return setting.account.work < self.most and not is_over(setting.budget.deadline)
 
     @property
     def best(self) -> int:
-        """The number of steps after which no agent moves."""
+        """Number of steps after which no agent moves."""
         return duration(self.states)
 
     def find(self) -> None:
-        """Makes it as short as it gets, and notes what is known."""
+        """Shorten it as far as possible, and note the known bounds."""
         settings = smt_settings(self.setting.mission).work
         account = self.setting.account
         made, before = account.work, self.best
@@ -77,7 +77,7 @@ class ShorterMakespan:
         account.notes.append(f"{duration}, {known}")
 
     def descend(self, least: int) -> None:
-        """Goes down in strides that double as long as each comes off, and then halve."""
+        """Reduce the duration in strides that double after success, and then halve."""
         vain, stride = least - 1, max(1, (self.best - least) // smt_settings(self.setting.mission).prioritized.strides)
         while self.affordable and self.best - vain > 1:
             target = max(self.best - stride, vain + 1)
@@ -87,10 +87,10 @@ class ShorterMakespan:
                 vain, stride = target, max(1, (self.best - target) // 2)
 
     def attempt(self, steps: int, *, anew: bool = False) -> bool:
-        """Whether a joint motion is found that is over after so many steps; it is the best then.
+        """Search a joint motion that ends after ``steps`` steps; if found, it becomes the best.
 
         Args:
-            anew: all are planned from the beginning; else who is not late goes as before, unless pushed.
+            anew: replan all agents; else punctual agents keep their paths unless pushed.
         """
         settings = smt_settings(self.setting.mission).prioritized
         self.setting.budget.on_progress(Progress("improve", 0, f"{self.best} steps so far, trying {steps}"))
@@ -105,7 +105,7 @@ class ShorterMakespan:
         return True
 
     def still(self, steps: int) -> tuple[Roadmap, ...]:
-        """The roadmaps without moves that lead on after so many steps."""
+        """Roadmaps without moves other than waiting after ``steps`` steps."""
 
         def still(roadmap: Roadmap) -> Roadmap:
             allowed = roadmap.allowed.copy()
@@ -115,7 +115,7 @@ class ShorterMakespan:
         return tuple(map(still, self.roadmaps))
 
     def least(self, least: int) -> int:
-        """The steps that some agent needs by itself, whatever the others do, where so many are known to be needed."""
+        """Lower bound of the steps that some single agent needs, starting from ``least``."""
         own = rests_from(self.states)
         self.most = self.setting.account.work + smt_settings(self.setting.mission).work.makespan
         for agent in sorted(self.planner.everyone, key=lambda agent: (-int(own[agent]), agent)):
@@ -129,7 +129,7 @@ class ShorterMakespan:
         return least
 
     def able(self, agent: int, steps: int) -> bool:
-        """Whether there may be a way of the agent by itself that is over after so many steps."""
+        """Return whether the agent alone may have a path that ends after ``steps`` steps."""
         if steps not in self._planners:
             self._planners[steps] = self.planner_of(self.still(steps), self.most)
         planner = self._planners[steps]
@@ -143,9 +143,9 @@ class ShorterMakespan:
 
 
 def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
-    """The motion after who was planned alone has been planned again, one by one, by metres alone."""
+    """Replan agents that were planned alone, one by one, for length only."""
     settings = smt_settings(planner.setting.mission).prioritized
-    gain = 1e-6  # metres that a new path saves at least
+    gain = 1e-6  # least saving of a new path, metres
     reservations = planner.reservations.emptied()
     everyone = sorted(planner.everyone)
     reservations.reserve(everyone, states)
@@ -168,7 +168,7 @@ def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
 
 
 def metres_alone(planner: PrioritizedPlanner) -> float | None:
-    """The least that all agents have to travel together, each as if it were the only one, if that is known."""
+    """Least total length with each agent alone, metres, if known."""
     metres = 0.0
     search = planner.search(haste=0.0)
     for agent in sorted(planner.everyone):
@@ -183,7 +183,7 @@ def metres_alone(planner: PrioritizedPlanner) -> float | None:
 
 
 def path_length(planner: PrioritizedPlanner, states: Indices) -> float:
-    """The metres of a joint motion, (agents, steps + 1)."""
+    """Total length of a joint motion, (agents, steps + 1), metres."""
     return sum(planner.single_agent.metres(agent, way) for agent, way in enumerate(states))
 
 
@@ -191,9 +191,9 @@ def path_length(planner: PrioritizedPlanner, states: Indices) -> float:
 class PrioritizedPlan:
     """Prioritized planning of a whole mission.
 
-    ``refused``: requirements in conflict, where it was found out that these roadmaps hold no plan.
-    ``first``: units of ``work`` of the run's account that it may come to without a plan; ``most``: with one.
-    ``planner``: the last that found a plan, or that was asked for the first one.
+    ``refused``: requirements in conflict, if these roadmaps are known to contain no plan. ``first``: work limit on the
+    run's account without a plan; ``most``: with one. ``planner``: the last planner that found a plan, or the first one
+    tried.
     """
 
     setting: Setting
@@ -206,7 +206,7 @@ class PrioritizedPlan:
     planner: PrioritizedPlanner | None = None
 
     def find(self) -> Trace | None:
-        """A plan, the best that is found.
+        """Find the best plan within the limits.
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -239,12 +239,12 @@ class PrioritizedPlan:
         return self.planner.trace(states)
 
     def first_of(self, required: Kernel, *, choosing: bool) -> tuple[PrioritizedPlanner, Indices | None]:
-        """The last planner asked, and its joint motion, (agents, steps + 1), if there is one.
+        """Last planner tried, with its joint motion, (agents, steps + 1), if there is one.
 
         Args:
-            choosing: choose steps of what some wait for others with; then nothing tells how good a plan can be.
+            choosing: choose steps for precedences; then there is no bound on the quality of plans.
         """
-        shares = (0.0, 0.5, 1.0) if choosing else (None,)  # of the time left in the window for the goal waited for
+        shares = (0.0, 0.5, 1.0) if choosing else (None,)  # share of the remaining window for the awaited goal
         for later in shares:
             planner = self.planner_of(required, self.roadmaps, self.first, later)
             states = planner.plan()
@@ -254,7 +254,7 @@ class PrioritizedPlan:
 
     @property
     def affordable(self) -> bool:
-        """Whether there was work left to do without a plan, and time."""
+        """True if work without a plan and time were left."""
         return self.setting.account.work < self.first and not is_over(self.setting.budget.deadline)
 
     def planner_of(
@@ -264,7 +264,7 @@ class PrioritizedPlan:
         return PrioritizedPlanner(self.setting, required, roadmaps, self.solvers, most, later)
 
     def again(self, required: Kernel, roadmaps: tuple[Roadmap, ...]) -> Indices | None:
-        """A joint motion, (agents, steps + 1), on these roadmaps, if it is found."""
+        """Joint motion, (agents, steps + 1), on these roadmaps, if found."""
         planner = self.planner_of(required, roadmaps)
         states = planner.plan()
         if states is not None:
@@ -272,7 +272,7 @@ class PrioritizedPlan:
         return states
 
     def sooner(self, states: Indices, required: Kernel) -> Indices:
-        """A joint motion after whose last move there is less to wait for; what it lasts is noted."""
+        """Joint motion of shorter duration; its duration is noted."""
         assert self.planner is not None
         planner_of = partial(self.planner_of, required)
         search = ShorterMakespan(self.setting, planner_of, self.roadmaps, states, self.planner)
@@ -281,7 +281,7 @@ class PrioritizedPlan:
         return search.states
 
     def shorter(self, states: Indices) -> Indices:
-        """A joint motion of fewer metres in all; how many they are is noted."""
+        """Joint motion of smaller total length; the length is noted."""
         same = 1e-6  # metres
         assert self.planner is not None
         states = shorter(self.planner, states)

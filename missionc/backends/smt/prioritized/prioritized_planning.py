@@ -1,15 +1,12 @@
 """Prioritized planning in groups: a few agents at a time, around the reserved trajectories of those before them.
 
     in   roadmaps, the requirements in parts
-    out  a joint motion in which every requirement holds, or nothing
+    out  a joint motion that satisfies every requirement, or nothing
 
-Few missions need all their agents at once. Those that the requirements need are
-planned group by group, each with the parts that are about agents who are there
-by then; all the others take the shortest way that stays clear. The monitor judges
-the whole. Where a turn finds nothing, more agents take part in it: those nobody
-needs, those whose turn has not come, at last those who were settled before. Before that, a leader does what is asked of
-it alone, and all the others go by that.
-That no plan is found in this way says nothing.
+Few missions need all their agents at once. The needed agents are planned group by group, each with the parts about
+agents planned by then; all others take the shortest clear path. The monitor judges the whole plan. If a turn fails,
+more agents take part: those that no requirement needs, those of later turns, and at last those planned before. Before
+that, a leader plans for its own requirements, and all others follow it. A failure of this method proves nothing.
 """
 
 from __future__ import annotations
@@ -45,25 +42,25 @@ from missionc.verification.monitoring.logic import TRUTH
 
 @dataclass(slots=True, eq=False)
 class PrioritizedPlanner(SingleAgentPlanning):
-    """Prioritized planning: a joint motion as it grows."""
+    """Prioritized planning of a growing joint motion."""
 
     together: bool = True
-    """Whether those who find no way by themselves are planned by the solver, some together."""
+    """True if agents without a separate path are planned together by the solver."""
     largest: Problem | None = None
-    """The largest problem that had an answer."""
+    """Largest solved problem."""
     nearest: Trace | None = None
-    """The joint motion so far in which fewest parts fail, the first of them."""
+    """First joint motion so far with the fewest failing parts."""
     fewest: int = 0
-    """How many do."""
+    """Number of its failing parts."""
     rounds: int = 0
     taken: int = 0
     failures: int = 0
 
     def plan(self, first: Agents = NOBODY) -> Indices | None:
-        """A joint motion, (agents, steps + 1), in which every requirement holds, clear of each other, if it is found.
+        """Joint motion, (agents, steps + 1), without conflicts that satisfies every requirement, if found.
 
         Args:
-            first: agents that are planned before all others.
+            first: agents planned before all others.
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -75,11 +72,11 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return self.completed(sorted(waiting, key=lambda group: first.isdisjoint(group)))
 
     def plan_again(self, states: Indices, agents: Agents, by_solver: Mapping[int, str]) -> Indices | None:
-        """A joint motion in which these agents are planned again, and all others go as they do unless they are pushed.
+        """Joint motion with these agents replanned; all others keep their paths unless pushed.
 
         Args:
-            states: what is to become another, (agents, steps + 1).
-            by_solver: agents whose part of it a solver found.
+            states: motion to change, (agents, steps + 1).
+            by_solver: agents whose paths a solver found.
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -90,7 +87,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return self.completed([(agent,) for agent in sorted(agents)])
 
     def completed(self, waiting: list[tuple[int, ...]]) -> Indices | None:
-        """The joint motion once these groups are planned too, and again who breaks something in it."""
+        """Joint motion after planning these groups, and replanning agents that violate a part."""
         for _ in range(self.settings.repairs):
             if not self.plan_groups(waiting):
                 return None
@@ -112,7 +109,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return None
 
     def with_shorter_paths(self, whole: Reservations) -> Indices:
-        """The motion after a local search for shorter paths; agents planned alone have the shortest already."""
+        """Motion after a local search for shorter paths; agents planned alone already have the shortest."""
         mission, motion = self.setting.mission, whole.motion
         methods = {agent.name: self.by_solver.get(agent.index, SEARCH) for agent in mission.agents}
         self.setting.account.solved = solved_by(methods)
@@ -123,11 +120,11 @@ class PrioritizedPlanner(SingleAgentPlanning):
             return shorten_paths(whole.states, chosen, goals, motion, mission)
 
     def trace(self, states: Indices) -> Trace:
-        """A joint motion, (agents, steps + 1), as it is flown."""
+        """Trace of a joint motion, (agents, steps + 1)."""
         return lift(states, self.reservations.motion.own_roadmaps, self.setting.mission)
 
     def failing_alone(self) -> list[Part]:
-        """The parts that do not hold where each takes the shortest way that there is for it alone."""
+        """Parts that fail if each agent takes its shortest path alone."""
         with self.setting.account.stage("bystanders"):
             nobody = self.reservations.emptied()
             ways = [self.single_agent.way(agent, (), nobody) for agent in sorted(self.everyone)]
@@ -136,7 +133,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
             return self.failing(self.trace(np.stack([way for way in ways if way is not None]))) or []
 
     def failing(self, trace: Trace) -> list[Part] | None:
-        """The parts that do not hold; None where every requirement does."""
+        """Parts that fail; None if every requirement holds."""
         goals = [goal.formula for goal in self.kernel.requirements]
         parts = [part.formula for part in self.requirements.parts]
         values = Evaluation(TRUTH, self.setting.mission, trace).values([*goals, *parts])
@@ -145,7 +142,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return [part for part in self.requirements.parts if not values[part.formula][0, 0]]
 
     def plan_groups(self, waiting: list[tuple[int, ...]]) -> bool:
-        """Settles all of these groups, by themselves or as many at once as a turn takes; whether that came off."""
+        """Plan all these groups, separately or as many together as a turn takes; return success."""
         size = 1
         waiting = self.plan_in_orders(waiting) if not self.reservations.agents else waiting
         while waiting := self.plan_single_agents(waiting):
@@ -165,7 +162,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return True
 
     def plan_with_helpers(self, batch: Agents, waiting: list[tuple[int, ...]]) -> Agents:
-        """Settles the batch, and as many more as it takes; gives who took part, nobody where that fails."""
+        """Plan the batch with as many helpers as needed; return the agents, empty after failure."""
         groups = [group for group in waiting if batch.isdisjoint(group)]
         later = frozenset(agent for group in groups for agent in group)
         idle = sorted(self.everyone.difference(batch, later, self.reservations.agents))
@@ -190,10 +187,10 @@ class PrioritizedPlanner(SingleAgentPlanning):
             helpers = max(1, 2 * helpers)
 
     def plan_around_leader(self, leaders: Agents) -> bool:
-        """Settles one of these on the shortest way on which all holds that is asked of it alone, then everybody else.
+        """Plan one of these as leader on its shortest path for its own requirements, then all others.
 
-        So what is asked of several, an escort that takes turns, say, is asked of the others once the leader is known.
-        False where somebody is settled already, where one turn does not hold the others, or where none is found.
+        Requirements on several agents, such as escorts in turns, then apply to the others with a known leader. False if
+        some agent is already planned, if one turn cannot contain the others, or without success.
         """
         if self.reservations.agents or len(self.everyone) - 1 > self.settings.group:
             return False
@@ -215,9 +212,9 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return False
 
     def plan_together(self, batch: Agents) -> bool:
-        """Settles the batch around all who are settled and not in it; whether a way was found."""
+        """Plan the batch around all other planned agents; return success."""
         setting, reservations, guaranteed = self.setting, self.reservations, self.guaranteed
-        if not batch.isdisjoint(reservations.agents):  # what holds of the others may rest on them
+        if not batch.isdisjoint(reservations.agents):  # conditions on the others may depend on them
             reservations, guaranteed = reservations.copy(), set()
             reservations.release(batch.intersection(reservations.agents))
         before = frozenset(reservations.agents)

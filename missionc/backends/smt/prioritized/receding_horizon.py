@@ -1,10 +1,10 @@
-"""A receding horizon: a joint problem of the first steps alone, after which each agent goes on by itself.
+"""Receding horizon: a joint problem of the first steps only, after which each agent continues alone.
 
-    in   roadmaps, where each agent can be, and the last step that is asked about
-    out  the same of those steps; then each agent's whole way, beginning with what was found
+    in   roadmaps, possible states of each agent, and the last step with joint conditions
+    out  the same for those steps; then each agent's whole path, beginning with the result
 
-Where nothing is asked of several agents after a step, the solver need not know of the steps after it. An agent may be
-at the last of these steps wherever it can still be then, if it is to come to where it has to in time.
+Without joint conditions after a step, the solver does not need the later steps. At the last of its steps, an agent may
+be in any state from which it can still reach its goals in time.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from missionc.ir.kernel.nodes import Node
 
 
 def last_asked(formulas: Sequence[Node], mission: Mission) -> int:
-    """The last step that decides formulas of the first step, and the motion there; the mission's, if that is near."""
-    shorter = 2  # mission steps for each step of a part that is planned alone, at least
+    """Last step that decides joint formulas of the first step and the motion there; the mission's if near."""
+    shorter = 2  # least ratio of the mission's steps to those of a part planned alone
     ahead = steps_ahead(formulas, mission.steps)
     last = max((ahead[formula] for formula in formulas), default=0) + 1
     return last if shorter * last <= mission.steps else mission.steps
@@ -37,7 +37,10 @@ def last_asked(formulas: Sequence[Node], mission: Mission) -> int:
 def first_steps(
     setting: Setting, roadmaps: tuple[Roadmap, ...], ways: Sequence[Flags], last: int
 ) -> tuple[Setting, tuple[Roadmap, ...], tuple[Flags, ...]]:
-    """The setting, the roadmaps and the ways, (steps + 1, states) each, up to a step; themselves if it is the last."""
+    """Setting, roadmaps and possible states, (steps + 1, states) each, up to a step.
+
+    Unchanged for the last.
+    """
     if last == setting.mission.steps:
         return setting, roadmaps, tuple(ways)
     mission = replace(setting.mission, steps=Steps(last))
@@ -56,10 +59,10 @@ def first_steps(
 def continued(
     planning: SingleAgentPlanning, reservations: Reservations, agents: Sequence[int], begun: Indices
 ) -> Indices | None:
-    """Whole ways of agents, (agents of the mission, steps + 1), one after the other clear of all; None if one has none.
+    """Whole paths of agents, (agents of the mission, steps + 1), planned one by one; None if one has none.
 
     Args:
-        reservations: those of all others.
+        reservations: reservations of all others.
         begun: their first steps, (agents of the mission, some steps).
     """
     whole, limit = reservations.copy(), planning.setting.budget.limits.clauses

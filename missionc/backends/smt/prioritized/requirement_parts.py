@@ -1,11 +1,11 @@
-"""Requirements split into conjuncts, each with the agents that it names, and with shorter windows.
+"""Requirements split into conjuncts, each with its named agents, and with shorter windows.
 
-A requirement of every drone is as many parts as there are drones, and a part can be asked as soon as the agents it is
-about are there. So agents need not all be planned at once (``prioritized_planning``). With iterative deepening an event
-is searched early first, where a problem is smaller.
+A requirement on every drone has one part per drone, and a part applies as soon as its agents are planned. Agents
+therefore need not all be planned at once (``prioritized_planning``). With iterative deepening, events are first
+searched early, in a smaller problem.
 
 Source:
-    Biere et al., "Symbolic Model Checking without BDDs" (1999): bounds that grow, of bounded model checking.
+    Biere et al., "Symbolic Model Checking without BDDs" (1999): growing bounds of bounded model checking.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ NOBODY: Agents = frozenset()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A formula that is required as a whole, at step 0.
+    """A formula required as a whole at step 0.
 
     Args:
-        asks: the agents it asks something of by name.
-        grows: agents that join can only help it.
+        asks: named agents that it restricts.
+        grows: True if additional agents can only help.
     """
 
     formula: Node
@@ -45,8 +45,8 @@ class Part:
 class RequirementParts:
     """The requirements as conjuncts.
 
-    ``never``: for some agents, where they may not be, (steps + 1, states), whatever
-    else; what that says is in no part, and what ``exclusions`` say is in none either.
+    ``never``: for some agents, forbidden states, (steps + 1, states). These conditions and those of ``exclusions`` are
+    in no part.
     """
 
     parts: tuple[Part, ...]
@@ -54,13 +54,13 @@ class RequirementParts:
     exclusions: tuple[Exclusion, ...]
 
     def excluded(self, present: Agents) -> list[Node]:
-        """What the exclusions ask of those who are there while all others keep away, to be asked at step 0."""
+        """Exclusions on the present agents while all others stay away, as formulas at step 0."""
         asked = ((each.conjunct.windows, each.among(present)) for each in self.exclusions)
         return [throughout(windows, node) for windows, node in asked if node is not None]
 
 
 def split_requirements(kernel: Kernel, labels: Labels) -> RequirementParts:
-    """The requirements in parts."""
+    """Split the requirements into parts."""
     never: dict[int, Flags] = {}
     exclusions: list[Exclusion] = []
     formulas: list[Node] = []
@@ -87,26 +87,26 @@ def split_requirements(kernel: Kernel, labels: Labels) -> RequirementParts:
 
 
 def throughout(windows: Iterable[Always], node: Node) -> Node:
-    """The formula throughout these windows, the outermost first."""
+    """The formula over all of these windows, the outermost first."""
     for window in reversed(tuple(windows)):
         node = Always(node, window.low, window.high, window.span)
     return node
 
 
 def own_formulas(formula: Node, agent: int) -> list[Node]:
-    """What a requirement asks of this agent by name, to be asked of it at step 0."""
+    """Formulas at step 0 that a requirement states about this agent by name."""
     return [
         throughout(conjunct.windows, conjunct.formula) for conjunct in conjuncts((formula,)) if conjunct.agent == agent
     ]
 
 
 def named_agents(roots: Iterable[Node]) -> dict[Node, Agents]:
-    """The agents that each formula asks something of by name, for these formulas and what is below them."""
+    """Named agents that each formula restricts, for these formulas and their subformulas."""
     return bottom_up(roots, lambda node, below: agents_named_by(node).union(*below))
 
 
 def agents_named_by(node: Node) -> Agents:
-    """The agents that the node by itself asks something of."""
+    """Agents that the node itself restricts."""
     match node:
         case At(agent):
             return frozenset((agent,))
@@ -117,9 +117,9 @@ def agents_named_by(node: Node) -> Agents:
 
 
 def restricted_to(formula: Node, named: dict[Node, Agents], present: Agents) -> Node | None:
-    """A formula that only asks something of agents who are there, and implies the one given; None if there is none.
+    """Stronger formula that restricts only present agents; None if there is none.
 
-    Where some of many will do, it must be some of those.
+    If some of many suffice, they must be among the present ones.
     """
     if named[formula] <= present:
         return formula
@@ -151,7 +151,7 @@ def _restricted_to(node: Node, parts: tuple[Node | None, ...], present: Agents) 
 def applicable_parts(
     requirements: RequirementParts, named: dict[Node, Agents], guaranteed: set[Part], present: Agents
 ) -> dict[Part, Node]:
-    """The parts that can be asked of those who are there, but for those guaranteed; each restricted to them."""
+    """Parts that apply to the present agents, except guaranteed ones; each restricted to them."""
     formulas = {
         part: restricted_to(part.formula, named, present) for part in requirements.parts if part not in guaranteed
     }
@@ -159,11 +159,11 @@ def applicable_parts(
 
 
 def deepened(formulas: Sequence[Node], steps: int, first: int) -> Iterator[list[Node]]:
-    """The formulas with short windows, with longer ones, and last as they are.
+    """Yield the formulas with short windows, with longer ones, and finally unchanged.
 
     Args:
-        steps: of the mission, where a window without end ends.
-        first: steps of the first windows at most; each time twice as many.
+        steps: last step of the mission, the end of unbounded windows.
+        first: maximum length of the first windows; doubled each time.
     """
     longest = first
     while 2 * longest <= steps:
@@ -176,9 +176,9 @@ def deepened(formulas: Sequence[Node], steps: int, first: int) -> Iterator[list[
 
 
 def within_horizon(formula: Node, longest: int, steps: int) -> Node:
-    """The formula, asked at the first step, with windows of ``eventually`` and ``until`` that are no longer than this.
+    """The formula at the first step, with ``eventually`` and ``until`` windows no longer than ``longest``.
 
-    Itself where none is twice as long.
+    The same formula if no window is twice as long.
     """
     match formula:
         case Eventually(low=low, high=high) | Until(low=low, high=high):

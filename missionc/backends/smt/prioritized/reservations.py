@@ -1,4 +1,4 @@
-"""Reservations of fixed trajectories: agents that are settled, and the moves that are left free to the others."""
+"""Reservations of fixed trajectories: planned agents, and the moves left free for the others."""
 
 from __future__ import annotations
 
@@ -19,15 +19,14 @@ from missionc.geometry.vectors import norm
 from missionc.ir import Mission
 
 FIXED = 1 << 17
-"""Whoever cannot be moved weighs so much: more than all who can be moved together."""
+"""Weight of an agent that cannot be moved: above all movable ones together."""
 
 
 class Reservations:
-    """Reserved trajectories: a joint motion of some agents, in the order in which they were settled.
+    """Reserved trajectories: joint motion of some agents, in the order of planning.
 
-    ``states``, (agents, steps + 1), says what they do; of the others it says
-    nothing. Those in ``alone`` were settled one by one and may be moved so again.
-    ``tables`` has what that leaves free on each roadmap.
+    ``states``, (agents, steps + 1), has their motion; entries of other agents are meaningless. Agents in ``alone`` were
+    planned one by one and may be replanned so. ``tables`` has the remaining free moves on each roadmap.
     """
 
     def __init__(self, motion: Motion, mission: Mission) -> None:
@@ -42,7 +41,7 @@ class Reservations:
         self.tables = [ReservationTable(roadmap, mission) for roadmap in motion.roadmaps]
 
     def reserve(self, agents: Iterable[int], states: Indices, *, alone: bool = False) -> None:
-        """These agents do what ``states``, (agents of the mission, steps + 1), say; all others keep clear of them."""
+        """Reserve the trajectories of these agents, ``states``, (agents of the mission, steps + 1)."""
         for agent in agents:
             self.agents.append(agent)
             self.states[agent] = states[agent]
@@ -54,7 +53,7 @@ class Reservations:
                 table.keep_clear_of(agent, track, int(1 + self.moved[agent]) if alone else FIXED)
 
     def release(self, agents: Iterable[int]) -> None:
-        """The reservations of these agents count no more."""
+        """Release the reservations of these agents."""
         for agent in agents:
             self.agents.remove(agent)
             self.alone.discard(agent)
@@ -69,7 +68,7 @@ class Reservations:
         return other
 
     def emptied(self) -> Reservations:
-        """The same roadmaps, on which nobody is settled."""
+        """The same roadmaps without reservations."""
         other = copy(self)
         other.agents, other.alone, other.known = [], set(), set()
         other.states, other.moved = np.zeros_like(self.states), np.zeros_like(self.moved)
@@ -78,11 +77,11 @@ class Reservations:
 
     @property
     def settled(self) -> set[tuple[int, bytes]]:
-        """The agents that are settled, each with its way."""
+        """Planned agents, each with its path."""
         return {(agent, self.states[agent].tobytes()) for agent in self.agents}
 
     def in_the_way(self, agent: int, way: Indices) -> list[int]:
-        """The settled agents that the agent comes too near on this way, (steps + 1,)."""
+        """Planned agents in conflict with the agent on this path, (steps + 1,)."""
         others = np.array(self.agents, dtype=np.int64)
         if not others.size:
             return []
@@ -95,7 +94,7 @@ class Reservations:
         return met
 
     def passed(self, agent: int) -> Flags:
-        """The states of an agent that others pass too near to, as far as is known, once it has had to make way."""
+        """States of an agent with known passes of others too near, once it has had to yield."""
         roadmap = self.motion.roadmap(agent)
         near = np.zeros(len(roadmap.position), dtype=np.bool_)
         others = sorted(self.known - {agent}) if self.moved[agent] else []
@@ -111,7 +110,7 @@ class Reservations:
         return kinematics(way[None], np.array([agent]), self.motion, self.mission).take(0)
 
     def fixed(self, ways: Sequence[Flags]) -> tuple[Flags, ...]:
-        """The ways of all agents, (steps + 1, states) each, with those who are settled where they are."""
+        """Possible states of all agents, (steps + 1, states) each, with planned agents at their places."""
         settled = set(self.agents)
         fixed = []
         for agent in range(self.motion.agents):
@@ -124,15 +123,15 @@ class Reservations:
         return tuple(fixed)
 
     def open_roadmaps(self) -> tuple[Roadmap, ...]:
-        """The roadmaps with only those moves allowed that keep clear of all who are settled."""
+        """Roadmaps with only the moves that do not conflict with planned agents."""
         return tuple(table.open_roadmap() for table in self.tables)
 
 
 class ReservationTable:
-    """The reservation table of one roadmap: the moves that are still free at each step.
+    """Reservation table of one roadmap: the free moves at each step.
 
-    What each agent takes is kept sparse: the cells, steps and moves in one number, that come too near it. ``begins``
-    is where the moves of each state begin, (states + 1,); ``leads_on``, (moves,), which of them are no waiting.
+    The blocked cells of each agent are sparse: step and move in one number. ``begins`` has the index of each state's
+    first move, (states + 1,); ``leads_on``, (moves,), is True for moves other than waiting.
     """
 
     def __init__(self, roadmap: Roadmap, mission: Mission) -> None:
@@ -163,17 +162,17 @@ class ReservationTable:
         return other
 
     def emptied(self) -> ReservationTable:
-        """The same roadmap, of which nothing is taken."""
+        """The same roadmap without reservations."""
         other = copy(self)
         other._taken, other._near = np.zeros(self._taken.shape, dtype=self._taken.dtype), {}
         return other
 
     def keep_clear_of(self, agent: int, track: Motions, weight: int) -> None:
-        """No move is free any more that comes too near the agent.
+        """Block all moves that come too near the agent.
 
         Args:
             track: its motions, (steps).
-            weight: ``FIXED`` where it cannot be moved.
+            weight: ``FIXED`` if it cannot be moved.
         """
         pair = np.array([self.roadmap.agents[0]]), np.array([agent])
         least, factors = float(needed(*pair, self.mission)[0]), metric(*pair, self.mission)
@@ -183,10 +182,10 @@ class ReservationTable:
         self._taken.reshape(-1)[cells] += weight
 
     def too_near(self, others: Motions, least: float, factors: Array | None) -> tuple[Indices, Indices]:
-        """Motions of others and moves that come nearer to each other than ``least`` metres, (pairs,) each.
+        """Pairs of others' motions and moves nearer to each other than ``least`` metres, (pairs,) each.
 
         Args:
-            factors: as of ``closest_approach``.
+            factors: (..., dim), as for ``closest_approach``.
         """
         (middle, reach), widest = _disc(others, self.mission.step), _within(least, factors)
         around = self._tree.query_ball_point(middle, reach + self.reach.max(initial=0.0) + widest)
@@ -202,22 +201,25 @@ class ReservationTable:
         self._taken.reshape(-1)[cells] -= weight
 
     def free(self, step: int, move: Indices, *, pushing: bool) -> Flags:
-        """Which of these moves, (rows,), come too near nobody at the step; ``pushing``, nobody who cannot be moved."""
+        """Flags of these moves, (rows,), that conflict with no agent at the step.
+
+        With ``pushing``, with no fixed agent.
+        """
         free: Flags = self.roadmap.allowed[step].take(move) & (self._taken[step].take(move) < (FIXED if pushing else 1))
         return free
 
     def onward(self, state: Indices) -> tuple[Indices, Indices]:
-        """All moves that leave states, (rows,): the row that each leaves, and the move, (moves,) each."""
+        """Moves that leave states, (rows,): the row of each, and the move, (moves,) each."""
         sizes = self.sizes.take(state)
         row = np.arange(len(state)).repeat(sizes)
         return row, np.arange(len(row)) + (self.begins.take(state) - sizes.cumsum() + sizes).take(row)
 
     def weight(self, step: int, move: Indices) -> Indices:
-        """What those weigh together whom each move comes too near, (rows,)."""
+        """Total weight of the agents in conflict with each move, (rows,)."""
         return np.asarray(self._taken[step].take(move))
 
     def metres(self, way: Indices) -> float:
-        """How long a way is, (steps + 1,)."""
+        """Length of a path, (steps + 1,), metres."""
         return float(self.length[self.roadmap.moves_of(way)].sum())
 
     def open_roadmap(self) -> Roadmap:
@@ -225,12 +227,11 @@ class ReservationTable:
 
 
 def _within(least: float, factors: Array | None) -> float:
-    """Metres beyond which two are far enough apart in every direction, where ``least`` counts by the factors,
-    (..., dim)."""
+    """Distance sufficient in every direction, metres, if ``least`` applies with the factors, (..., dim)."""
     return least if factors is None else least / min(1.0, float(factors.min()))
 
 
 def _disc(motions: Motions, step: float) -> tuple[Array, Array]:
-    """Centres and radii of discs that hold motions of one step: (...) -> (..., dim) and (...)."""
+    """Centres and radii of discs that contain motions of one step: (...) -> (..., dim) and (...), metres."""
     reach = norm(motions.velocity) * (step / 2) + norm(motions.acceleration) * (step**2 / 2)
     return motions.at(step / 2), reach

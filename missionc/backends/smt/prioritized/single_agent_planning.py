@@ -1,14 +1,14 @@
-"""Prioritized planning of single agents: one after the other takes the shortest way that those before it leave.
+"""Prioritized planning of single agents: each takes the shortest path left by the previous ones.
 
     in   roadmaps, the requirements in parts
-    out  reserved trajectories, and who is left without one
+    out  reserved trajectories, and the agents without one
 
-Who finds no way takes that of others, who wait again; two who do that to each other time and again are searched for
-together. Who is left goes first in another order, from the beginning.
+An agent without a path displaces others, which are planned again. Two agents that repeatedly displace each other are
+searched jointly. The remaining agents go first in another order, from the beginning.
 
 Source:
     Erdmann and Lozano-Pérez, "On multiple moving objects", 1987; Andreychuk and Yakovlev, "Two techniques that enhance
-    the performance of multi-robot prioritized path planning", 2018: orders in which those go first who were left.
+    the performance of multi-robot prioritized path planning", 2018: orders in which the remaining agents go first.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ from missionc.planning.progression.residuals import TooComplex
 
 @dataclass(slots=True, eq=False)
 class SingleAgentPlanning:
-    """Reserved trajectories as they grow, agent by agent.
+    """Growing set of reserved trajectories, agent by agent.
 
-    ``most``: units of ``work`` of the run's account that it may come to.
-    ``later``: where in its window a step is chosen for what some wait for others with (0 to 1).
+    ``most``: work limit on the run's account. ``later``: relative position in the window of the step chosen for a
+    precedence (0 to 1).
     """
 
     setting: Setting
@@ -73,23 +73,23 @@ class SingleAgentPlanning:
     ways: Ways = field(init=False)
     single_agent: SingleAgentSearch = field(init=False)
     infeasible_alone: set[int] = field(default_factory=set)
-    """Agents whose single-agent relaxation is infeasible as long as nobody is settled."""
+    """Agents whose single-agent relaxation is infeasible without any planned agent."""
     lost_alone: set[int] = field(default_factory=set)
-    """Agents that find no way by themselves as long as nobody is settled."""
+    """Agents without a path even without any planned agent."""
     guaranteed: set[Part] = field(default_factory=set)
-    """Parts that hold of the settled, whoever joins them."""
+    """Parts that hold for the planned agents and for any additional ones."""
     pushed: Counter[tuple[int, int]] = field(default_factory=Counter)
-    """How often the first has taken the place of the second."""
+    """Number of times that the first agent has displaced the second."""
     able: set[int] = field(default_factory=set)
-    """Agents that can do alone what is asked of them alone."""
+    """Agents that can satisfy their own requirements alone."""
     compatible: set[Agents] = field(default_factory=set)
-    """Agents that can all do alone, clear of each other, what is asked of them alone, or so it seems without time."""
+    """Agents that can all satisfy their own requirements without conflict, as far as an untimed search shows."""
     chosen: bool = field(init=False)
-    """Whether steps were chosen: then more is asked for than by the requirements, and nothing is refused."""
+    """True if steps were chosen: the requirements are then stronger, and refusals are not possible."""
     refused: tuple[str, ...] | None = None
-    """Requirements in conflict, where it was found out that these roadmaps hold no plan."""
+    """Requirements in conflict, if these roadmaps are known to contain no plan."""
     by_solver: dict[int, str] = field(default_factory=dict)
-    """Settled agents that a solver planned, and which one; search planned all others."""
+    """Planned agents with a solver's path, and the solver; all others used search."""
 
     def __post_init__(self) -> None:
         mission = self.setting.mission
@@ -110,12 +110,12 @@ class SingleAgentPlanning:
 
     @property
     def enough(self) -> int:
-        """The work of single-agent searches after which none is begun."""
+        """Work limit of single-agent searches."""
         return self.settings.search_work + self.settings.search_work_each * len(self.everyone)
 
     @property
     def affordable(self) -> bool:
-        """Whether there is work left to do it with, and time."""
+        """True if work and time are left."""
         enough = self.single_agent.work >= self.enough or self.setting.account.work >= self.most
         return not enough and not is_over(self.setting.budget.deadline)
 
@@ -124,7 +124,7 @@ class SingleAgentPlanning:
         return frozenset(range(len(self.setting.mission.agents)))
 
     def own_parts(self, agent: int) -> list[Node]:
-        """What the requirements ask of this agent by itself."""
+        """Requirements on this agent alone."""
         return [part.formula for part in self.requirements.parts if part.named == frozenset((agent,))]
 
     def search(self, haste: float | None = None) -> SingleAgentSearch:
@@ -134,7 +134,7 @@ class SingleAgentPlanning:
 
     @contextmanager
     def counted(self, search: SingleAgentSearch) -> Iterator[SingleAgentSearch]:
-        """What the search does meanwhile counts, and there is no more of it than there is work left to do."""
+        """Count the search's work within the context, limited by the remaining work."""
         account, before = self.setting.account, search.work
         search.most = before + (self.most - account.work) / MOVE_STEP
         try:
@@ -144,7 +144,7 @@ class SingleAgentPlanning:
             account.work += MOVE_STEP * (search.work - before)
 
     def refusing(self, agent: int) -> tuple[str, ...] | None:
-        """The requirements that the agent's roadmap holds no way for, if it is for certain that it holds none."""
+        """Requirements for which the agent's roadmap certainly contains no path; None if unknown."""
         if agent in self.able or self.chosen:
             return None
         with suppress(TooComplex):
@@ -157,10 +157,10 @@ class SingleAgentPlanning:
         return None
 
     def plan_in_orders(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
-        """Settles those for whom there is a way by themselves, from the beginning each time with who was left first.
+        """Plan the agents with a separate path, restarting with the remaining ones first.
 
         Returns:
-            who is left in the last of these orders.
+            groups that remain in the last of these orders.
         """
         order, left, urgent = list[tuple[int, ...]](), waiting, list[tuple[int, ...]]()
         for _ in range(self.settings.orders):
@@ -182,7 +182,7 @@ class SingleAgentPlanning:
         return left
 
     def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
-        """Settles those for whom there is a way by themselves; who is left."""
+        """Plan the agents with a separate path; return the remaining groups."""
         queue, left, failures = deque(waiting), list[tuple[int, ...]](), 0
         while queue and failures < self.settings.single_failures and self.affordable and self.refused is None:
             group = queue.popleft()
@@ -206,12 +206,12 @@ class SingleAgentPlanning:
         return left + list(queue)
 
     def plan_single_agent(self, agent: int) -> list[int] | None:
-        """Settles the agent on the shortest way on which all holds that is asked of it, if there is one.
+        """Plan the agent on the shortest path that satisfies its requirements, if there is one.
 
-        Where others are in the way it goes where few are, of those who were settled alone.
+        If others block it, it takes a path with few conflicts with agents that were planned alone.
 
         Returns:
-            whom it takes the place of: they wait again.
+            displaced agents, which must be planned again.
         """
         first = not self.reservations.agents
         if first and agent in self.lost_alone:
@@ -241,7 +241,7 @@ class SingleAgentPlanning:
             return moved
 
     def plan_jointly(self, agents: tuple[int, ...]) -> bool:
-        """Settles agents, the first of whom is settled, on the best joint motion, if that comes off; or refuses."""
+        """Plan agents, the first of them already planned, on the best joint motion; return success or refuse."""
         setting, formulas = self.setting, [self.own_parts(agent) for agent in agents]
         one, other = np.array(agents)[:, None], np.array(agents)
         apart, factors = needed(one, other, setting.mission), metric(one, other, setting.mission)
@@ -273,22 +273,24 @@ class SingleAgentPlanning:
         return False
 
     def infeasible(self, formulas: Sequence[Node], ways: Sequence[Flags], present: Agents) -> bool:
-        """Whether these hold in no joint motion of those who are there, each within its ways. False says nothing.
+        """Return whether no joint motion of the present agents satisfies these; False proves nothing.
 
         Args:
-            ways: for each agent, (steps + 1, states).
+            ways: possible states of each agent, (steps + 1, states).
         """
         return SingleAgentRelaxation(self.order.labels, ways, present).infeasible(formulas)
 
     def reserve(self, agents: Agents, states: Indices, parts: Iterable[Part], *, alone: bool) -> None:
-        """These agents do what ``states``, (agents of the mission, steps + 1), say, and what is asked is kept."""
+        """Reserve the trajectories of these agents, ``states``, (agents of the mission, steps + 1), with
+        their parts.
+        """
         self.reservations.reserve(sorted(agents), states, alone=alone)
         self.infeasible_alone.clear()
         self.lost_alone.clear()
         self.guaranteed.update(part for part in parts if part.monotone)
 
     def release(self, agents: Iterable[int]) -> None:
-        """These agents, settled alone, wait again. What rested on them is found out at the end."""
+        """Release these agents, which were planned alone. Effects on others are checked at the end."""
         released = frozenset(agents)
         self.reservations.release(sorted(released))
         self.guaranteed = {part for part in self.guaranteed if not part.named or not part.named <= released}
@@ -296,10 +298,10 @@ class SingleAgentPlanning:
 
 
 def smallest_conflict(kernel: Kernel, search: SingleAgentSearch, agent: int) -> tuple[str, ...]:
-    """The names of requirements of which the agent finds no way, less those that are not needed for that.
+    """Smallest set of requirement names for which the agent has no path.
 
     Raises:
-        TooComplex: they ask for more than the search can look for.
+        TooComplex: the search cannot express them.
     """
     own = {goal.name: own_formulas(goal.formula, agent) for goal in kernel.requirements}
     for name in list(own):
@@ -311,6 +313,6 @@ def smallest_conflict(kernel: Kernel, search: SingleAgentSearch, agent: int) -> 
 
 
 def names_about(kernel: Kernel, agents: Iterable[int]) -> tuple[str, ...]:
-    """The requirements that ask something of these agents by themselves."""
+    """Names of requirements on one of these agents alone."""
     goals = kernel.requirements
     return tuple(goal.name for goal in goals if any(own_formulas(goal.formula, agent) for agent in agents))

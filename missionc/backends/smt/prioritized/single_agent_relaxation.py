@@ -1,12 +1,11 @@
-"""Single-agent relaxation: a necessary condition for a plan of some agents, each looked at by itself.
+"""Single-agent relaxation: a necessary condition for a plan, checked for each agent alone.
 
-    in   formulas, where each agent can be, who takes part
-    out  no, for certain; or perhaps
+    in   formulas, possible states of each agent, participating agents
+    out  certainly infeasible, or unknown
 
-A formula may hold of an agent in a state where some way onwards leads through
-the states that it asks for. What it asks of other agents is taken to be so
-wherever there is one whom it can be asked of. That takes a sweep or two over the moves of
-a roadmap, and often saves lowering and solving a problem with too few agents.
+A formula may hold for an agent in a state if some path from there visits the required states. Conditions on other
+agents count as true if a suitable agent exists. This takes one or two sweeps over the moves of a roadmap, and often
+avoids solving a problem with too few agents.
 """
 
 from __future__ import annotations
@@ -24,22 +23,22 @@ from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 
 May = Callable[[int, int], Flags]
-"""In which states, (states,), a formula may hold of an agent at a step; worked out when it is asked for."""
+"""States, (states,), in which a formula may hold for an agent at a step; computed on demand."""
 
 Onward = Callable[[int, int, Flags], Flags]
-"""What may hold of an agent at a step, (states,), from what may hold one step later, (states,)."""
+"""Function from states that may satisfy a formula one step later to those at a step, (states,)."""
 
 
 STEPS = 5_000
-"""Steps swept, after which the rest counts as possible: nested windows cost many."""
+"""Maximum number of swept steps; the rest counts as possible, since nested windows are expensive."""
 
 
 class SingleAgentRelaxation(Domain[May]):
-    """A may analysis of agents: what can hold while those who take part move and the others are nowhere.
+    """May analysis of agents: possible truth while participants move and other agents are absent.
 
     Args:
-        ways: for each agent where it can be, (steps + 1, states).
-        taking_part: whom others may be linked to.
+        ways: possible states of each agent, (steps + 1, states).
+        taking_part: agents with possible links.
     """
 
     def __init__(self, labels: Labels, ways: Sequence[Flags], taking_part: frozenset[int]) -> None:
@@ -47,7 +46,10 @@ class SingleAgentRelaxation(Domain[May]):
         self._swept = 0
 
     def infeasible(self, formulas: Iterable[Node]) -> bool:
-        """Whether some formula, asked of step 0, holds in no joint motion of these agents. False says nothing."""
+        """Return whether some formula at step 0 holds in no joint motion of these agents.
+
+        False proves nothing.
+        """
         with deep():
             return not all((may(0, 0) & self.ways[0][0]).any() for may in evaluate(formulas, self).values())
 
@@ -123,10 +125,10 @@ class SingleAgentRelaxation(Domain[May]):
         return agent in linked and bool(self.taking_part.intersection(linked) - {agent})
 
     def _sweep(self, node: WindowNode | UntilNode, last: May, at: Onward, before: Onward) -> May:
-        """Backwards through a window: ``last`` at its end, then what each step makes of the one after it.
+        """Sweep backwards through a window: ``last`` at its end, then each step from the next.
 
         Args:
-            at: of a step of the window; ``before``: of one before the window.
+            at: rule for a step of the window; ``before``: rule for one before the window.
         """
 
         def may(agent: int, step: int) -> Flags:

@@ -1,15 +1,14 @@
-"""Single-agent search: the shortest path on which all holds that is asked of one agent, around the reservations.
+"""Single-agent search: shortest path that satisfies one agent's formulas, around the reservations.
 
-    in   formulas about one agent, the reservations of those settled before it
-    out  the shortest way on its time-expanded roadmap that keeps them, or nothing
+    in   formulas about one agent, reservations of agents planned before it
+    out  shortest path on its time-expanded roadmap that satisfies them, or nothing
 
-It goes through the product of the time-expanded roadmap and the automaton of what
-remains of the formulas (``progression``), step by step, and only as far as the way may still be shorter than a bound
-(``distance_to_go``), which grows until there is a way. What is found is the
-shortest. What a formula says of others who are settled is known.
+It searches the product of the time-expanded roadmap and the automaton of residuals (``progression``), step by step.
+States beyond a cost bound (``distance_to_go``) are pruned; the bound grows until there is a path. The result is the
+shortest path. Conditions on planned agents are known.
 
 Source:
-    Hart, Nilsson and Raphael, 1968: f = g + h; here all nodes of a step are expanded at once.
+    Hart, Nilsson and Raphael, 1968: f = g + h; here all nodes of a step are expanded together.
 """
 
 from __future__ import annotations
@@ -45,17 +44,17 @@ from missionc.planning.progression.residuals import (
 )
 
 Settled = set[tuple[int, bytes]]
-"""Agents and their ways."""
+"""Agents and their paths."""
 
 
 class SingleAgentSearch:
-    """Shortest paths of single agents among others, who are where ``reservations`` says.
+    """Shortest paths of single agents around the planned agents of ``reservations``.
 
     Args:
-        never: for some agents, where they may not be, (steps + 1, states).
-        limit: of clauses.
-        haste: cost of a step, as a share of the longest move; 0 counts metres alone, None is the setting.
-        exclusions: what else keeps an agent away from where others are.
+        never: forbidden states of some agents, (steps + 1, states).
+        limit: maximum number of clauses.
+        haste: cost of a step, as a share of the longest move; 0 counts only metres, None means the setting.
+        exclusions: other restrictions near planned agents.
     """
 
     def __init__(
@@ -86,10 +85,9 @@ class SingleAgentSearch:
     def way(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, most: float = np.inf
     ) -> Indices | None:
-        """The shortest way, (steps + 1,), clear of all who are settled.
+        """Shortest path, (steps + 1,), without conflict with planned agents.
 
-        None where there is none that costs no more than ``most``, or where the formulas ask for more than this
-        can look for.
+        None if there is none with a cost of at most ``most``, or if the search cannot express the formulas.
         """
         with deep(), suppress(TooComplex):
             return self._shortest(self.mover(agent, formulas, reservations), agent, reservations, most=most)
@@ -98,10 +96,10 @@ class SingleAgentSearch:
     def way_or_push(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, may_push: bool
     ) -> Indices | None:
-        """The shortest way, (steps + 1,), if need be one that comes too near some who can be moved.
+        """Shortest path, (steps + 1,), if necessary with conflicts with movable agents.
 
-        One clear of all is not looked for where it is further round than what a push costs. Whether the way
-        does for others what was reckoned with, and they for it, is found out when all are settled.
+        A conflict-free path is not considered if its detour costs more than a push. Assumptions between agents are
+        checked when all are planned.
         """
         way = self._way_or_push(agent, formulas, reservations, may_push)
         if way is None and self._known is not None and self._known[0] != reservations.settled:
@@ -127,7 +125,7 @@ class SingleAgentSearch:
         return way
 
     def with_bystanders(self, reservations: Reservations, everyone: Iterable[int]) -> Reservations | int:
-        """All agents: who is not settled takes the shortest way; or the first agent that finds none."""
+        """Reservations of all agents, the unplanned ones on shortest paths; or the first agent without a path."""
         whole = reservations.copy()
         for agent in sorted(set(everyone).difference(whole.agents)):
             way = self.way(agent, (), whole)
@@ -137,10 +135,10 @@ class SingleAgentSearch:
         return whole
 
     def alone(self, agent: int, formulas: Sequence[Node], *, shortest: bool = True) -> Indices | None:
-        """The shortest way, (steps + 1,), as if it were the only agent; None where its roadmap has none for certain.
+        """Shortest path, (steps + 1,), without other agents; None if its roadmap certainly has none.
 
         Args:
-            shortest: else any way will do.
+            shortest: False if any path suffices.
 
         Raises:
             TooComplex: the formulas are about others, or it takes too much work.
@@ -149,17 +147,17 @@ class SingleAgentSearch:
             return self._shortest(self.mover(agent, formulas, None), agent, self._nobody, any_way=not shortest)
 
     def metres(self, agent: int, way: Indices) -> float:
-        """How long a way of the agent is, (steps + 1,)."""
+        """Length of a path of the agent, (steps + 1,), metres."""
         table = self._nobody.tables[self._labels.roadmap_of[agent]]
         return table.metres(way)
 
     # ------------------------------------------------------------------- task
 
     def mover(self, agent: int, formulas: Sequence[Node], reservations: Reservations | None) -> Mover:
-        """The agent, and what the formulas ask of it; without reservations nothing is known of others.
+        """The agent with its task from the formulas; without reservations nothing is known about others.
 
         Raises:
-            TooComplex: they ask for more than can be looked for.
+            TooComplex: the search cannot express them.
         """
         around = reservations or self._nobody
         table = around.tables[self._labels.roadmap_of[agent]]
@@ -179,7 +177,7 @@ class SingleAgentSearch:
         *,
         alone: bool,
     ) -> Task:
-        """What the formulas ask of the agent, which may be where ``may`` says, (steps + 1, states)."""
+        """Task of the agent from the formulas, within the allowed states ``may``, (steps + 1, states)."""
         order = postorder(formulas)
         if not self._monotone.keys() >= set(order):
             self._monotone.update(helped_by_more(order))
@@ -258,8 +256,8 @@ class SingleAgentSearch:
         )
 
     def _beside(self, node: Node, agent: int, reservations: Reservations, may: Flags) -> Flags:
-        """At which steps in which states something about others holds for certain: (steps + 1, states)."""
-        changed = 0.2  # share of the planned agents that came or went, from which a monotone formula is evaluated again
+        """Steps and states in which a condition on others certainly holds: (steps + 1, states)."""
+        changed = 0.2  # share of changed agents from which a monotone formula is evaluated again
         leaf = node.body if isinstance(node, Not) else node
         labels, motion = self._labels, reservations.motion
         shape = reservations.tables[labels.roadmap_of[agent]].roadmap.standing.shape
@@ -295,10 +293,10 @@ class SingleAgentSearch:
         return found
 
     def _formulas(self, reservations: Reservations, changed: float) -> Formulas:
-        """What is known of those who are settled, or were but for so many of them, by their share."""
+        """Literals for planned agents, or for an earlier set of them up to the share ``changed``."""
         agents, settled = reservations.agents, reservations.settled
         if self._known is None or len(self._known[0] ^ settled) > changed * len(agents):
-            motion, clauses = reservations.motion, Clauses(self._limit)  # what is known needs none
+            motion, clauses = reservations.motion, Clauses(self._limit)  # known facts need none
             ways = reservations.fixed(motion.ways)
             known = replace(lower_motion(motion.roadmaps, ways, frozenset(agents), clauses), links=motion.links)
             formulas = Formulas(
@@ -312,16 +310,16 @@ class SingleAgentSearch:
         return self._known[1]
 
     def _may(self, agent: int, reservations: Reservations) -> Flags:
-        """Where the agent may be, (steps + 1, states), for all that is said of others."""
+        """Allowed states of the agent, (steps + 1, states), from restrictions about others."""
         standing = reservations.tables[self._labels.roadmap_of[agent]].roadmap.standing
         may = standing & ~self._never[agent] if agent in self._never else standing
         return may_be(self._exclusions, agent, reservations, may)
 
     def admits(self, agents: Iterable[int], states: Indices, reservations: Reservations) -> bool:
-        """Whether agents may do together what ``states``, (agents of the mission, steps + 1), say, for the exclusions.
+        """Return whether the exclusions admit the joint ``states``, (agents of the mission, steps + 1), of agents.
 
         Args:
-            reservations: those of all others.
+            reservations: reservations of all others.
         """
         whole = reservations.copy()
         whole.reserve(agents, states)
@@ -341,9 +339,9 @@ class SingleAgentSearch:
         more: float = np.inf,
         any_way: bool = False,
     ) -> Indices | None:
-        """The cheapest way that costs no more than ``most``, and than the least there must be by no more than ``more``.
+        """Cheapest path with a cost of at most ``most``, and at most ``more`` above the lower bound.
 
-        Or ``any_way``, whatever it costs.
+        With ``any_way``, a path of any cost.
 
         Raises:
             TooComplex: it takes too much work.
@@ -362,7 +360,7 @@ class SingleAgentSearch:
             table,
             mover.may,
             starts,
-            step_cost=0.0 if pushing else rest,  # who pushes may as well come late
+            step_cost=0.0 if pushing else rest,  # an agent that pushes may also arrive late
             stride=table.longest + rest,
             rest=rest,
             pushing=pushing,

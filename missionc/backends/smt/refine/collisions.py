@@ -1,8 +1,7 @@
-"""Separation constraints, added where a model breaks them: no two bodies nearer than the mission allows.
+"""Separation constraints, added when a model violates them: no two bodies nearer than the mission allows.
 
-Who comes too near whom is worked out from a model's joint motion. What is
-forbidden then is forbidden to all agents and at all steps: two in one place,
-two in places too near each other, two moves at the same time that come too near.
+Conflicts are computed from a model's joint motion. The added constraints cover all agents and steps: two agents in one
+place, in places too near each other, or on simultaneous moves that come too near.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
 
 CUSHION = 1e-6
-"""Metres that agents keep beyond what they must, so that no rounding makes them touch."""
+"""Additional separation, metres, so that rounding causes no contact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +35,7 @@ class Near:
 
 
 def too_near(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> Near:
-    """All pairs of these agents that break the separation in a joint motion.
+    """All pairs of these agents that violate the separation in a joint motion.
 
     Args:
         states: (agents of the mission, steps + 1), each agent's state in its roadmap.
@@ -51,22 +50,22 @@ def too_near(states: Indices, agents: Indices, motion: Motion, mission: Mission)
 
 
 def needed(first: Indices, second: Indices, mission: Mission) -> Array:
-    """How far apart the centres of pairs of agents must be sideways, (pairs,), metres."""
+    """Required horizontal distance of the centres of pairs of agents, (pairs,), metres."""
     return SpacingTable.of(mission).between(first, second) + CUSHION
 
 
 def metric(first: Indices, second: Indices, mission: Mission) -> Array | None:
-    """What the axes of their differences are multiplied by to tell that, (pairs, dim); None where all count alike."""
+    """Factors of the axes of their differences, (pairs, dim), dimensionless; None if all are equal."""
     return SpacingTable.of(mission).metric(first, second)
 
 
 def each_step(factors: Array | None) -> Array | None:
-    """The same for each step: (pairs, dim) to (pairs, 1, dim)."""
+    """The same factors for each step: (pairs, dim) to (pairs, 1, dim), dimensionless."""
     return None if factors is None else factors[:, None]
 
 
 def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> Motions:
-    """The motions of each step, (agents, steps); at rest at the only step, where the mission has no other.
+    """Motions of each step, (agents, steps); at rest at the only step of a mission without steps.
 
     Args:
         states: (agents, steps + 1), in the roadmap of each of ``agents``, (agents,).
@@ -85,7 +84,7 @@ def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Missio
 
 @dataclass(slots=True)
 class Separation:
-    """What has been forbidden so far, of the agents of ``cast``, (cast,)."""
+    """Separation constraints so far, for the agents of ``cast``, (cast,)."""
 
     mission: Mission
     motion: Motion
@@ -95,14 +94,14 @@ class Separation:
     _apart: set[tuple[tuple[int, ...], tuple[int, ...]]] = field(default_factory=set)
     _events: dict[tuple[int, ...], Literals] = field(default_factory=dict)
     _members: list[list[int]] = field(init=False)
-    """For each roadmap, those of the agents that are on it."""
+    """For each roadmap, its agents."""
 
     def __post_init__(self) -> None:
         numbers = self.motion.roadmap_of[self.cast]
         self._members = [self.cast[numbers == number].tolist() for number in range(len(self.motion.roadmaps))]
 
     def one_in_each_place(self) -> None:
-        """Says ahead of any model that no two agents are in one place.
+        """Add in advance that no two agents are in one place.
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -114,10 +113,10 @@ class Separation:
         self._alone.update(range(self.motion.places))
 
     def forbid(self, near: Near, states: Indices) -> None:
-        """Adds clauses that rule these out, and their like.
+        """Add clauses that forbid these conflicts, and similar ones.
 
         Args:
-            states: the joint motion they are in, (agents, steps + 1).
+            states: their joint motion, (agents, steps + 1).
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -148,25 +147,28 @@ class Separation:
         return float(np.linalg.norm(apart)) < float(needed(*pair, self.mission)[0])
 
     def _one_at(self, place: int) -> None:
-        """At most one agent in a place, at every step."""
+        """Add that a place contains at most one agent at every step."""
         if place not in self._alone:
             self._alone.add(place)
             number, state = self._state(place)
             self._one_of(np.stack([self.motion.states[agent][:, state] for agent in self._members[number]], axis=1))
 
     def _one_of(self, there: Literals) -> None:
-        """At most one of each row, (rows, agents)."""
+        """Add that at most one literal of each row, (rows, agents), holds."""
         crowded = (there != FALSE).sum(axis=1) > 1
         add_at_most_one(self.clauses, there[crowded])
 
     def _not_both(self, one: tuple[int, ...], other: tuple[int, ...]) -> None:
-        """No agent in one place, or on one move, while another is in the other, at every step."""
+        """Add that no two agents occupy both places, or moves, at any step."""
         if (one, other) not in self._apart:
             self._apart |= {(one, other), (other, one)}
             self.clauses.add(-self._event(one), -self._event(other))
 
     def _event(self, places: tuple[int, ...]) -> Literals:
-        """Some agent is in the place, or goes from the first to the second, at each step: (steps,) or one more."""
+        """Literals that some agent is in the place, or moves from the first to the second.
+
+        Shape: (steps,) or one more.
+        """
         if places not in self._events:
             number, *_ = (self._state(place)[0] for place in places)
             moments = self.motion.steps + 2 - len(places)
@@ -179,6 +181,6 @@ class Separation:
         return self._events[places]
 
     def _state(self, place: int) -> tuple[int, int]:
-        """A place's roadmap, and its number there."""
+        """Roadmap of a place, and its index there."""
         number = int(np.searchsorted(self.motion.first_place, place, side="right")) - 1
         return number, place - int(self.motion.first_place[number])

@@ -1,4 +1,4 @@
-"""Lazy constraint generation (CEGAR): solve, look for collisions in the model, forbid them, until there are none."""
+"""Lazy constraint generation (CEGAR): solve, find collisions in the model, forbid them, until there are none."""
 
 from __future__ import annotations
 
@@ -23,16 +23,18 @@ from missionc.ir import Mission
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """The effort of one question, counted so that it is the same on every machine.
+    """Effort of one question, counted so that it is equal on every machine.
 
-    ``conflicts`` is for each time the solver is asked.
+    ``conflicts`` is the limit of each call of the solver.
     """
 
     conflicts: int
     rounds: int
 
     def within(self, work: float, clauses: int) -> Effort:
-        """No more than that many units of work allow with so many clauses, but for some rounds: the first is dear."""
+        """Limit the effort to ``work`` units with this number of clauses, with a minimum of rounds: the first is
+        expensive.
+        """
         least_rounds = 8  # rounds of collision clauses of every question
         conflicts, rounds = conflicts_of(work, clauses), work / question_work(max(1, clauses), 0)
         fewer = self.conflicts if conflicts is None else min(self.conflicts, conflicts)
@@ -41,7 +43,7 @@ class Effort:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointMotion:
-    """A joint motion that breaks nothing: each agent's state in its roadmap, (agents, steps + 1)."""
+    """Joint motion without conflicts: each agent's state in its roadmap, (agents, steps + 1)."""
 
     states: Indices
 
@@ -51,10 +53,10 @@ Result: TypeAlias = JointMotion | Unsatisfiable | Stopped
 
 @dataclass(slots=True)
 class LazyConstraints:
-    """Lazy constraint generation for one problem. Clauses about collisions stay for later questions.
+    """Lazy constraint generation for one problem. Collision clauses stay for later questions.
 
-    ``cast`` are the agents that are looked for, (cast,); the others are nowhere, or
-    what they do is known and nothing the agents may do comes near them.
+    ``cast``, (cast,), are the agents to plan. Other agents are absent, or their motion is known and out of reach of the
+    agents' moves.
     """
 
     mission: Mission
@@ -65,20 +67,20 @@ class LazyConstraints:
     account: Account
     listen: Callable[[Progress], None]
     proves: bool = True
-    """Whether a refusal shows that the roadmaps hold no such plan; not where more was asked for than is required."""
+    """True if a refusal proves that the roadmaps contain no such plan; False for a stronger problem."""
     rounds: int = 0
     work: float = 0.0
-    """Units of ``work`` that its questions took."""
+    """Units of ``work`` of its questions."""
     presolve_budget: int = field(init=False)
-    """Clauses that may still be read by presolves; none any more once one was not enough."""
+    """Clauses that presolves may still read; 0 once one presolve was not enough."""
     nearest: Indices | None = None
-    """The model so far with fewest collisions, the first of them, (agents, steps + 1), as ``JointMotion`` has it."""
+    """First model so far with the fewest collisions, (agents, steps + 1), as in ``JointMotion``."""
     fewest: int = 0
-    """How many it has."""
+    """Number of its collisions."""
     _separation: Separation = field(init=False)
 
     def __post_init__(self) -> None:
-        pair, crowd = 2, 5  # a pair needs few clauses, and a crowd often meets: their places are kept apart at once
+        pair, crowd = 2, 5  # a pair needs few clauses, and a crowd meets often: their places are separated at once
         settings = smt_settings(self.mission).solver
         self.presolve_budget = settings.presolve_clauses
         self._separation = Separation(self.mission, self.motion, self.cast, self.clauses)
@@ -87,7 +89,7 @@ class LazyConstraints:
                 self._separation.one_in_each_place()
 
     def find(self, assumptions: tuple[int, ...], effort: Effort | None = None) -> Result:
-        """A joint motion without collisions in which the assumptions hold, or why there is none."""
+        """Joint motion without collisions under the assumptions, or the reason for none."""
         most = None if effort is None else self.rounds + effort.rounds
         while self.rounds != most:
             self.rounds += 1
@@ -110,8 +112,8 @@ class LazyConstraints:
         return Stopped(Reason.SOLVER, wrong, paused=True)
 
     def joint_motion(self, assumptions: tuple[int, ...], effort: Effort | None) -> Indices | Unsatisfiable | Stopped:
-        """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or why there is none."""
-        presolved = 100  # assumed conflicts of a presolve, which does not report them
+        """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or the reason for none."""
+        presolved = 100  # assumed number of conflicts of a presolve, which does not report them
         seen = None
         if self.presolve_budget > 0:
             seen = self.solvers.presolve(self.clauses, assumptions)
@@ -125,7 +127,7 @@ class LazyConstraints:
         return self._states(self.solvers.values) if isinstance(answer, Satisfiable) else answer
 
     def ask(self, assumptions: tuple[int, ...], effort: Effort | None = None) -> Answer:
-        """What the solver says of the clauses so far; of a refusal it says what that rests on."""
+        """Answer of the solver for the clauses so far; a refusal has its core."""
         self.solvers.add(self.clauses)
         before = self.solvers.conflicts
         answer = self.solvers.solve(assumptions, conflicts=effort.conflicts if effort else None)
@@ -133,16 +135,16 @@ class LazyConstraints:
         return answer
 
     def worked(self, conflicts: int) -> None:
-        """Counts a question that met so many."""
+        """Count the work of a question with this number of conflicts."""
         done = question_work(self.clauses.count, conflicts)
         self.work += done
         self.account.work += done
 
     def _states(self, holding: Callable[[Literals], Flags | Stopped]) -> Indices | Stopped:
-        """Where a model has the agents; asked step by step, only of where their moves may have led.
+        """States of the agents in a model; read step by step, only for reachable states.
 
         Args:
-            holding: which of the variables, by their numbers, the model holds true.
+            holding: truth of variables, by number, in the model.
         """
         motion = self.motion
         states = np.zeros((motion.agents, motion.steps + 1), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""One SAT problem: the agents, the formulas, and the reservations of those that are settled already."""
+"""One SAT problem: agents, formulas, and reservations of planned agents."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from missionc.ir.kernel.nodes import Goal
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """A SAT problem; in ``lowered`` is a literal for each of the goals."""
+    """A SAT problem; ``lowered`` has a literal for each goal."""
 
     motion: Motion
     lowered: Lowered
@@ -34,13 +34,13 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """The setting that all problems of a run share."""
+    """Setting shared by all problems of a run."""
 
     mission: Mission
     budget: Budget
     account: Account
     clauses: int
-    """How many may be made of formulas and motions; those about collisions may pass that, up to the budget's limit."""
+    """Maximum number of clauses for formulas and motions; collision clauses may exceed it, up to the budget's limit."""
 
     def problem(
         self,
@@ -52,13 +52,13 @@ class Setting:
         most_links: int,
         solvers: Solvers,
     ) -> Problem:
-        """The clauses, and what asks the solvers about them.
+        """Clauses, and the search that asks the solvers about them.
 
         Args:
-            roadmaps: with the moves that the planned may make.
-            ways: for each agent where it can be, (steps + 1, states).
-            planned: the agents whose motion is looked for.
-            reserved: agents whose ways leave one motion each, clear of what the planned may do.
+            roadmaps: roadmaps with the allowed moves of the planned agents.
+            ways: possible states of each agent, (steps + 1, states).
+            planned: agents to plan.
+            reserved: agents with one fixed motion each, out of reach of the planned agents' moves.
 
         Raises:
             TooLarge: the clauses would pass their limit.

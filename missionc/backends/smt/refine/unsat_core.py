@@ -1,4 +1,4 @@
-"""Unsat core over assumption literals, minimised by deletion: requirements that cannot hold together.
+"""Unsat core over assumption literals, minimised by deletion: requirements in conflict.
 
 Each question has a limit on conflicts, which grows with the clauses.
 """
@@ -16,19 +16,18 @@ from missionc.ir import Mission
 
 
 def named_by_solver(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
-    """The core without what the solver does not name: a presolve names nothing.
+    """The core without literals that the solver does not name; a presolve names none.
 
-    Asked without looking for collisions: what is still impossible is so for
-    certain, and what is possible then stays in.
+    The question ignores collisions: a refusal is then still certain, and literals without one stay in the core.
     """
     answer = search.ask(core, effort(search.mission, search.clauses))
     return tuple(literal for literal in core if literal in answer.core) if isinstance(answer, Unsatisfiable) else core
 
 
 def minimise(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
-    """The core without what it can do without: first all that the solver does not name, then each of the rest in turn.
+    """Minimise the core: first drop all literals that the solver does not name, then try each of the rest.
 
-    Asked without looking for collisions, as ``named_by_solver`` does.
+    The questions ignore collisions, as in ``named_by_solver``.
     """
     settings = smt_settings(search.mission).work
     account = search.account
@@ -46,45 +45,48 @@ def minimise(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
 
 @dataclass(slots=True)
 class Deletion:
-    """A conflict as it gets smaller; all its names together cannot hold.
+    """A shrinking conflict; its names are jointly unsatisfiable.
 
-    What holds without a name holds without it however small the conflict gets, so that no question is put twice.
+    A satisfiable subset stays satisfiable as the conflict shrinks, so no question is repeated.
     """
 
     conflict: tuple[str, ...]
     needed: set[str] = field(default_factory=set)
-    """Names without which the others can hold."""
+    """Names without which the others are satisfiable."""
     left_open: set[str] = field(default_factory=set)
-    """Names of which it was not found out, in the conflict as it was then."""
+    """Names with an undecided question, and the conflict at that time."""
 
     @property
     def smallest(self) -> bool:
-        """Every proper subset can hold."""
+        """True if every proper subset is satisfiable."""
         return self.needed.issuperset(self.conflict)
 
     def question(self) -> str | None:
-        """A name without which the others may hold or not; None where nothing is left to ask."""
+        """A name for which satisfiability of the others is unknown; None if no question is left."""
         return next((name for name in self.conflict if name not in self.needed | self.left_open), None)
 
     def without(self, name: str) -> tuple[str, ...]:
         return tuple(other for other in self.conflict if other != name)
 
     def holds(self, without: str) -> None:
-        """The others can hold."""
+        """Note that the others are satisfiable without this name."""
         self.needed.add(without)
 
     def refused(self, core: Collection[str]) -> None:
-        """These names of the conflict cannot hold together; what was left open of a larger one is asked again."""
+        """Note that these names are jointly unsatisfiable.
+
+        Undecided questions of a larger conflict are asked again.
+        """
         self.conflict = tuple(name for name in self.conflict if name in core)
         self.left_open.clear()
 
     def unknown(self, without: str) -> None:
-        """Whether the others can hold was not found out."""
+        """Note that the question without this name is undecided."""
         self.left_open.add(without)
 
 
 def effort(mission: Mission, clauses: Clauses) -> Effort:
-    """Effort of one question: fewer conflicts if there are many clauses, since each takes longer."""
+    """Effort of one question: fewer conflicts for many clauses, since each takes longer."""
     settings = smt_settings(mission).solver
     conflicts = min(settings.improve_most, settings.improve_work // max(1, clauses.count))
     return Effort(max(settings.improve_least, conflicts), settings.improve_rounds)

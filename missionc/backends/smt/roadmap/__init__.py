@@ -1,1 +1,1 @@
-"""Probabilistic roadmaps (PRM): nodes sampled, joined by steerable motions, unrolled to steps, labelled. [strel]"""
+"""Probabilistic roadmaps (PRM): sampled nodes, steerable motions, unrolled to steps, labelled. [strel]"""

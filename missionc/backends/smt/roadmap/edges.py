@@ -1,4 +1,4 @@
-"""Roadmap edges: motions of several steps from node to node, and their collision check against what stands still.
+"""Roadmap edges: motions of several steps between nodes, and their collision check against static obstacles.
 
 Source:
     [strel] Algorithm 1, lines 6 and 7.
@@ -20,12 +20,12 @@ from missionc.ir import Dynamics
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Edges:
-    """Motions from node to node.
+    """Motions between nodes.
 
     Args:
         source: (edges,), node indices; ``target`` likewise.
-        count: (edges,), how many steps each takes, at least 1.
-        bend: (edges,), rad, how far it turns left from one step to the next; 0 where straight.
+        count: (edges,), number of steps, at least 1.
+        bend: (edges,), rad, left turn between steps; 0 for straight edges.
     """
 
     source: Indices
@@ -34,7 +34,7 @@ class Edges:
     bend: Array
 
     def take(self, which: Indices | Flags) -> Edges:
-        """Those at these places, (taken,), or those that are marked, (edges,)."""
+        """Select edges by indices, (taken,), or by flags, (edges,)."""
         return Edges(self.source[which], self.target[which], self.count[which], self.bend[which])
 
     def __len__(self) -> int:
@@ -45,7 +45,7 @@ NONE = Edges(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
 
 
 def joined(parts: list[Edges]) -> Edges:
-    """All edges of all parts, one after the other."""
+    """Concatenate the edges of all parts."""
     return Edges(
         np.concatenate([part.source for part in parts]),
         np.concatenate([part.target for part in parts]),
@@ -55,7 +55,10 @@ def joined(parts: list[Edges]) -> Edges:
 
 
 def paths(dynamics: Dynamics, nodes: States, edges: Edges, step: float) -> Iterator[tuple[Indices, Array, Array]]:
-    """Edges of equal length: which they are, and positions and velocities at their steps, (edges, count + 1, dim)."""
+    """Edges of equal length: their indices, and positions and velocities at their steps, (edges, count + 1, dim).
+
+    Positions are in metres, velocities in m/s.
+    """
     for count in np.unique(edges.count):
         which = np.flatnonzero(edges.count == count)
         start, end = nodes.take(edges.source[which]), nodes.take(edges.target[which])
@@ -63,7 +66,7 @@ def paths(dynamics: Dynamics, nodes: States, edges: Edges, step: float) -> Itera
 
 
 def are_clear(ground: Ground, nodes: States, edges: Edges) -> Flags:
-    """Which edges, (edges,), stay in the world and clear of the obstacles that stand still."""
+    """Flags of edges, (edges,), that stay in the world and clear of static obstacles."""
     dynamics, step, world = ground.agents[0].dynamics, ground.mission.step, ground.mission.world
     clear = np.zeros(len(edges), dtype=bool)
     straight = np.zeros(len(edges), dtype=bool) if dynamics.has_momentum else edges.bend == 0
@@ -84,7 +87,7 @@ def are_clear(ground: Ground, nodes: States, edges: Edges) -> Flags:
 
 
 def _extent(motions: Motions, step: float) -> tuple[Array, Array]:
-    """The box that each motion of one step stays in: least and largest coordinates, (motions, dim)."""
+    """Bounding box of each motion of one step: least and largest coordinates, (motions, dim), metres."""
     bend = np.where(motions.acceleration == 0, 1.0, motions.acceleration)
     turning = np.clip(np.where(motions.acceleration == 0, 0.0, -motions.velocity / bend), 0.0, step)
     extreme = motions.position + motions.velocity * turning + motions.acceleration * (turning * turning / 2)

@@ -1,12 +1,12 @@
-"""A geodesic roadmap: places that the mission names, and the shortest ways between them round what stands still.
+"""Geodesic roadmap: places named by the mission, and the shortest paths between them around static obstacles.
 
 in   Ground, Kernel
 out  nodes and their Edges
 
-Its nodes are decisions and not seconds: where to rest, where to turn, where to meet. They are the starts
-and finishes, places in whatever the mission asks an agent to be in, the corners at which the shortest ways between
-these bend (a visibility graph of the obstacles, grown by the body and by some room to spare), and waypoints on long
-ways, at which agents may wait. What lies on no such way is left out.
+Its nodes are places of decisions: resting, turning, meeting. They are the starts and finishes, places in the required
+regions, the corners of the shortest paths between these, and waypoints on long paths for waiting. The corners come from
+a visibility graph of the obstacles, grown by the body and some additional clearance. Nodes on no such path are left
+out.
 """
 
 from __future__ import annotations
@@ -36,35 +36,35 @@ from missionc.ir.language.margins.predicate_margins import of_states
 from missionc.planning.shortest_paths import greedy_spanner, left_at, on_shortest_ways
 
 TOUCHING = 1e-6
-"""The share by which corners are further from obstacles than bodies have to be."""
+"""Share by which corners are further from obstacles than bodies have to be."""
 
 
 SPHERE = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
-"""Directions in which ways round a ball may bend."""
+"""Directions in which paths around a ball may bend."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Goal:
-    """A predicate that one agent's place decides, and free points at which it holds, (points, dim), deepest first."""
+    """Predicate that one agent's place decides, and free points at which it holds, (points, dim), deepest first."""
 
     predicate: Predicate
     points: Array
     depth: float
-    """The margin of the first of them, metres."""
+    """Margin of the first point, metres."""
     agents: int
-    """How many agents are asked to be in it."""
+    """Number of agents that must satisfy it."""
     relays: int
-    """How many may rest there as relays: all where some are to be linked."""
+    """Number of agents that may rest there as relays: all if links are required."""
 
 
 def geodesic_roadmap(
     ground: Ground, kernel: Kernel, generator: np.random.Generator
 ) -> tuple[States, Edges] | NoRoadmap:
-    """The nodes and edges of a geodesic roadmap; for dynamics that can wait.
+    """Nodes and edges of a geodesic roadmap; for dynamics that can wait.
 
     Args:
-        kernel: what is asked, for the places.
-        generator: the same seed gives the same arrays.
+        kernel: requirements, for the places.
+        generator: equal seeds give equal arrays.
     """
     places = exact_places(ground, generator)
     if isinstance(places, NoRoadmap):
@@ -92,7 +92,7 @@ def geodesic_roadmap(
 
 
 def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> list[Goal]:
-    """What is asked that an agent's place decides, and holds in a part of the world."""
+    """Required predicates that an agent's place decides and that hold in a part of the world."""
     settings = smt_settings(ground.mission).shortest_paths
     world, goals = ground.mission.world, []
     here = {agent.index for agent in ground.agents}
@@ -114,7 +114,10 @@ def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> li
 
 
 def _asked(kernel: Kernel, *, holds: bool) -> dict[Predicate, set[int]]:
-    """The predicates that one agent's place decides, as far as they, or their negations, are asked; and of whom."""
+    """Predicates that one agent's place decides, required or with ``holds`` False negated.
+
+    With their agents.
+    """
     asked: dict[Predicate, set[int]] = {}
     for formula in kernel.formulas:
         for node, agents in agents_asked(formula).items():
@@ -131,19 +134,22 @@ def _asked(kernel: Kernel, *, holds: bool) -> dict[Predicate, set[int]]:
 
 
 def _margin(ground: Ground, predicate: Predicate, points: Array) -> Array:
-    """(points, dim) -> (points,), metres."""
+    """Margins of a predicate at points: (points, dim) -> (points,), metres."""
     agent = ground.agents[0].index
     margin = np.asarray(of_states(predicate, ground.mission, agent, points, np.zeros_like(points)))
     return np.broadcast_to(margin, len(points))
 
 
 def _stride(ground: Ground) -> float:
-    """How far an agent goes in a step at most, metres."""
+    """Greatest distance in a step, metres."""
     return ground.agents[0].dynamics.top_speed * ground.mission.step
 
 
 def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
-    """Which points to take so that none is so near to another, or to one taken before: (at most most,), in order."""
+    """Indices of points at least ``gap`` metres from each other and from ``taken``.
+
+    Shape: (at most most,), in order.
+    """
     away = np.full(len(points), np.inf) if len(taken) == 0 else np.asarray(cKDTree(taken).query(points)[0])
     chosen: list[int] = []
     while len(points) and len(chosen) < most and away.max() > gap:
@@ -153,7 +159,7 @@ def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
 
 
 def _resting_places(ground: Ground, goal: Goal) -> Array:
-    """Places to rest in where it holds, one for each agent it is asked of, and for relays where it is deep."""
+    """Resting places in the goal, (places, dim), metres: one per required agent, and deep ones for relays."""
     settings = smt_settings(ground.mission).shortest_paths
     margin = _margin(ground, goal.predicate, goal.points)
     pitch = ground.passing
@@ -167,7 +173,7 @@ def _resting_places(ground: Ground, goal: Goal) -> Array:
 
 
 def _spare(ground: Ground) -> float:
-    """Metres of room to spare that a way has where there is room."""
+    """Additional clearance of paths if there is room, metres."""
     settings = smt_settings(ground.mission).shortest_paths
     world = ground.mission.world
     longest = float(np.max(np.subtract(world.high, world.low)))
@@ -175,8 +181,8 @@ def _spare(ground: Ground) -> float:
 
 
 def _corners(ground: Ground, kernel: Kernel) -> Array:
-    """Where ways round obstacles, and round regions that somebody is to keep out of, may bend: (corners, dim)."""
-    round = 3  # corners of a quarter of a disc.
+    """Possible bends of paths around obstacles, and around avoided regions: (corners, dim), metres."""
+    round = 3  # corners of a quarter of a disc
     dimension = ground.mission.dimension
     denied = [each.region for each in _asked(kernel, holds=False) if each.region is not None]
     shapes = [(solid, ground.margin) for solid in ground.obstacles]
@@ -215,7 +221,7 @@ def _corners(ground: Ground, kernel: Kernel) -> Array:
 
 
 def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal], seen: Visibility) -> Array:
-    """Where the shortest ways from the places come to where each goal holds: (entries, dim)."""
+    """Points where the shortest paths from the places enter each goal: (entries, dim), metres."""
     settings = smt_settings(ground.mission).shortest_paths
     nodes = np.concatenate([places, corners])
     tree, looks, nears, lasts, made = cKDTree(nodes), min(len(nodes), settings.entry_candidates), [], [], [places[:0]]
@@ -235,7 +241,10 @@ def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal], s
 
 
 def _toward(ground: Ground, goal: Goal, nodes: Array) -> Array:
-    """From each node straight to the nearest point met of a goal: the first place that is well in it, (nodes, dim)."""
+    """First place well in the goal on the line from each node to the nearest goal point.
+
+    Shape: (nodes, dim), metres.
+    """
     halvings = 20
     enough = goal.depth * smt_settings(ground.mission).shortest_paths.edge
     inner = goal.points[_margin(ground, goal.predicate, goal.points) >= enough]
@@ -249,10 +258,10 @@ def _toward(ground: Ground, goal: Goal, nodes: Array) -> Array:
 
 
 def _roadmap(ground: Ground, places: Array, corners: Array, names: Indices, seen: Visibility) -> tuple[States, Edges]:
-    """The shortest ways between all places, and second ones, with waypoints.
+    """Shortest paths between all places, and second ones, with waypoints.
 
     Args:
-        names: of the places and corners, (nodes,), by which ``seen`` knows them.
+        names: names of the places and corners in ``seen``, (nodes,).
     """
     settings = smt_settings(ground.mission).shortest_paths
     nodes = np.concatenate([places, corners])
@@ -281,9 +290,9 @@ def _roadmap(ground: Ground, places: Array, corners: Array, names: Indices, seen
 
 
 def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
-    """The same ways with a place beside each waypoint, where there is room, to let another body pass.
+    """Paths with a place beside each waypoint, if there is room, to let another body pass.
 
-    It is come to from the waypoint itself, and from those before and after it where that is clear.
+    It is joined to the waypoint, and to the previous and next ones if clear. Nodes are (nodes, dim), metres.
     """
     degree = np.bincount(used.ravel(), minlength=len(nodes))
     passing = ground.passing * (1 + smt_settings(ground.mission).shortest_paths.entry_spacing / 10)
@@ -312,7 +321,10 @@ def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, I
 
 
 def _with_waypoints(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
-    """The same ways with nodes on long ones, a whole number of steps at full speed from where they begin."""
+    """Paths with additional nodes on long edges, at whole numbers of steps at full speed.
+
+    Shape: (nodes, dim), metres.
+    """
     settings = smt_settings(ground.mission).shortest_paths
     dynamics = ground.agents[0].dynamics
     if dynamics.has_momentum or len(used) == 0:

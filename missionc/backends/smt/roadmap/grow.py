@@ -1,11 +1,10 @@
-"""Roadmap growth: nodes joined by edges, momentum where the dynamics have it, stepping stones for lonely nodes.
+"""Roadmap growth: nodes joined by edges, momentum if needed, stepping stones for isolated nodes.
 
     in   Ground, points
-    out  nodes, point i being node i, and their Edges, each a whole number of steps long and clear of standing obstacles
+    out  nodes, node i at point i, and their Edges, each a whole number of steps and clear of static obstacles
 
-Each node is joined to its nearest steerable neighbours, both ways, and components to each other. With speeds of
-1..2 m/s the nearest nodes of all are too near to be reached in a step; the neighbours are therefore the nearest
-*steerable* ones.
+Each node is joined to its nearest steerable neighbours, both ways, and components to each other. With speeds of 1..2
+m/s, the nearest nodes are too near to be reached in a step. The neighbours are therefore the nearest *steerable* ones.
 
 Source:
     [strel] Algorithm 1, lines 3-9.
@@ -31,20 +30,19 @@ from missionc.geometry.sampling import far_apart
 from missionc.geometry.vectors import distinct
 
 MOST_LOOKED = 256
-"""No node looks at more neighbours than these."""
+"""Maximum number of neighbours examined for a node."""
 
 FOREVER = np.iinfo(np.int64).max
-"""Steps to where there is no way."""
+"""Number of steps that stands for no path."""
 
 
 def connect(ground: Ground, nodes: States, mirror: Indices, neighbours: int) -> Edges:
-    """The edges of a roadmap, sorted by source and target; with each also its way back.
+    """Edges of a roadmap, sorted by source and target; each with its reverse.
 
     Args:
-        nodes: the nodes; those of first-order dynamics have velocity 0.
-        mirror: (nodes,), the node at the same place with the opposite velocity.
-        neighbours: how many each node looks for; half of them a good stride
-            off, where there are such.
+        nodes: nodes; those of first-order dynamics have velocity 0.
+        mirror: (nodes,), node at the same place with the opposite velocity.
+        neighbours: number of neighbours of each node; half of them about a stride away, if possible.
     """
     if len(nodes) < 2:
         return NONE
@@ -59,10 +57,10 @@ def connect(ground: Ground, nodes: States, mirror: Indices, neighbours: int) -> 
 
 
 def _sides(ground: Ground) -> tuple[int, ...]:
-    """How nodes are steered to each other: straight, and along arcs where straight ways alone are too few.
+    """Steering modes between nodes: straight, and arcs if straight paths are too few.
 
-    They are where an agent that has to keep going may turn little in a step, and
-    where it has but one speed, so that few distances are a whole number of steps.
+    Straight paths are too few if an agent cannot wait and turns little per step, or if it has only one speed, so that
+    few distances are whole numbers of steps.
     """
     flexible = 1.05  # ratio of top to least speed, above which nearly every distance takes a whole number of steps
     dynamics = ground.agents[0].dynamics
@@ -72,7 +70,7 @@ def _sides(ground: Ground) -> tuple[int, ...]:
 
 
 def _stride(ground: Ground) -> float:
-    """A good way to go at a time, metres: half a step at top speed, and far enough to come to speed and to stop."""
+    """Preferred length of an edge, metres: half a step at top speed, and enough to accelerate and stop."""
     dynamics, world = ground.agents[0].dynamics, ground.mission.world
     stride = speeds(dynamics)[1] * ground.mission.step / 2
     extent = float(np.min(np.subtract(world.high, world.low)[:2]))
@@ -80,8 +78,8 @@ def _stride(ground: Ground) -> float:
 
 
 def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[Edges]:
-    """Each node's edges to its nearest steerable neighbours."""
-    first_look = 4  # candidates for each neighbour at first; doubled while they are too few
+    """Edges of each node to its nearest steerable neighbours."""
+    first_look = 4  # initial candidates per neighbour; doubled while they are too few
     block_size = 1 << 19  # pairs of nodes in one array
     tree, rows = cKDTree(nodes.position), np.arange(len(nodes))
     look = (
@@ -105,7 +103,7 @@ def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[E
 def _pick(
     ground: Ground, nodes: States, tree: cKDTree, rows: Indices, look: int, neighbours: int, side: int
 ) -> tuple[Edges, Flags]:
-    """The edges of some nodes among their ``look`` nearest, and which of the nodes, (rows,), have enough."""
+    """Edges of some nodes among their ``look`` nearest, and flags of nodes, (rows,), with enough of them."""
     distance, target = _nearest(tree, nodes.position[rows], look + 1)
     pairs = _steered(ground, nodes, np.repeat(rows, look + 1), target.ravel(), side)
     able = np.flatnonzero((pairs.count > 0) & (pairs.source != pairs.target))
@@ -132,7 +130,7 @@ def _pick(
 
 
 def _steered(ground: Ground, nodes: States, source: Indices, target: Indices, side: int) -> Edges:
-    """Pairs of nodes as edges, clear or not; of 0 steps where there is no way."""
+    """Pairs of nodes as edges, clear or not; 0 steps without a path."""
     dynamics, most = ground.agents[0].dynamics, max(ground.mission.steps, 1)
     return Edges(
         source, target, *steer(dynamics, nodes.take(source), nodes.take(target), ground.mission.step, most, side)
@@ -140,7 +138,7 @@ def _steered(ground: Ground, nodes: States, source: Indices, target: Indices, si
 
 
 def both_ways(forward: list[Edges], mirror: Indices) -> Edges:
-    """All edges found and the ways back, each once: a way back takes the same steps and bends to the other side."""
+    """All edges and their reverses, each once: a reverse takes the same steps and bends to the other side."""
     back = [Edges(mirror[edges.target], mirror[edges.source], edges.count, -edges.bend) for edges in forward]
     both = joined([*forward, *back])
     names = np.stack([both.source, both.target, np.sign(both.bend).astype(np.int64)], axis=1)
@@ -149,8 +147,8 @@ def both_ways(forward: list[Edges], mirror: Indices) -> Edges:
 
 
 def _join(ground: Ground, nodes: States, edges: Edges) -> Edges:
-    """For every part but the largest, the quickest few edges to the largest."""
-    pair_bytes = 200  # memory of one pair of nodes, about
+    """For every component except the largest, the fastest few edges to the largest."""
+    pair_bytes = 200  # approximate memory of one pair of nodes
     links = coo_array((np.ones(len(edges)), (edges.source, edges.target)), shape=(len(nodes), len(nodes)))
     parts, part = connected_components(links, directed=False)
     if parts == 1:
@@ -169,13 +167,15 @@ def _join(ground: Ground, nodes: States, edges: Edges) -> Edges:
 
 
 def _nearest(tree: cKDTree, points: Array, count: int) -> tuple[Array, Indices]:
-    """The distances and numbers of the ``count`` nearest, (points, count), nearest first."""
+    """Distances, metres, and indices of the ``count`` nearest to points (points, dim): (points, count),
+    nearest first.
+    """
     distance, which = tree.query(points, k=np.arange(1, count + 1))
     return np.asarray(distance, dtype=np.float64), np.asarray(which, dtype=np.int64)
 
 
 def grow(ground: Ground, points: Array, neighbours: int, generator: np.random.Generator) -> tuple[States, Edges]:
-    """The nodes and edges of a roadmap on these points, (points, dim), metres."""
+    """Nodes and edges of a roadmap on these points, (points, dim), metres."""
     settings = smt_settings(ground.mission).roadmap
     fewest = 2
     for _ in range(settings.growths):
@@ -194,10 +194,13 @@ def grow(ground: Ground, points: Array, neighbours: int, generator: np.random.Ge
 
 
 def _with_momentum(ground: Ground, points: Array, generator: np.random.Generator) -> tuple[States, Indices]:
-    """Nodes at rest, some also in motion, and for each the one at the same place that moves the other way."""
-    # Where reaching the top speed takes more steps, edges are long, and the states within them many enough.
+    """Nodes at rest and in motion on points (points, dim), metres.
+
+    The second result is each node's mirror with opposite velocity, (nodes,).
+    """
+    # If reaching the top speed takes more steps, edges are long and have enough states within them.
     steps_to_speed = 4
-    moving = 2  # every so many points also carry a node in motion, and the same in the other direction.
+    moving = 2  # one point in this many also carries nodes in motion, in both directions
     settings = smt_settings(ground.mission).roadmap
     dynamics, itself = ground.agents[0].dynamics, np.arange(len(points))
     rest = States(points, np.zeros_like(points))
@@ -216,7 +219,7 @@ def _with_momentum(ground: Ground, points: Array, generator: np.random.Generator
 
 
 def _stepping_stones(ground: Ground, point: Array, generator: np.random.Generator) -> Array:
-    """Places one step from a lonely point, spread around it: (at most STONES, dim), metres."""
+    """Places one step from an isolated point, spread around it: (at most STONES, dim), metres."""
     stones_tried = 64
     dynamics, step = ground.agents[0].dynamics, ground.mission.step
     shortest, longest = (speed * step for speed in speeds(dynamics))

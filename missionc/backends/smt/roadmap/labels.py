@@ -1,4 +1,4 @@
-"""Roadmap labels: the states, moves and pairs of states in which each predicate holds, and the headings of moves."""
+"""Roadmap labels: states, moves and pairs of states in which each predicate holds, and headings of moves."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from missionc.ir.language.margins.predicate_margins import holds, of_pair, of_st
 
 
 def faced(way: Array, turned_to: Array) -> Array:
-    """Where an agent faces as each move begins, rad: along it, or of one that stays where its next state faces.
+    """Heading at the beginning of each move, rad: along it, or for a waiting agent that of its next state.
 
     Args:
         way: (..., dim), metres.
-        turned_to: (...), rad, the heading of the state that the move leads to; NaN where that may be any.
+        turned_to: (...), rad, heading of the move's target state; NaN if arbitrary.
     """
     still = 1e-9  # metres; an agent that moves less in a step keeps its heading
     moves = norm(way[..., :2]) > still
@@ -30,15 +30,18 @@ def faced(way: Array, turned_to: Array) -> Array:
 
 
 OwnState: TypeAlias = "tuple[Array, Array, Array | None]"
-"""Positions and velocities, (..., dim) each, and headings, (...), where those are asked for."""
+"""Positions and velocities, (..., dim) each, and headings, (...), if needed."""
 
 
 class Unexpressible(ValueError):
-    """A predicate that neither a state, nor a move, nor the states of two agents decide."""
+    """A predicate that no state, move, or pair of states decides."""
 
 
 class Labels:
-    """Truth on roadmap states, worked out once for each predicate; ``roadmap_of`` has the number of each agent's."""
+    """Truth on roadmap states, computed once per predicate.
+
+    ``roadmap_of`` has the index of each agent's roadmap.
+    """
 
     def __init__(self, mission: Mission, roadmaps: tuple[Roadmap, ...]) -> None:
         self.mission, self.roadmaps = mission, roadmaps
@@ -48,7 +51,7 @@ class Labels:
         self._parts: dict[Predicate, tuple[Predicate, ...]] = {}
 
     def of_places(self, predicate: Predicate) -> bool:
-        """Whether the place alone decides it, whoever stands there."""
+        """Return whether the place alone decides it, for any agent."""
         return (
             not predicate.others
             and not predicate.reads_past
@@ -56,33 +59,33 @@ class Labels:
         )
 
     def of_moves(self, predicate: Predicate, number: int) -> bool:
-        """Whether it depends on the motion that starts at a step, not on the state in that roadmap alone."""
+        """Return whether it depends on the motion from a step, not only on the state in that roadmap."""
         first = self.roadmaps[number].agents[0]
         return predicate.reads_speed and not self.mission.agents[first].dynamics.has_momentum
 
     def places_where(self, predicate: Predicate, truth: bool) -> Flags:
-        """At which places it holds, or does not: (places,)."""
+        """Flags of places in which it holds, or fails: (places,)."""
         return np.concatenate([self.states_where(predicate, number, truth) for number in range(len(self.roadmaps))])
 
     def states_where(self, predicate: Predicate, number: int, truth: bool) -> Flags:
-        """In which states of that roadmap it holds, or does not: (states,)."""
+        """Flags of states of that roadmap in which it holds, or fails: (states,)."""
         holds = self.states(predicate, number)
         return holds if truth else ~holds
 
     def states(self, predicate: Predicate, number: int) -> Flags:
-        """In which states of that roadmap it holds: (states,)."""
+        """Flags of states of that roadmap in which it holds: (states,)."""
         roadmap = self.roadmaps[number]
         return self._own(predicate, number, "states", lambda: (roadmap.position, roadmap.velocity, None))
 
     def standing(self, predicate: Predicate, number: int) -> Flags:
-        """In which states of that roadmap it holds of an agent that never moves: (states,)."""
+        """Flags of states of that roadmap in which it holds for a static agent: (states,)."""
         position = self.roadmaps[number].position
         return self._own(predicate, number, "standing", lambda: (position, np.zeros_like(position), None))
 
     def moves(self, predicate: Predicate, number: int, holds: bool, *, at_end: bool) -> Flags:
-        """During which moves it holds, or does not, in the state they start from or, ``at_end``, end in: (moves,).
+        """Flags of moves with a first, or with ``at_end`` last, state in which it holds, or fails: (moves,).
 
-        Of the heading of who stays, and may face anywhere, nothing is known: then it does neither.
+        The heading of a waiting agent with an arbitrary heading is unknown; then it neither holds nor fails.
         """
         roadmap = self.roadmaps[number]
         source, target = roadmap.moves.T
@@ -97,13 +100,13 @@ class Labels:
         return true if holds else ~true & ~self._open[predicate, number, there]
 
     def parts(self, predicate: Predicate) -> tuple[Predicate, ...]:
-        """The predicates about fewer agents that it is the conjunction of."""
+        """Predicates about fewer agents whose conjunction it is."""
         if predicate not in self._parts:
             self._parts[predicate] = predicate.parts
         return self._parts[predicate]
 
     def pair(self, predicate: Predicate, agents: tuple[int, int], first: int, second: int) -> Flags:
-        """With the two agents in which states it holds of the first: (states, states).
+        """Flags of pairs of states in which it holds for the first agent: (states, states).
 
         Raises:
             Unexpressible: it reads a speed, or a third agent.
@@ -119,7 +122,7 @@ class Labels:
         return self._known[key]
 
     def pairs_where(self, predicate: Predicate, agents: tuple[int, int], first: int, second: int, truth: bool) -> Flags:
-        """With the two agents in which states it holds of the first, or does not: (states, states).
+        """Flags of pairs of states in which it holds, or fails, for the first agent: (states, states).
 
         Raises:
             Unexpressible: it reads a speed, or a third agent.
@@ -128,7 +131,7 @@ class Labels:
         return holds if truth else ~holds
 
     def _places(self, number: int) -> tuple[Array, Indices]:
-        """The positions of that roadmap's states, each once, (places, dim), and which of them each state has."""
+        """Distinct positions of that roadmap's states, (places, dim), metres, and the index for each state."""
         position = self.roadmaps[number].position
         first, place = distinct(position)
         return position[first], place
@@ -142,7 +145,7 @@ class Labels:
 
 
 def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:
-    """The ones of these nodes, each after those below it, that an agent's own state decides."""
+    """Nodes, given children first, that an agent's own state decides."""
     own: set[Node] = set()
     for node in order:
         match node:
@@ -160,7 +163,7 @@ def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:
 
 
 def states_of(node: Node, agent: int, labels: Labels) -> Flags:
-    """In which states, (states,), an agent's own state makes it true."""
+    """Flags of states, (states,), in which an agent's own state makes it true."""
     number = labels.roadmap_of[agent]
     shape = len(labels.roadmaps[number].position)
     match node:

@@ -1,7 +1,7 @@
-"""A roadmap of the user's own: exactly its nodes and lanes, and ways to the exact places beside them.
+"""User's roadmap: exactly its nodes and lanes, and paths to exact places beside them.
 
 in   Ground, Lanes
-out  nodes and their Edges, the names of the nodes, and for vehicles the ways that they fly
+out  nodes and their Edges, the names of the nodes, and for vehicles their flown paths
 """
 
 from __future__ import annotations
@@ -21,24 +21,23 @@ from missionc.ir import Lanes
 from missionc.ir.lower.flyable_steps import BETWEEN_RESTS, flown_way, step_limits
 
 ROUNDING = 1e-9
-"""A lane is not given a step more for this share of one."""
+"""Share of a step that does not require another step on a lane."""
 
 
 Way: TypeAlias = tuple[int, int, Array]
-"""The nodes that it leads from and to, and positions at its steps, (steps + 1, dim), metres."""
+"""Its first and last node, and positions at its steps, (steps + 1, dim), metres."""
 
 
 def lane_roadmap(
     ground: Ground, lanes: Lanes
 ) -> tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | None] | NoRoadmap:
-    """Its nodes and edges for one kind of agent; a lane that such agents cannot go, as too short for their least speed,
-    is left out.
+    """Nodes and edges for one kind of agent; lanes too short for the least speed are left out.
 
-    An exact place that is no node is one more, joined to the nearest node that a straight clear way leads to, there
-    and back.
+    An exact place that is not a node is an additional node, joined in both directions to the nearest node with a clear
+    straight path.
 
-    Ways take the place of edges where the agents' vehicle cannot be at full speed at once. They come to speed and slow
-    down within a lane, or within several that lead straight on.
+    If the agents' vehicle cannot start at full speed, paths with acceleration and braking replace edges, within a lane
+    or several straight ones.
     """
     mission = ground.mission
     places = [tuple(place) for place in positions(lanes).tolist()]
@@ -65,7 +64,7 @@ def lane_roadmap(
 def _flown(
     ground: Ground, lanes: Lanes, nodes: States, edges: Edges, ways: list[tuple[int, int, float]]
 ) -> tuple[Way, ...] | None:
-    """The ways of vehicles on the edges that there are; None where they can be at full speed at once, or never are."""
+    """Flown paths of vehicles on the edges; None if they can start at full speed, or never reach it."""
     agent, step, most = ground.agents[0], float(ground.mission.step), ground.mission.steps
     limits = step_limits(agent, step)
     if limits is None or not BETWEEN_RESTS * limits.rest < agent.dynamics.top_speed <= limits.speed * (1 + SLACK):
@@ -93,12 +92,12 @@ def _flown(
 
 
 def _slowest(length: float, speed: float, duration: float) -> float:
-    """The seconds that a lane takes at least, by its own limits, at an even pace."""
+    """Minimum duration of a lane by its own limits at a constant speed, seconds."""
     return max(length / speed, float(duration))
 
 
 def _edges(ground: Ground, nodes: States, ways: list[tuple[int, int, float]]) -> Edges:
-    peak = 1.5  # from rest to rest by the least effort, the fastest moment has so many times the mean speed.
+    peak = 1.5  # ratio of the greatest to the mean speed of the least-effort motion from rest to rest
     dynamics, step, most = ground.agents[0].dynamics, ground.mission.step, max(ground.mission.steps, 1)
     source, target = (np.array([way[end] for way in ways], dtype=np.int64) for end in (0, 1))
     seconds = np.array([way[2] for way in ways]) * (peak if dynamics.has_momentum else 1.0)

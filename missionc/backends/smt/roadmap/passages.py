@@ -1,11 +1,10 @@
-"""Nodes in narrow passages, which an even filling may miss: the bridge test.
+"""Nodes in narrow passages, which even sampling may miss: the bridge test.
 
-    in   Ground, how far apart an even filling is
-    out  points in free space with something on both sides of each
+    in   Ground, spacing of an even sampling
+    out  points in free space with obstacles on both sides
 
-A bridge is a short segment whose ends are blocked and whose middle is free. Its
-first end is put on the border of an obstacle, grown by the body, so that thin
-walls in a wide world have as many as thick ones.
+A bridge is a short segment whose ends are blocked and whose middle is free. Its first end is on the border of an
+obstacle, grown by the body, so that thin walls get as many bridges as thick ones.
 
 Source:
     Hsu, Jiang, Reif, Sun, "The bridge test for sampling narrow passages with probabilistic roadmap planners" (2003).
@@ -29,14 +28,16 @@ EACH = 8
 """Bridges from one place of a border."""
 
 ASIDE = 1e-6
-"""Metres by which a bridge begins within what is blocked."""
+"""Metres by which a bridge begins inside the obstacle."""
 
 
 def passage_nodes(ground: Ground, spacing: float, most: int, taken: Array, generator: np.random.Generator) -> Array:
-    """Points in passages narrower than a spacing: (at most ``most``, dim), metres, about one for each body's width.
+    """Points in passages narrower than ``spacing``.
+
+    Shape: (at most ``most``, dim), metres, about one per body width.
 
     Args:
-        taken: (points, dim), where nodes are.
+        taken: (points, dim), existing nodes, metres.
     """
     borders = [_border(ground, solid, places, generator) for solid, places in _shares(ground)]
     none = np.zeros((0, ground.mission.dimension))
@@ -63,7 +64,7 @@ def passage_nodes(ground: Ground, spacing: float, most: int, taken: Array, gener
 
 
 def _shares(ground: Ground) -> list[tuple[Solid, int]]:
-    """How many of the places on borders each obstacle gets: as its border is long."""
+    """Number of border places for each obstacle, proportional to its border's length."""
     around = np.array(
         [
             2 * math.pi * each.radius if isinstance(each, Ball) else _perimeter(each.base) + 2 * math.pi * each.radius
@@ -81,7 +82,7 @@ def _perimeter(base: shapely.Geometry) -> float:
 
 
 def _border(ground: Ground, solid: Solid, places: int, generator: np.random.Generator) -> Array:
-    """Places just within an obstacle's border, grown by the body: (places, dim), metres."""
+    """Places just inside an obstacle's border, grown by the body: (places, dim), metres."""
     world, room = ground.mission.world, max(ground.margin - ASIDE, 0.0)
     if isinstance(solid, Ball):
         direction = generator.standard_normal((places, 3))

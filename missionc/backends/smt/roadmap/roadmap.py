@@ -1,4 +1,4 @@
-"""A probabilistic roadmap (PRM): one kind of agent's states, and the moves it can make in one step.
+"""Probabilistic roadmap (PRM): states of one kind of agent, and its one-step moves.
 
 Source:
     [strel] Algorithm 1.
@@ -32,32 +32,32 @@ from missionc.ir.kernel.walk import postorder
 __all__ = ["Indices", "NoRoadmap"]
 
 OwnRoadmap: TypeAlias = tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | None]
-"""Nodes, edges, the names of the nodes, and the ways of vehicles."""
+"""Nodes, edges, names of the nodes, and paths of vehicles."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Roadmap:
-    """States and one-step moves that every agent in ``agents`` can make.
+    """States and one-step moves of every agent in ``agents``.
 
     Args:
         agents: mission indices that share it (equal dynamics, radius, altitude and vehicle).
         position: (states, dim), metres.
         velocity: (states, dim), m/s; the state's own velocity for a double
-            integrator, zero where the dynamics are of first order.
-        heading: (states,), rad; NaN where a state may face anywhere.
+            integrator, zero for first-order dynamics.
+        heading: (states,), rad; NaN if arbitrary.
         moves: (moves, 2), state indices from and to, sorted; each takes exactly
             one step and obeys the dynamics. A move from a state to itself is
             waiting.
-        standing: (steps + 1, states): the state is clear of moving obstacles at
-            the step.
-        allowed: (steps, moves): the move may start at the step (moving obstacles).
-        starts: for each of ``agents``, the states it may start from.
-        finishes: for each of ``agents``, the states it may be in at the last
-            step (all of them where the mission names no finish).
-        nodes: what it was made of, before its edges were unrolled to steps.
-        edges: between those nodes.
-        names: of the nodes, where the user gave them.
-        flown: whether agents come to speed and slow down on its edges, as their vehicle flies.
+        standing: (steps + 1, states): True if the state is clear of moving obstacles at
+                the step.
+        allowed: (steps, moves): True if the move may start at the step (moving obstacles).
+        starts: possible start states of each of ``agents``.
+        finishes: possible last states of each of ``agents`` (all states without a
+                finish).
+        nodes: its nodes before the edges were unrolled to steps.
+        edges: edges between those nodes.
+        names: names of the nodes, for a user's roadmap.
+        flown: True if agents accelerate and brake on its edges like their vehicle.
     """
 
     agents: tuple[int, ...]
@@ -75,17 +75,17 @@ class Roadmap:
     flown: bool = False
 
     def motions(self, mission: Mission) -> Motions:
-        """The motions of its moves, (moves)."""
+        """Motions of its moves, (moves)."""
         states = States(self.position, self.velocity)
         start, end = (states.take(each) for each in self.moves.T)
         return motions_between(mission.agents[self.agents[0]].dynamics, start, end, mission.step)
 
     def lengths(self, mission: Mission) -> Array:
-        """The lengths of its moves, (moves,), metres."""
+        """Lengths of its moves, (moves,), metres."""
         return self.motions(mission).lengths(mission.step)
 
     def moves_of(self, way: Indices) -> Indices:
-        """The moves of a path through its states, (..., steps + 1) -> (..., steps)."""
+        """Moves of a path through its states, (..., steps + 1) -> (..., steps)."""
         count = len(self.position)
         keys = self.moves[:, 0] * count + self.moves[:, 1]
         return np.searchsorted(keys, way[..., :-1] * count + way[..., 1:])
@@ -103,16 +103,16 @@ def build_roadmaps(
     """One roadmap for each kind of agent: equal dynamics, radius, altitude and vehicle.
 
     Args:
-        nodes: how many nodes each has, if places and regions need no more.
+        nodes: number of nodes of each, if places and regions need no more.
             States add to them: between the ends of an edge of several steps,
-            and one for each heading where turning is bounded.
-        neighbours: how many each node looks for.
-        generator: the same seed gives the same arrays.
-        passages: narrow passages get nodes beside those, as many again at most.
-        kernel: the speed limits in it that hold in some places have moves that keep to them.
+            and one for each heading if turning is bounded.
+        neighbours: number of neighbours of each node.
+        generator: equal seeds give equal arrays.
+        passages: True to add nodes in narrow passages, at most as many again.
+        kernel: requirements whose local speed limits get slow moves.
 
     Returns:
-        in the order in which the mission names the kinds.
+        in the order of the kinds in the mission.
     """
     return _of_each_kind(
         mission, kernel or Kernel((), ()), lambda ground: _sampled(ground, nodes, neighbours, generator, passages)
@@ -122,12 +122,12 @@ def build_roadmaps(
 def build_geodesic_roadmaps(
     mission: Mission, kernel: Kernel, generator: np.random.Generator
 ) -> tuple[Roadmap, ...] | NoRoadmap:
-    """The same of the shortest ways between the places that a mission names."""
+    """One roadmap for each kind of agent, of the shortest paths between the mission's places."""
     return _of_each_kind(mission, kernel, lambda ground: geodesic_roadmap(ground, kernel, generator))
 
 
 def build_lane_roadmaps(mission: Mission, lanes: Lanes) -> tuple[Roadmap, ...] | NoRoadmap:
-    """The same of the user's own nodes and lanes, each in its direction and at its own pace."""
+    """One roadmap for each kind of agent, of the user's lanes with their directions and speeds."""
     return _of_each_kind(mission, Kernel((), ()), lambda ground: lane_roadmap(ground, lanes))
 
 
@@ -155,7 +155,7 @@ def _of_each_kind(
 
 
 def _along_course(mission: Mission, agent: Agent) -> Roadmap:
-    """The one way of an agent whose motion is given: a state for each step."""
+    """Single path of an agent with a given motion: one state per step."""
     count = mission.steps + 1
     position = np.array(agent.course, dtype=np.float64)
     moves = np.stack([np.arange(count - 1), np.arange(1, count)], axis=1)
@@ -193,9 +193,9 @@ def _build(
     names: tuple[str, ...] = (),
     ways: tuple[Way, ...] | None = None,
 ) -> Roadmap | NoRoadmap:
-    """The roadmap on these nodes and edges; those with names are the user's own, and may lead one way alone.
+    """Roadmap on these nodes and edges; named ones are the user's own, possibly one-way.
 
-    Where there are ways, agents go on them and not on the edges.
+    If there are paths of vehicles, they replace the edges.
     """
     mission, dynamics = ground.mission, ground.agents[0].dynamics
     slow = list(slow_paths(ground, kernel, nodes, edges))
@@ -209,7 +209,7 @@ def _build(
     starts = [_may_be(ground, agent.start, 0, whole.states) & is_node for agent in ground.agents]
     finishes = [_may_be(ground, agent.finish, mission.steps, whole.states) for agent in ground.agents]
     if ways is not None:
-        finishes = [finish & is_node for finish in finishes]  # who is under way is not at rest in the end
+        finishes = [finish & is_node for finish in finishes]  # an agent under way is not at rest at the end
     ending = np.zeros(len(whole.states), dtype=bool)
     for agent, finish in zip(ground.agents, finishes, strict=True):
         if agent.finish is not None:
@@ -242,7 +242,7 @@ def _build(
 
 
 def _may_be(ground: Ground, place: InitialSet | None, step: int, states: States) -> Flags:
-    """Which states, (states,), an agent at that place may be in at that step: at rest there, and clear."""
+    """Flags of states, (states,), at rest and clear, that an agent may have at that place and step."""
     if place is None:
         return np.ones(len(states), dtype=bool)
     if place.point is not None:
@@ -254,19 +254,18 @@ def _may_be(ground: Ground, place: InitialSet | None, step: int, states: States)
 
 
 def _headings_asked(kernel: Kernel) -> tuple[float | Beacon, ...]:
-    """The directions and the beacons that agents are asked to face, each once."""
+    """Distinct directions and beacons that the requirements use for headings."""
     atoms = (node.predicate for node in postorder(kernel.formulas) if isinstance(node, Atom))
     return tuple(dict.fromkeys(predicate.towards for predicate in atoms if isinstance(predicate, Facing)))
 
 
 def _useful(whole: Unrolled, starts: list[Flags], ending: Flags, steps: int) -> Flags:
-    """Which states, (states,), an agent can come to from a start and still go on from, or end in.
+    """Flags of states, (states,), reachable from a start and with a continuation or a possible end.
 
-    Dead ends and what leads to nothing else are left out, unless some agent then
-    has nowhere to start: a short mission may well end before such a way does.
+    Dead ends are left out, unless some agent then has no start: a short mission may end before such a path does.
     """
     source, target = whole.moves[:, 0], whole.moves[:, 1]
-    able = np.ones(len(whole.states), dtype=bool)  # it can make so many moves more as were counted
+    able = np.ones(len(whole.states), dtype=bool)  # more moves are possible than counted
     able_at_start, count = able, 0
     while True:
         goes_on = ending.copy()
@@ -294,5 +293,5 @@ def _written(place: InitialSet) -> str:
 
 
 def whole_moves(roadmaps: tuple[Roadmap, ...]) -> int:
-    """The moves of all agents at all steps."""
+    """Total number of moves of all agents over all steps."""
     return sum(len(roadmap.agents) * roadmap.allowed.size for roadmap in roadmaps)

@@ -1,4 +1,4 @@
-"""Roadmaps as values to be looked at, and the first roadmap of a mission, built without solving."""
+"""Roadmaps as values for inspection, and the first roadmap of a mission, without solving."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 def first_graphs(mission: Mission, kernel: Kernel, seed: int) -> tuple[RoadmapGraph, ...] | NoRoadmap:
-    """The first of the roadmaps to try that can be built, one graph for each kind of agent; or why there is none."""
+    """First roadmaps that can be built, one graph for each kind of agent; or the reason for none."""
     missing = NoRoadmap("there is no agent")
     for attempt in roadmaps_to_try(mission, kernel, seed):
         built = attempt.build()
@@ -27,7 +27,7 @@ def first_graphs(mission: Mission, kernel: Kernel, seed: int) -> tuple[RoadmapGr
 
 
 def graphs_of(mission: Mission, roadmaps: tuple[Roadmap, ...]) -> tuple[RoadmapGraph, ...]:
-    """Each roadmap with its nodes and edges as they were before they were unrolled."""
+    """Each roadmap with its nodes and edges before unrolling."""
     return tuple(_graph(mission, roadmap) for roadmap in roadmaps)
 
 

@@ -1,9 +1,7 @@
-"""Links between roadmap places: those that a graph links where two agents stand there, grouped to share clauses.
+"""Links between roadmap places for a graph, grouped to share clauses.
 
-Where agents have velocities and headings, many places are near each other, and
-most of what is linked to one is linked to the next as well. Places are then put
-into an order in which neighbours come together, and where a whole aligned
-run of that order is linked to a place, it is named as one: a group.
+With velocities and headings, many places are near each other and have mostly the same links. Places are therefore
+ordered so that neighbours are adjacent. If a whole aligned run of that order is linked to a place, it is one group.
 
 Source:
     de Berg et al., "Computational Geometry" (2008), 10.3: runs are the nodes of
@@ -22,29 +20,28 @@ from missionc.ir import Graph
 from missionc.ir.language.margins.links import places_linked
 
 DENSE = 32
-"""Links for each place above which groups of places save more than they cost."""
+"""Number of links per place above which groups save more than they cost."""
 
 BLOCK = 1 << 20
-"""How many pairs of places are looked at at once."""
+"""Number of pairs of places processed at once."""
 
 WIDTH = 4
-"""Places, or groups, in a group."""
+"""Number of places, or groups, in a group."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Links:
-    """For each place the places linked to it, itself never among them.
+    """For each place, the places linked to it, excluding itself.
 
-    No two agents are ever at one point. So places at the same point have the
-    same links, and none to each other.
+    No two agents are ever at one point. Places at the same point therefore have equal links, and none to each other.
 
     Args:
-        first: (places + 1,): where the links of each begin; of several at a
-            point only the first has any.
-        linked: (links,): places, and groups after them: number ``places + i``
-            stands for all of group ``i``.
-        groups: (groups, 4): the places and groups each consists of.
-        same: (places,): the first place at the same point.
+        first: (places + 1,): index of each place's first link; of several at a
+                point, only the first has links.
+        linked: (links,): places, and groups after them: index ``places + i``
+                stands for group ``i``.
+        groups: (groups, 4): places and groups of each group.
+        same: (places,): first place at the same point.
     """
 
     first: Indices
@@ -53,11 +50,11 @@ class Links:
     same: Indices
 
     def beside(self, places: Indices) -> tuple[Indices, Indices, Indices]:
-        """The links of these places, one after the other.
+        """Links of these places, in sequence.
 
         Returns:
-            how many each has, (places,); whose each is, by position in
-            ``places``; and what is linked, in the same order.
+            number of links of each, (places,); owner of each link, as a position in
+                ``places``; and the linked place, in the same order.
         """
         places = self.same[places]
         sizes = np.diff(self.first)[places]
@@ -67,7 +64,7 @@ class Links:
 
 
 def links_between(graph: Graph, position: Array) -> Links:
-    """The links between places, (places, dim), metres."""
+    """Links between places, (places, dim), metres."""
     first, point = distinct(position)
     points = position[first]
     order, levels, groups = np.arange(len(position)), 0, np.zeros((0, WIDTH), dtype=np.int64)
@@ -80,8 +77,8 @@ def links_between(graph: Graph, position: Array) -> Links:
 
 
 def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
-    """How many places, (places, dim), metres, are linked to one of the points, (points, dim), in the mean of some."""
-    sampled = 128  # points at which links are counted.
+    """Mean number of places, (places, dim), metres, linked to one of the points, (points, dim)."""
+    sampled = 128  # points at which links are counted
     some = points[:: max(1, len(points) // sampled)]
     linked = places_linked(graph, some[:, None, :], position[None, :, :])
     return float(linked.sum() / max(1, len(some)))
@@ -89,12 +86,12 @@ def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkPlaces:
-    """Places and the points they are at.
+    """Places and their points.
 
     Args:
-        points: (points, dim), metres, each once.
-        first: (points,): the first place at each.
-        point: (places,): the point of each.
+        points: (points, dim), metres, distinct.
+        first: (points,): first place at each.
+        point: (places,): index of each place's point.
     """
 
     graph: Graph
@@ -103,11 +100,11 @@ class LinkPlaces:
     point: Indices
 
     def links(self, order: Indices, levels: int) -> tuple[Indices, Indices]:
-        """How many links each place has, (places,), and all of them, one place after the other.
+        """Number of links of each place, (places,), and all links, place by place.
 
         Args:
-            order: of the places, (places,); groups are runs of it.
-            levels: how often groups are made of groups.
+            order: order of the places, (places,); groups are runs of it.
+            levels: number of levels of groups.
         """
         places, column_of = len(order), self.point[order]
         sizes, links = np.zeros(places, dtype=np.int64), [np.zeros(0, dtype=np.int64)]
@@ -134,7 +131,7 @@ class LinkPlaces:
 
 
 def _groups(order: Indices, levels: int) -> Indices:
-    """What each group consists of, (groups, 4), level after level; runs that the places do not fill are of no use."""
+    """Content of each group, (groups, 4), level by level; incomplete runs are unused."""
     places = len(order)
     width = _padded(places, levels)
     below = np.concatenate([order, np.zeros(width - places, dtype=np.int64)])
@@ -147,13 +144,16 @@ def _groups(order: Indices, levels: int) -> Indices:
 
 
 def _padded(places: int, levels: int) -> int:
-    """So many places make whole groups at every level."""
+    """Number of places rounded up to whole groups at every level."""
     run = int(WIDTH**levels)
     return -(-places // run) * run
 
 
 def _neighbours_together(position: Array) -> Indices:
-    """An order of places, (places,): halves of halves, cut across the longer side."""
+    """Order of places, (places,), indices: recursive halves, cut across the longer side.
+
+    Positions are in metres.
+    """
     order = np.arange(len(position))
     size = 1 << max(0, len(position) - 1).bit_length()
     while size > WIDTH:

@@ -1,7 +1,7 @@
-"""Node sampling of a roadmap: named places, regions covered, the rest of free space filled evenly.
+"""Node sampling of a roadmap: named places, covered regions, even filling of the remaining free space.
 
     in   Mission, the agents of one kind
-    out  points in free space, or the place that has none
+    out  points in free space, or the place without any
 
 Source:
     [strel] Algorithm 1, line 1, and "Multi-agent PRM" (initial states are sampled in).
@@ -27,14 +27,14 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 @dataclass(frozen=True, slots=True)
 class NoRoadmap:
-    """Why there is no roadmap, in the words of the mission."""
+    """Reason for a missing roadmap, in the mission's terms."""
 
     statement: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
-    """The free space of one kind of agent: where its centres may be, moving obstacles aside."""
+    """Free space of one kind of agent, without moving obstacles."""
 
     mission: Mission
     agents: tuple[Agent, ...]
@@ -42,28 +42,31 @@ class Ground:
 
     @property
     def margin(self) -> float:
-        """What a centre keeps from every obstacle, metres."""
+        """Required distance of a centre from every obstacle, metres."""
         return self.agents[0].radius + self.mission.clearance - ROUNDING
 
     @property
     def passing(self) -> float:
-        """How far apart two of these agents are at least, side by side, metres."""
+        """Required distance of two of these agents side by side, metres."""
         one = self.agents[0].index
         return float(self.mission.spacing(one, one).sideways)
 
     def is_free(self, points: Array) -> Flags:
-        """Which points, (points, dim), are in the world and clear of what stands still."""
+        """Flags of points, (points, dim), metres, in the world and clear of static obstacles.
+
+        Shape: (points,), boolean.
+        """
         world, margin = self.mission.world, np.full(len(points), self.margin)
         within: Flags = np.all((points >= world.low) & (points <= world.high), axis=1)
         return within & clear_of(self.obstacles, points, points, margin)
 
     def is_free_at(self, step: int, points: Array) -> Flags:
-        """Which of the points, (points, dim), metres, are clear of everything at a step: (points,)."""
+        """Flags of the points, (points, dim), metres, clear of all obstacles at a step: (points,)."""
         free: Flags = self.is_free(points) & clear_places(self.mission, points, self.margin, (step,))[0]
         return free
 
     def keeps_within(self, points: Array) -> Flags:
-        """Which points, (points, dim), metres, leave the body room within the world: (points,)."""
+        """Flags of points, (points, dim), metres, with room for the body in the world: (points,)."""
         world, radius = self.mission.world, self.agents[0].radius
         low, high = np.add(world.low, radius), np.subtract(world.high, radius)
         within: Flags = np.all((points >= low) & (points <= high), axis=1)
@@ -84,17 +87,16 @@ def free_ground(mission: Mission, agents: tuple[Agent, ...]) -> Ground:
 
 
 def sample_nodes(ground: Ground, count: int, generator: np.random.Generator) -> Array | NoRoadmap:
-    """The nodes of one roadmap.
+    """Nodes of one roadmap.
 
-    Every exact place is a node. Every region has some, spread and one of them
-    deep; a region to start or to finish in has twice as many as agents (and
-    four more than agents), as far apart as it allows.
+    Every exact place is a node. Every region has several, spread out, one of them deep. A start or finish region has at
+    least twice as many as agents, and at least four more, as far apart as possible.
 
     Args:
-        count: how many nodes there are in all, if places and regions need no more.
+        count: total number of nodes, if places and regions need no more.
 
     Returns:
-        (nodes, dim), metres, all different.
+        (nodes, dim), metres, distinct.
     """
     nodes = exact_places(ground, generator)
     if isinstance(nodes, NoRoadmap):
@@ -107,7 +109,7 @@ def sample_nodes(ground: Ground, count: int, generator: np.random.Generator) -> 
 
 
 def exact_places(ground: Ground, generator: np.random.Generator) -> Array | NoRoadmap:
-    """Where agents start and finish: exact places, and places for all in the regions they do so in, (places, dim)."""
+    """Start and finish places: exact ones, and places for all agents in their regions, (places, dim), metres."""
     nodes = _named_places(ground)
     if isinstance(nodes, NoRoadmap):
         return nodes
@@ -120,14 +122,14 @@ def exact_places(ground: Ground, generator: np.random.Generator) -> Array | NoRo
 
 
 def spacing(ground: Ground, count: int) -> float:
-    """How far apart so many nodes are that fill the world evenly, metres."""
+    """Spacing of ``count`` nodes that fill the world evenly, metres."""
     world, body = ground.mission.world, 2 * ground.agents[0].radius
     sides = np.maximum(np.subtract(world.high, world.low) - body, 0.0)
     return math.pow(float(np.prod(sides)) / count, 1 / world.dimension)
 
 
 def _named_places(ground: Ground) -> Array | NoRoadmap:
-    """Every exact place, once."""
+    """Distinct exact places, (places, dim), metres."""
     points: dict[tuple[float, ...], None] = {}
     for agent in ground.agents:
         for place, step in ((agent.start, 0), (agent.finish, ground.mission.steps)):
@@ -139,7 +141,7 @@ def _named_places(ground: Ground) -> Array | NoRoadmap:
 
 
 def _crowds(ground: Ground) -> list[Crowd]:
-    """Who starts, and who finishes, in which region."""
+    """Groups of agents that start, or finish, in the same region."""
     crowds: dict[tuple[int, int], Crowd] = {}
     for agent in ground.agents:
         for place, step in ((agent.start, 0), (agent.finish, ground.mission.steps)):
@@ -150,7 +152,10 @@ def _crowds(ground: Ground) -> list[Crowd]:
 
 
 def _points_to_be_at(ground: Ground, step: int, region: Region, generator: np.random.Generator) -> Array:
-    """Free points of a region at a step; those with room for the whole body in the world, if there are any."""
+    """Free points of a region at a step, (points, dim), metres.
+
+    With room for the body in the world if possible.
+    """
     points, _ = points_in(
         region.shape, ground.mission.world, smt_settings(ground.mission).roadmap.region_samples, generator
     )
@@ -160,8 +165,11 @@ def _points_to_be_at(ground: Ground, step: int, region: Region, generator: np.ra
 
 
 def _crowd(ground: Ground, crowd: Crowd, taken: Array, generator: np.random.Generator) -> Array:
-    """Places for agents that start, or finish, in one region, as far apart as it allows."""
-    aside = 1e-6  # metres: agents so much further apart than their separation asks are surely not touching.
+    """Places for agents that start or finish in one region, as far apart as possible.
+
+    Shape: (places, dim), metres.
+    """
+    aside = 1e-6  # metres: agents further apart than their separation by this much surely do not touch
     free = _points_to_be_at(ground, crowd.step, crowd.region, generator)
     agents = len(crowd.agents)
     chosen = free[far_apart(free, agents + max(4, agents), taken)]
@@ -175,9 +183,9 @@ def _crowd(ground: Ground, crowd: Crowd, taken: Array, generator: np.random.Gene
 
 
 def _cover(ground: Ground, region: Region, taken: Array, generator: np.random.Generator) -> Array:
-    """What a region lacks of nodes: one as deep as the body or nearly the deepest, and a spread of others."""
+    """Missing nodes of a region, (nodes, dim), metres: one as deep as the body or nearly the deepest, and others."""
     settings = smt_settings(ground.mission).roadmap
-    nearly = 0.8  # the share of the deepest place met that is deep enough.
+    nearly = 0.8  # share of the greatest sampled depth that is deep enough
     points, depth = points_in(region.shape, ground.mission.world, settings.region_samples, generator)
     free = ground.is_free(points) & ground.keeps_within(points)
     if not free.any():
@@ -194,7 +202,7 @@ def _cover(ground: Ground, region: Region, taken: Array, generator: np.random.Ge
 
 
 def _fill(ground: Ground, count: int, taken: Array, generator: np.random.Generator) -> Array:
-    """Points all over the free space, away from those taken."""
+    """Points all over the free space, away from ``taken``: (points, dim), metres."""
     settings = smt_settings(ground.mission).roadmap
     world, radius = ground.mission.world, ground.agents[0].radius
     missing = max(count - len(taken), round(settings.filling * count))

@@ -1,7 +1,7 @@
-"""Sequence of roadmaps to try: shortest ways between what the mission names, then finer and finer samples.
+"""Sequence of roadmaps to try: shortest paths between named places, then increasingly fine samples.
 
 in   Mission, its kernel
-out  an iterator of Attempts, each built when its turn comes
+out  an iterator of Attempts, each built in its turn
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from missionc.ir.kernel.walk import postorder
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
-    """One of the roadmaps to try.
+    """One roadmap to try.
 
     Args:
-        number: from 1.
-        nodes: how many nodes it is sampled with; 0 of one of shortest ways.
-        build: makes it, one for each kind of agent.
+        number: index from 1.
+        nodes: number of sampled nodes; 0 for one of shortest paths.
+        build: function that builds it, for each kind of agent.
     """
 
     number: int
@@ -46,16 +46,15 @@ class Attempt:
 
 
 def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int | None = None) -> Iterator[Attempt]:
-    """The roadmaps of a mission, in the order in which they are tried.
+    """Roadmaps of a mission, in the order of attempts.
 
-    A mission that brings its own has that one alone, and one that says ``nodes``
-    gets samples alone, so many and no others. Else the shortest ways come first,
-    or second where agents are linked to each other, which asks for places all
-    over; and samples are denser in passages.
+    A mission with its own roadmap has only that one, and a mission with ``nodes`` only one sampled roadmap of this
+    size. Otherwise the shortest paths come first, or second if agents must be linked, which needs places everywhere.
+    Samples are denser in passages.
 
     Args:
-        seed: the same one gives the same arrays.
-        sampled: how many sampled roadmaps there are at most; as many as the setting says if left out.
+        seed: equal seeds give equal arrays.
+        sampled: maximum number of sampled roadmaps; default from the settings.
     """
     lanes = mission.solve.roadmap
     if lanes is not None:
@@ -77,12 +76,12 @@ def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int | 
 
 
 def _has_geodesics(mission: Mission) -> bool:
-    """Whether straight ways with stops at their ends suit every agent: none has inertia, and each can stand still."""
+    """Return whether straight paths with stops suit every agent: no inertia, and each can wait."""
     return all(can_wait(agent.dynamics) and not agent.dynamics.has_momentum for agent in mission.agents)
 
 
 def _is_linked(kernel: Kernel) -> bool:
-    """Whether it asks for links between agents, or for formations, which want places all over."""
+    """Return whether links or formations are required, which need places everywhere."""
     nodes = postorder(kernel.formulas)
     atoms = (node.predicate for node in nodes if isinstance(node, Atom))
     return any(isinstance(node, NeighbourNode | ReachNode | RouteNode | PathLength) for node in nodes) or any(

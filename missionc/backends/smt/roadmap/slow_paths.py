@@ -1,10 +1,10 @@
-"""Slow paths: edges of a roadmap at the pace that local speed limits allow, fast outside and slow within.
+"""Slow paths: roadmap edges with local speed limits, fast outside and slow within.
 
     in   Ground, the kernel, nodes and Edges
-    out  for edges that come to a limit, positions at their steps
+    out  for edges that touch a limit, positions at their steps
 
-At its one even pace an edge is too fast for a place where agents have to be slow. Here a move that touches such a
-place at either end is slow, and all others are as long as ever.
+At constant speed, an edge is too fast for places with a speed limit. Here a move that touches such a place at either
+end is slow, and all others have full length.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from missionc.ir.kernel.walk import postorder
 
 
 def slow_paths(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Iterator[tuple[int, Array]]:
-    """Which edge it is, and its positions at the steps, (count + 1, dim).
+    """Yield edges and their positions at the steps, (count + 1, dim), metres.
 
-    There are none for dynamics that brake, or turn bit by bit.
+    There are none for dynamics with momentum or bounded turning.
     """
     dynamics, step = ground.agents[0].dynamics, ground.mission.step
     if dynamics.has_momentum or np.isfinite(turn_in_step(dynamics, step)):
@@ -58,13 +58,13 @@ def slow_paths(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> I
 
 
 def _paced(share: Array, slower: Array, strides: float) -> Array:
-    """Where on its way an agent is at each step, from 0 to 1, at an even pace in each part of one limit.
+    """Share of the path at each step, from 0 to 1, (steps + 1,), at a constant speed in each part of one limit.
 
     Args:
-        share: places on the way, (places,), from 0 to 1; ``slower``, how many times as long a metre takes there.
-        strides: how many of the longest steps the way is long.
+        share: places on the path, (places,), from 0 to 1; ``slower``: time per metre there relative to full speed.
+        strides: length of the path in longest steps, dimensionless number.
     """
-    rounding = 1e-9  # a piece is not given a step more for this share of one.
+    rounding = 1e-9  # a piece does not get another step for this share of one
     within = np.maximum(slower[:-1], slower[1:])
     borders = np.flatnonzero(np.diff(within)) + 1
     ends = np.concatenate([[0], borders, [len(within)]])
@@ -77,7 +77,7 @@ def _paced(share: Array, slower: Array, strides: float) -> Array:
 
 
 def always_slow(ground: Ground, kernel: Kernel) -> bool:
-    """Whether all agents of this kind keep to its limits at all steps, so that nobody goes such an edge fast."""
+    """Return whether all agents of this kind obey its limits at all steps, so that fast edges are unused."""
     asked: dict[Node, set[int]] = {}
     for conjunct in conjuncts(goal.formula for goal in kernel.requirements):
         if conjunct.agent is not None and conjunct.windows and _reads_speed(conjunct.formula):
@@ -89,7 +89,7 @@ def always_slow(ground: Ground, kernel: Kernel) -> bool:
 
 
 def _limits(ground: Ground, kernel: Kernel) -> list[tuple[int, list[Node]]]:
-    """What is asked of agents of this kind through whole windows, each of the first of whom it is asked."""
+    """Requirements on agents of this kind over whole windows, each for its first agent."""
     asked: dict[Node, int] = {}
     kind = {agent.index for agent in ground.agents}
     for agent, windows, node in conjuncts(goal.formula for goal in kernel.requirements):

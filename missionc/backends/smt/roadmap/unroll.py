@@ -1,14 +1,12 @@
-"""The time-expanded roadmap: edges of several steps made into one-step moves, with a state at every step between.
+"""Time-expanded roadmap: edges of several steps as one-step moves, with a state at every intermediate step.
 
     in   nodes and Edges
     out  Unrolled: states, headings and moves; state i is node i for every node
 
-Where turning is bounded a state also has a heading, that of the motion which
-ended there: every edge has its own arrival, from which those edges go on that
-turn little enough. Node i then stands for an agent that may face anywhere,
-which only the start of a mission can be. Where waiting is allowed, a ring of
-headings at each node lets an agent turn there, as far in each step as it may. Where a mission asks for headings the
-ring has those too, also of agents that may turn at will.
+If turning is bounded, a state also has a heading, that of the motion which ended there. Every edge has its own arrival
+state, with continuations that turn little enough. Node i then stands for an agent with an arbitrary heading, which is
+possible only at the mission's start. If waiting is allowed, a ring of headings at each node lets an agent turn there,
+within its limit per step. If a mission uses headings, the ring includes them, also for agents with unbounded turning.
 
 Source:
     [strel] Algorithm 1, lines 7-9.
@@ -31,12 +29,12 @@ from missionc.ir import Beacon, Dynamics
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unrolled:
-    """Everywhere an agent can be at a step, and what it can do in one.
+    """All possible states of an agent at a step, and its one-step moves.
 
     Args:
-        states: the nodes, then the states between and at the ends of edges.
-        heading: (states,), rad; NaN where a state may face anywhere.
-        moves: (moves, 2), from and to, sorted, each once.
+        states: nodes, then states within and at the ends of edges.
+        heading: (states,), rad; NaN if arbitrary.
+        moves: (moves, 2), from and to, sorted, distinct.
     """
 
     states: States
@@ -56,16 +54,16 @@ def unroll(
     asked: Sequence[float | Beacon] = (),
     ways: Sequence[tuple[int, int, Array]] = (),
 ) -> Unrolled:
-    """The states and one-step moves of a roadmap.
+    """States and one-step moves of a roadmap.
 
     Args:
-        slow: edges and their positions at the steps, (count + 1, dim), at a slower pace; for dynamics of first order
-            that turn at once.
-        fast_too: they are there at their own pace as well.
-        one_way: an edge is not the way back of another, so that each is unrolled by itself.
-        asked: the directions, rad, and the beacons that agents are asked to face: who waits may turn there.
-        ways: from node to node, one way, with their positions at the steps, (count + 1, dim); for dynamics of first
-            order that turn at once, and wait at nodes alone: who is under way cannot stand at once.
+        slow: edges and their positions at the steps, (count + 1, dim), metres, at a slower pace; for first-order
+                dynamics with unbounded turning.
+        fast_too: True if these edges also exist at full speed.
+        one_way: True if an edge is not the reverse of another, so that each is unrolled separately.
+        asked: directions, rad, and beacons of the requirements: a waiting agent may turn to them.
+        ways: one-way paths between nodes with positions at the steps, (count + 1, dim), metres; for first-order
+                dynamics with unbounded turning that wait only at nodes.
     """
     limit = turn_in_step(dynamics, step)
     if math.isfinite(limit):
@@ -146,7 +144,7 @@ def _unroll_headings(
 
 
 def _spokes(nodes: States, limit: float, asked: Sequence[float | Beacon]) -> Array:
-    """Headings at each node, rad, (nodes, slots), in order round the circle: no further apart than the limit."""
+    """Headings at each node, rad, (nodes, slots), in circular order, no further apart than the limit."""
     spoke = np.linspace(0.0, 2 * math.pi, math.ceil(2 * math.pi / limit), endpoint=False, dtype=np.float64)
     parts: list[Array] = [np.tile(spoke, (len(nodes), 1))]
     for towards in asked:
@@ -164,13 +162,13 @@ def _links(chain: Indices) -> Indices:
 
 
 def _listed(position: Array, velocity: Array) -> States:
-    """States of paths, (paths, states, dim), path by path."""
+    """States of paths, (paths, states, dim), metres and m/s, path by path."""
     dimension = position.shape[-1]
     return States(position.reshape(-1, dimension), velocity.reshape(-1, dimension))
 
 
 def _pairs(into: Indices, out: Indices, nodes: int) -> tuple[Indices, Indices]:
-    """Every edge that ends at a node with every edge that starts there; ``out`` is sorted."""
+    """Pairs of edges that end and start at the same node; ``out`` is sorted."""
     begin = np.searchsorted(out, np.arange(nodes + 1))
     many = np.diff(begin)[into]
     before = np.cumsum(many) - many
@@ -179,13 +177,13 @@ def _pairs(into: Indices, out: Indices, nodes: int) -> tuple[Indices, Indices]:
 
 
 def _turns(before: Array, after: Array) -> Array:
-    """How far one heading is from another, in [0, pi]."""
+    """Angles between headings, (...), rad, in [0, pi]."""
     turns: Array = np.abs((after - before + math.pi) % (2 * math.pi) - math.pi)
     return turns
 
 
 def _waits(dynamics: Dynamics, states: States) -> Indices:
-    """A move to itself for every state at rest, where the dynamics let it wait."""
+    """A move to itself for every state at rest, if the dynamics allow waiting."""
     resting: Flags = np.all(states.velocity == 0, axis=1) & can_wait(dynamics)
     return np.repeat(np.flatnonzero(resting)[:, None], 2, axis=1)
 

@@ -1,10 +1,10 @@
-"""The visibility graph of a geodesic roadmap: straight ways between nodes that no obstacle is in.
+"""Visibility graph of a geodesic roadmap: straight clear paths between nodes.
 
     in   Ground, nodes, of which the first are places
-    out  lengths of the ways, longer where there is no room to spare
+    out  lengths of the paths, longer without additional clearance
 
-What was seen of two nodes is known when they are asked about again, among others. Unlike ``geodesic_bounds``, whose
-paths must not be too long, these must be clear: they become moves of agents.
+Results for pairs of nodes are cached. Unlike ``geodesic_bounds``, whose lengths are lower bounds, these paths must be
+clear: they become moves of agents.
 
 Source:
     de Berg et al., "Computational Geometry" (2008), 15.1.
@@ -26,9 +26,9 @@ from missionc.geometry.clearance import clear_of
 
 @dataclass(slots=True, eq=False)
 class Visibility:
-    """What is known of pairs of nodes, by their names.
+    """Cached visibility of pairs of nodes, by name.
 
-    ``spare``: metres of room that a way is better off with.
+    ``spare``: preferred additional clearance, metres.
     """
 
     ground: Ground
@@ -38,12 +38,12 @@ class Visibility:
     roomy: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
     def graph(self, nodes: Array, names: Indices, places: int) -> csr_array:
-        """The graph of nodes, (nodes, dim), metres, of which the first are places.
+        """Graph of nodes, (nodes, dim), metres, of which the first are places.
 
         Args:
-            names: (nodes,), a number for each that it has whenever it is asked about.
+            names: (nodes,), a fixed number for each node.
         """
-        most_nodes = 1 << 31  # more than there can be
+        most_nodes = 1 << 31  # more than can occur
         settings = smt_settings(self.ground.mission).shortest_paths
         one, other = _pairs(nodes, places, settings)
         length = np.linalg.norm(nodes[one] - nodes[other], axis=1)
@@ -57,7 +57,7 @@ class Visibility:
         return csr_array(coo_array((weight, (one[clear], other[clear])), shape=(len(nodes), len(nodes))))
 
     def _look(self, pair: Indices, start: Array, end: Array) -> None:
-        """Looks at the pairs that are not known yet."""
+        """Test the pairs that are not cached; ``start`` and ``end`` are (pairs, dim), metres."""
         new = np.flatnonzero(~np.isin(pair, self.pairs))
         margin = np.full(len(new), self.ground.margin)
         clear = clear_of(self.ground.obstacles, start[new], end[new], margin)
@@ -71,7 +71,7 @@ class Visibility:
 
 
 def _pairs(nodes: Array, places: int, settings: ShortestPathSettings) -> tuple[Indices, Indices]:
-    """The nodes, (pairs,) twice, between which a way may be straight."""
+    """Pairs of nodes, (pairs,) twice, to test for a straight path; ``nodes`` is (nodes, dim), metres."""
     count = len(nodes)
     if count <= settings.all_pairs:
         one, other = np.triu_indices(count, 1)

@@ -1,4 +1,4 @@
-"""Installed solvers: Z3 always is; CaDiCaL, and with it proofs, comes with a package of its own."""
+"""Installed solvers: Z3 always; CaDiCaL, and proofs with it, from an optional package."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from missionc.base.diagnostics.model import Diagnostic
 
 
 def solver_missing(options: Options) -> Diagnostic | None:
-    """What to say where the options ask for a solver or a proof that nothing installed gives."""
+    """Diagnostic if the options need a solver or a proof that is not installed."""
     if find_spec("pysat") is not None:
         return None
     if "cadical" in SOLVERS[options.solver]:

@@ -1,10 +1,8 @@
-"""Presolve with a conflict limit, by Z3's own program: easy problems are answered before a solver is ready.
+"""Presolve with a conflict limit by Z3's own program: easy problems are answered before a solver is ready.
 
-The program reads DIMACS text straight into Z3's solver of clauses, and is through
-with ten thousand of them before the library has made its terms. It forgets
-everything with its one answer, knows no assumptions and gives no reason for a
-refusal; so it may only try for a short while, and what it does not settle is asked
-in full.
+The program reads DIMACS text directly into Z3's clause solver, and solves ten thousand clauses before the library has
+made its terms. It answers one question only, supports no assumptions and gives no core. It therefore runs only briefly,
+and open questions go to a full solver.
 """
 
 from __future__ import annotations
@@ -28,10 +26,10 @@ YES, NO = b"s SATISFIABLE", b"s UNSATISFIABLE"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PresolveAnswer:
-    """The answer of a presolve.
+    """Answer of a presolve.
 
-    ``model`` says of every variable whether it holds, (variables + 1,), 0 being none;
-    it is None where no model was seen. ``refused``: there is none.
+    ``model`` has the truth of every variable, (variables + 1,), with index 0 unused; None without a model. ``refused``:
+    there is no model.
     """
 
     model: Flags | None
@@ -39,7 +37,7 @@ class PresolveAnswer:
 
 
 class Presolver(Process):
-    """One process, one question. It reads clauses as they are made."""
+    """One process for one question. It reads clauses as they are made."""
 
     def __init__(self, z3: Path, memory_bytes: int, seed: int, conflicts: int) -> None:
         settings = {**PARAMETERS, "random_seed": str(seed % 2**31), "max_conflicts": str(conflicts)}
@@ -49,23 +47,23 @@ class Presolver(Process):
 
     @property
     def told(self) -> bool:
-        """Whether it has read anything."""
+        """True if it has read clauses."""
         return self._told > 0
 
     def tell(self, clauses: Clauses) -> None:
-        """Hands over what is new since the last time."""
+        """Send the clauses that are new since the last time."""
         new, self._told = clauses.since(self._told)
         if new.size:
             self.outbox.put(lines(new, clauses.variables))
 
     def ask(self, clauses: Clauses, assumptions: tuple[int, ...], deadline: float) -> PresolveAnswer:
-        """The model in which the assumptions hold, or that there is none, if that shows within the conflict limit.
+        """Model under the assumptions, or their refusal, if found within the conflict limit.
 
         Args:
-            deadline: on the clock of ``time.monotonic``.
+            deadline: end on the clock of ``time.monotonic``.
         """
         self.tell(clauses)
-        self.weigh()  # while it surely runs; once it has answered it may be gone
+        self.weigh()  # while it surely runs; after its answer it may be gone
         self.outbox.put("".join(f"{literal} 0\n" for literal in assumptions).encode())
         self.outbox.end()
         verdict, _, model = self._said(deadline).partition(b"\n")
@@ -77,7 +75,7 @@ class Presolver(Process):
         return PresolveAnswer(holds, False)
 
     def _said(self, deadline: float) -> bytes:
-        """All that the process says; nothing where it takes longer than allowed."""
+        """Output of the process; empty if it takes longer than allowed."""
         output = b""
         while wait([self], deadline):
             self.weigh()
@@ -90,6 +88,6 @@ class Presolver(Process):
 
 @cache
 def program(folder: str) -> Path | None:
-    """Z3's program, which comes with the package that lies in this folder; None where it does not."""
+    """Z3's program in the package of this folder; None if missing."""
     places = Path(folder, "../../../bin/z3").resolve(), Path(sysconfig.get_path("scripts"), "z3.exe")
     return next((place for place in places if place.is_file() and os.access(place, os.X_OK)), None)

@@ -1,7 +1,7 @@
-"""DRAT proofs of unsatisfiability: the CNF and a proof, for others to check, that it has no model.
+"""DRAT proofs of unsatisfiability: the CNF and a proof for independent checkers.
 
-CaDiCaL writes it, whichever solver answered. Z3 can write one too, but what it
-writes is refused by proof checkers: it drops clauses that it still uses.
+CaDiCaL writes it for the answer of any solver. Z3 can write proofs too, but checkers reject them because it deletes
+clauses that it still uses.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ CNF, DRAT = "impossible.cnf", "impossible.drat"
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """The clauses, with what is assumed as clauses of one literal, and the proof."""
+    """The clauses, with assumptions as unit clauses, and the proof."""
 
     cnf: bytes
     drat: bytes
@@ -31,13 +31,13 @@ class Proof:
 
 @dataclass(frozen=True, slots=True)
 class Unproved:
-    """Why there is no proof."""
+    """Reason for a missing proof."""
 
     statement: str
 
 
 def certify(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget, account: Account) -> None:
-    """Adds the files of a proof to a run's account, or why there is none."""
+    """Add the files of a proof, or the reason for none, to a run's account."""
     with account.stage("proof"):
         match prove(clauses, assumptions, budget):
             case Proof(cnf, drat):
@@ -47,10 +47,10 @@ def certify(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget, acco
 
 
 def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Proof | Unproved:
-    """Solves once more from the beginning.
+    """Solve again from the beginning with a proof.
 
     Raises:
-        RuntimeError: CaDiCaL has a model of what another solver has refused.
+        RuntimeError: CaDiCaL has a model for clauses that another solver refused.
     """
     units = np.array([(literal, 0) for literal in assumptions], dtype=np.int32).ravel()
     flat = np.concatenate([clauses.everything(), units])
@@ -61,11 +61,11 @@ def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Pro
 
 
 def prove_cnf(cnf: bytes, budget: Budget) -> Proof | Unproved | None:
-    """A proof that clauses in DIMACS cannot all hold, from a child that writes down each step; None where they can."""
+    """Proof that clauses in DIMACS are unsatisfiable, from a child process; None if they have a model."""
     command = worker("proof", budget.memory_bytes, budget.seed)
     left = max(1.0, budget.deadline - time.monotonic())
     try:
-        # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
+        # In its own session, Ctrl-C on the terminal reaches only the parent.
         done = subprocess.run(  # noqa: S603
             command, input=cnf, capture_output=True, timeout=left, check=False, start_new_session=True
         )

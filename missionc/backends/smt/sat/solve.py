@@ -1,4 +1,4 @@
-"""The parent's side of the solver processes: clauses are sent, answers awaited as long as allowed, no orphan left."""
+"""Parent side of the solver processes: clauses are sent, answers awaited within limits, no orphan."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ DEFAULTS = SolverSettings()
 WORKER = Path(__file__).with_name("worker.py")
 
 SOLVERS = {"auto": ("z3",), "z3": ("z3",), "cadical": ("cadical",), "race": ("z3", "cadical")}
-"""What ``--solver`` may say, and the children it starts."""
+"""Values of ``--solver``, and the children that they start."""
 
 RELIEF = {"auto": "cadical"}
-"""And the one that takes turns with them, where it is installed."""
+"""Second solver that takes turns with each, if installed."""
 
 PACKAGES = {"z3": "z3", "cadical": "pysat", "proof": "pysat"}
-"""The packages that what the worker can be comes with."""
+"""Packages of the solvers in the worker."""
 
 
 def for_refusals(solver: str) -> str:
-    """Who is asked where most answers are refusals, of the choice that was made: of one left open it is CaDiCaL.
+    """Solver for questions with mostly refusals: CaDiCaL if the choice is open.
 
-    It refuses covers with fewer conflicts than Z3: ten agents in a chain after 7,500, Z3 not after 20,000.
+    It refuses covers with fewer conflicts than Z3: for ten agents in a chain 7,500, while Z3 needs more than 20,000.
     """
     other = RELIEF.get(solver, "")
     return other if other and package_folder(PACKAGES[other]) else solver
 
 
 OUT_OF_MEMORY = {-signal.SIGABRT, -signal.SIGKILL, -signal.SIGSEGV, 101}
-"""How a child ends that could not have more memory: by a signal, or by Z3's own exit status."""
+"""Exit statuses of a child without memory: a signal, or Z3's own status."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,30 +55,30 @@ class Satisfiable:
 
 @dataclass(frozen=True, slots=True)
 class Unsatisfiable:
-    """There is none; the assumptions it rests on."""
+    """There is no model; with the assumptions of the core."""
 
     core: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Stopped:
-    """No answer, and why."""
+    """There is no answer, with the reason."""
 
     reason: Reason
     detail: str
     paused: bool = False
-    """The conflicts allowed were met: it may be asked again, and goes on with what it has learned."""
+    """True if the conflict limit was reached: it may be asked again, and continues with its learned clauses."""
 
 
 Answer: TypeAlias = Satisfiable | Unsatisfiable | Stopped
 
 
 class ChildEnded(Exception):
-    """The child closed its end: it died, or said why it gave up."""
+    """The child closed its pipe: it died, or reported why it gave up."""
 
 
 class Child(Process):
-    """A solver that remembers, in a process of its own."""
+    """Incremental solver in a separate process."""
 
     def __init__(self, name: str, memory_bytes: int, seed: int) -> None:
         super().__init__(worker(name, memory_bytes, seed))
@@ -90,27 +90,27 @@ class Child(Process):
         self._received = b""
 
     def begin(self) -> None:
-        """Has it forget all clauses."""
+        """Reset its clauses."""
         self.told, self.limit = 0, None
         self.send(b"N", b"")
 
     def allow(self, conflicts: int | None) -> None:
-        """Has it give up after so many conflicts; None for never."""
-        unlimited = 2**31 - 1  # more conflicts than a solver meets
+        """Set the conflict limit; None for no limit."""
+        unlimited = 2**31 - 1  # above any solver's conflicts
         if conflicts != self.limit:
             self.limit = conflicts
             most = unlimited if conflicts is None else min(conflicts, unlimited)
             self.send(b"C", np.array([most], dtype=np.int32).tobytes())
 
     def send(self, kind: bytes, payload: bytes) -> None:
-        """Hands a message over."""
+        """Send a message."""
         self.outbox.put(kind + len(payload).to_bytes(8, "little") + payload)
 
     def receive(self) -> None:
-        """Takes what has come.
+        """Receive the available data.
 
         Raises:
-            ChildEnded: nothing more will come.
+            ChildEnded: the child has ended.
         """
         data = self.read()
         if not data:
@@ -118,7 +118,7 @@ class Child(Process):
         self._received += data
 
     def next_message(self) -> tuple[bytes, bytes] | None:
-        """The next message that has come whole: its letter and what it says."""
+        """Next complete message: its letter and its content; None if incomplete."""
         end = 9 + int.from_bytes(self._received[1:9], "little")
         if len(self._received) < max(end, 9):
             return None
@@ -127,13 +127,13 @@ class Child(Process):
 
 
 class Solvers:
-    """Those that answer the questions of one run; use as a context, which ends all processes.
+    """Solvers of one run; as a context manager, it ends all processes.
 
-    Most questions are answered by a presolve. The children, which remember what they
-    were told and learned, are started when one is not; the first that answers is kept.
+    A presolve answers most questions. The incremental children are started at the first other question; the first that
+    answers is kept.
 
     Args:
-        presolve: conflicts after which a presolve gives up; 0 starts no process for one.
+        presolve: conflict limit of presolves; 0 disables them.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class Solvers:
         """Whether a question was left without an answer because it was time to end."""
         self._solver, self._memory_bytes, self._seed, self._presolve = solver, memory_bytes, seed, presolve
         self._z3 = program(package_folder(PACKAGES["z3"])) if presolve and "z3" in SOLVERS[solver] else None
-        self._presolver = self._new_presolver()  # it starts up while the roadmaps are built
+        self._presolver = self._new_presolver()  # it starts while the roadmaps are built
         self._children: list[Child] = []
         self._relief: Child | None = None
         """The one that takes turns with the only child, while it is not its turn; it is started for its first."""
@@ -165,7 +165,7 @@ class Solvers:
         self.close()
 
     def close(self) -> None:
-        """Ends every process; nothing can be asked any more."""
+        """End every process; no further questions are possible."""
         self._started = True
         self._replace_presolver(None)
         self._keep(())
@@ -176,11 +176,11 @@ class Solvers:
 
     @property
     def takes_turns(self) -> bool:
-        """Whether there is another solver to ask what the one at work does not answer."""
+        """Return whether another solver can be asked if the current one does not answer."""
         return bool(self._relieved)
 
     def relieve(self) -> None:
-        """The other solver is asked from now on; this one keeps what it knows, for when it is its turn again."""
+        """Switch to the other solver; the current one keeps its state for its next turn."""
         if not self._relieved or len(self._children) != 1:
             return
         child = self._relief or Child(self._relieved, self._memory_bytes, self._seed)
@@ -195,22 +195,22 @@ class Solvers:
         return tuple(child.name for child in self._children)
 
     def begin(self) -> None:
-        """A new problem: the clauses of the one before are forgotten."""
+        """Start a new problem: previous clauses are dropped."""
         for child in (*self._children, *([self._relief] if self._relief else [])):
             child.begin()
         if self._presolver is None or self._presolver.told:
             self._replace_presolver(self._new_presolver())
 
     def show(self, clauses: Clauses) -> None:
-        """The clauses so far, for the presolve that is to come: it reads them while others are made."""
+        """Send the clauses so far to the next presolve, which reads them in the meantime."""
         if self._presolver is not None:
             self._presolver.tell(clauses)
 
     def presolve(self, clauses: Clauses, assumptions: tuple[int, ...]) -> Flags | Unsatisfiable | None:
-        """A presolve of all clauses: the variables that a model has true; that there is none; or nothing.
+        """Presolve all clauses: true variables of a model, a refusal, or None.
 
         Returns:
-            The model, (variables + 1,), of which 0 is none; a refusal said to rest on all the assumptions; or None.
+            The model, (variables + 1,), with index 0 unused; a refusal with all assumptions as core; or None.
         """
         presolver = (self._presolver or self._new_presolver()) if self.alive else None
         if presolver is None:
@@ -223,14 +223,14 @@ class Solvers:
         return Unsatisfiable(assumptions) if seen.refused else seen.model
 
     def start(self) -> None:
-        """Starts the children, unless that was done."""
+        """Start the children, unless already started."""
         if not self._started:
             self._children = [Child(name, self._memory_bytes, self._seed) for name in SOLVERS[self._solver]]
         self._started = True
 
     def add(self, clauses: Clauses) -> None:
-        """Tells the children what is new since the last time."""
-        few = 1_000  # literals up to which calls of Z3 are faster than text
+        """Send the new clauses to the children."""
+        few = 1_000  # number of literals up to which calls of Z3 are faster than text
         self.start()
         text = b""
         for child in self._children:
@@ -246,10 +246,10 @@ class Solvers:
     def solve(
         self, assumptions: tuple[int, ...], deadline: float | None = None, conflicts: int | None = None
     ) -> Answer:
-        """Whether there is a model in which the assumptions hold.
+        """Answer whether there is a model under the assumptions.
 
         Args:
-            conflicts: a solver that has met so many gives up; several that race may go on.
+            conflicts: conflict limit of a solver; racing solvers may exceed it.
         """
         if len(self._children) == 1:
             self._children[0].allow(conflicts)
@@ -269,7 +269,7 @@ class Solvers:
                 return _gave_up(detail.decode(errors="replace"), paused=conflicts is not None)
 
     def values(self, variables: Literals) -> Flags | Stopped:
-        """Which of the variables hold in the last model: (variables,) -> (variables,)."""
+        """Truth of the variables in the last model: (variables,) -> (variables,)."""
         answer = self._ask(b"V", variables.astype(np.int32).tobytes(), self.deadline)
         return answer if isinstance(answer, Stopped) else np.frombuffer(answer, dtype=np.uint8).astype(bool)
 
@@ -293,7 +293,7 @@ class Solvers:
         return stopped
 
     def _dropped(self, child: Child, detail: str) -> Stopped:
-        """One child is lost; the others go on."""
+        """Drop a lost child; the others continue."""
         self._keep(tuple(other for other in self._children if other is not child))
         if not detail and child.process.returncode in OUT_OF_MEMORY:
             detail = "memory"
@@ -303,7 +303,7 @@ class Solvers:
         return None if self._z3 is None else Presolver(self._z3, self._memory_bytes, self._seed, self._presolve)
 
     def _replace_presolver(self, presolver: Presolver | None) -> None:
-        """The next presolver, instead of the one there was."""
+        """Replace the presolver."""
         if self._presolver is not None:
             self._presolver.close()
             self.peak_bytes = max(self.peak_bytes, self._presolver.peak_bytes)
@@ -318,7 +318,7 @@ class Solvers:
 
 
 def _answer(child: Child, kind: bytes) -> bytes | str | None:
-    """What a child has to say: its answer, why there will be none, or nothing yet."""
+    """Answer of a child, its error, or None."""
     try:
         child.receive()
     except ChildEnded:
@@ -333,14 +333,14 @@ def _answer(child: Child, kind: bytes) -> bytes | str | None:
 
 
 def worker(what: str, memory_bytes: int, seed: int) -> list[str]:
-    """The command that starts a child: without ``site`` and what the environment says, it is ready a fifth sooner."""
+    """Command that starts a child: without ``site`` and environment, it is ready a fifth sooner."""
     limits = str(memory_bytes), str(seed)
     return [sys.executable, "-I", "-S", str(WORKER), what, *limits, package_folder(PACKAGES[what])]
 
 
 @cache
 def package_folder(package: str) -> str:
-    """Where a package lies; nowhere, where there is none."""
+    """Folder of a package; empty if missing."""
     spec = find_spec(package)
     return "" if spec is None or spec.origin is None else str(Path(spec.origin).parent.parent)
 

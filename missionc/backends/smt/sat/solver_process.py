@@ -1,4 +1,4 @@
-"""A solver's process: messages to it, waiting for its answer, its memory, and its end with the run."""
+"""Process of a solver: messages, waiting, memory, and termination with the run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Process:
 
     def __init__(self, command: list[str]) -> None:
         self.peak_bytes = 0
-        # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
+        # In its own session, Ctrl-C on the terminal reaches only the parent.
         self.process = subprocess.Popen(  # noqa: S603
             command,
             stdin=subprocess.PIPE,
@@ -35,16 +35,16 @@ class Process:
         self.outbox = Outbox(self.process.stdin)
 
     def fileno(self) -> int:
-        """The descriptor of the pipe on which it answers."""
+        """Descriptor of the answer pipe."""
         assert self.process.stdout is not None
         return self.process.stdout.fileno()
 
     def read(self) -> bytes:
-        """Some of what has come, and waits until something has; nothing where nothing more will."""
+        """Read available data, waiting for some; empty at the end."""
         return os.read(self.fileno(), 1 << 20)
 
     def weigh(self) -> None:
-        """Notes the most memory it has held, as long as it runs and where the system says."""
+        """Record its peak memory while it runs, if the system reports it."""
         try:
             status = Path(f"/proc/{self.process.pid}/status").read_text()
         except OSError:
@@ -53,10 +53,10 @@ class Process:
             self.peak_bytes = max(self.peak_bytes, int(match[1]) * 1024)
 
     def close(self) -> None:
-        """Kills the process, if it still runs, and waits until it is gone."""
+        """Kill the process, if it still runs, and wait for its end."""
         if self.process.returncode is None:
             self.weigh()
-            os.kill(self.process.pid, signal.SIGKILL)  # nothing else waits for it, so the number is still its own
+            os.kill(self.process.pid, signal.SIGKILL)  # no other waiter exists, so the process number is still its own
             self.process.returncode = os.waitstatus_to_exitcode(os.waitpid(self.process.pid, 0)[1])
         self.outbox.end()
         assert self.process.stdout is not None
@@ -64,9 +64,9 @@ class Process:
 
 
 class Outbox:
-    """Writes to a pipe that nobody else writes to, in the order it is given; what a dead process misses is dropped.
+    """Ordered writer to a pipe; data for a dead process is dropped.
 
-    A thread writes, so that a busy process keeps nobody waiting.
+    A thread writes, so that a busy process does not block the caller.
     """
 
     def __init__(self, pipe: IO[bytes]) -> None:
@@ -79,7 +79,7 @@ class Outbox:
         self._waiting.put(message)
 
     def end(self) -> None:
-        """Nothing more will come: the pipe is closed when all is written."""
+        """Close the pipe after all data is written."""
         self._waiting.put(None)
 
     def _pump(self) -> None:
@@ -101,10 +101,10 @@ Stream = TypeVar("Stream", bound=HasFileno)
 
 
 def wait(streams: Sequence[Stream], deadline: float) -> list[Stream]:
-    """The streams that have something to say; none once time is up, or someone has asked to end.
+    """Streams with data; empty when time is up, or after a signal.
 
     Args:
-        deadline: on the clock of ``time.monotonic``.
+        deadline: end on the clock of ``time.monotonic``.
     """
     patience = 0.1  # seconds between two checks for a signal
     while not is_over(deadline):
@@ -116,5 +116,5 @@ def wait(streams: Sequence[Stream], deadline: float) -> list[Stream]:
 
 
 def is_over(deadline: float) -> bool:
-    """Whether time is up, or someone has asked to end."""
+    """Return whether time is up, or a signal came."""
     return stop_requested() or time.monotonic() >= deadline

@@ -1,23 +1,21 @@
-"""The solver in a process of its own: ``python -I -S worker.py SOLVER MEMORY_BYTES SEED FOLDER``.
+"""Solver in a separate process: ``python -I -S worker.py SOLVER MEMORY_BYTES SEED FOLDER``.
 
-Z3 in the same process would swallow Ctrl-C, and its memory limit would end the
-interpreter. This file imports nothing of the compiler and as little as can be of
-Python, so that the child is ready soon; ``FOLDER`` is where the solver's package
-lies. It reads messages from standard input and answers on standard output; a
-message is a letter, a length of eight bytes, and so many bytes:
+Z3 in the same process would swallow Ctrl-C, and its memory limit would end the interpreter. This file imports nothing
+from the compiler and little from Python, so that the child is ready soon. ``FOLDER`` is the folder of the solver's
+package. It reads messages from standard input and answers on standard output. A message is a letter, a length of eight
+bytes, and its content:
 
     A  clauses as DIMACS text
     L  clauses as literals, with a 0 after each
-    C  a number of conflicts after which the solver gives up, from now until N
-    N  begin anew, without clauses
-    S  assumptions: solve; the answer is S with what came out, the conflicts it took in four bytes, and the core or
-       the reason
-    V  variables: the answer is V with a byte for each, 1 where the last model has it true
+    C  conflict limit of the solver, from now until N
+    N  reset, without clauses
+    S  assumptions: solve; the answer is S with the result, the number of conflicts in four bytes, and the core
+       or the reason
+    V  variables: the answer is V with a byte for each, 1 if true in the last model
 
-It begins with R when it is ready, and says E and why when something failed.
+It sends R when it is ready, and E with the reason after a failure.
 
-As ``proof`` it reads one DIMACS text to its end, and writes a DRAT proof that it
-cannot hold; nothing where it can.
+As ``proof`` it reads one DIMACS text to its end, and writes a DRAT proof of unsatisfiability; nothing if satisfiable.
 """
 
 from __future__ import annotations
@@ -36,27 +34,27 @@ if TYPE_CHECKING:
         def add_text(self, dimacs: bytes) -> None: ...
 
         def add(self, literals: list[int]) -> None:
-            """Clauses, each ended by a 0."""
+            """Add clauses, each ended by a 0."""
 
         def solve(self, assumptions: list[int]) -> tuple[bytes, bytes]:
-            """The answer, and with it the assumptions it rests on or the reason for none."""
+            """Answer, with the assumptions of its core or the reason for none."""
 
         def conflicts_met(self) -> int:
-            """The conflicts of all questions since the solver was made or forgot its clauses."""
+            """Number of conflicts of all questions since the solver was made or reset."""
 
         def values(self, variables: list[int]) -> bytes: ...
 
         def anew(self) -> None:
-            """Forgets all clauses."""
+            """Reset all clauses."""
 
         def give_up_after(self, conflicts: int) -> None:
-            """How many conflicts to meet in one question, if the solver can count them."""
+            """Set the conflict limit of one question, if the solver can count them."""
 
 
 SAT, UNSAT, UNKNOWN = b"s", b"u", b"?"
 
 OUT_OF_MEMORY = ("memory", "failed to map segment")
-"""What is said where there is none left: by Z3, and by the system that loads a library."""
+"""Error texts for a lack of memory: from Z3, and from the system's loader."""
 
 POINTER, NUMBER, TEXT = ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p
 SIGNATURES: dict[str, tuple[Any, ...]] = {
@@ -102,23 +100,22 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "stats_inc_ref": (None, POINTER, POINTER),
     "stats_size": (ctypes.c_uint, POINTER, POINTER),
 }
-"""Functions of Z3's C interface that are used: what each gives, then what it takes."""
+"""Used functions of Z3's C interface: result, then arguments."""
 
 PARAMETERS = {"branching.heuristic": "chb"}
-"""What Z3 solved all of the larger problems with that were tried; by default it got nowhere on some of them."""
+"""Z3 parameters that solved all of the larger test problems; the defaults failed on some of them."""
 
 
 CONFLICTS = b"sat conflicts"
-"""What Z3's statistics call them."""
+"""Names of the conflict counters in Z3's statistics."""
 
 
 class Z3:
     """Z3's solver for finite domains, through its C interface.
 
-    Loading all of Z3's Python package takes longer than many a problem. Variable
-    ``n`` of a DIMACS text is the constant numbered ``n``. Text is far quicker to
-    add than terms, but costs a little for each variable so far, which is much
-    where a few clauses are added: those are made of terms.
+    Loading Z3's whole Python package takes longer than many problems. Variable ``n`` of a DIMACS text is constant
+    number ``n``. Text is much faster to add than terms, but has a cost per variable so far. Small additions therefore
+    use terms.
     """
 
     def __init__(self, seed: int, folder: str) -> None:
@@ -203,7 +200,7 @@ class Z3:
         return bytes(values)
 
     def term(self, literal: int) -> int:
-        """Kept for good, for Z3 counts who still needs what."""
+        """Term of a literal; it is kept forever because Z3 counts references."""
         if literal not in self.terms:
             library, context = self.library, self.context
             if literal > 0:
@@ -215,13 +212,13 @@ class Z3:
         return self.terms[literal]
 
     def check(self) -> None:
-        """Raises what Z3 has to complain of since the last time."""
+        """Raise the errors of Z3 since the last time."""
         if code := self.library.Z3_get_error_code(self.context):
             raise RuntimeError(self.library.Z3_get_error_msg(self.context, code).decode())
 
 
 def z3_library(folder: str) -> Any:
-    """The library that comes with the package z3-solver; the system's, where the package has none."""
+    """Library of the package z3-solver; the system's if the package has none."""
     inside = os.path.join(folder, "z3", "lib")
     names = sorted(os.listdir(inside)) if os.path.isdir(inside) else []
     paths = [os.path.join(inside, name) for name in names if name.startswith("libz3.")]
@@ -237,7 +234,7 @@ def terms(made: list[int]) -> Any:
 
 
 class CaDiCaL:
-    """CaDiCaL, through python-sat."""
+    """CaDiCaL through python-sat."""
 
     def __init__(self, proof: bool = False) -> None:
         from pysat.solvers import Cadical195
@@ -285,7 +282,7 @@ class CaDiCaL:
         return bytes(variable in self.true for variable in variables)
 
     def proof(self) -> bytes:
-        """What was derived and what was dropped, up to the empty clause: DRAT, as text."""
+        """Derived and deleted clauses up to the empty clause: DRAT, as text."""
         lines = self.solver.get_proof()
         return "".join(f"{line}\n" for line in lines[: lines.index("0") + 1]).encode()
 
@@ -351,7 +348,7 @@ def send(sink: BinaryIO, kind: bytes, payload: bytes) -> None:
 
 
 def die_with_parent() -> None:
-    """No orphan outlives a parent that was killed: the kernel sees to it on Linux, a thread elsewhere."""
+    """End this process with its parent: by the kernel on Linux, by a thread elsewhere."""
     parent = os.getppid()
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(1, 9)  # PR_SET_PDEATHSIG, SIGKILL

@@ -1,1 +1,1 @@
-"""Local search from a plan to a better one: shorter paths, less distance, less time, with every goal kept."""
+"""Local search for a better plan: shorter paths, less distance, less time, with every goal satisfied."""

@@ -1,12 +1,12 @@
-"""Excess of a joint motion over the cost-to-go of its agents: admissible bounds, and literals that count beyond them.
+"""Excess of a joint motion over the agents' cost-to-go: admissible bounds, and literals that count the excess.
 
-The cost-to-go of an agent is a lower bound on its metres, from every state at every step, by itself. What a requirement
-asks of one agent by its own state is a bound on where it may be, or a visit. A *phase* is the set of visits that an
-agent has made, a bit for each. Other agents are not looked at, so that no plan is shorter. A move loses nothing: its
-length and the bound after it are together no less than the bound before it. By how much they are more, its *excess*,
-adds up along a motion to all that the motion is longer than the least. A unary totalizer counts it.
+The cost-to-go of an agent is a lower bound on its path length from every state at every step. Requirements on one
+agent's own state become restrictions of its states, or visits. A *phase* is the set of completed visits, a bit for
+each. Other agents are ignored, so no plan is shorter. The length of a move plus the bound after it is at least the
+bound before it. The difference, its *excess*, adds up along a motion to the motion's length above the minimum. A unary
+totalizer counts it.
 
-``distance_to_go`` differs: it bounds every residual formula, without time. Here the steps count, as clauses have them.
+``distance_to_go`` differs: it bounds every residual formula without time. Here the steps count, as in the clauses.
 
 Source:
     Bailleux and Boufkhad, "Efficient CNF encoding of Boolean cardinality constraints", 2003.
@@ -30,11 +30,11 @@ from missionc.ir.kernel.walk import awaited
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SingleAgentTask:
-    """The task of one agent by itself: bounds on where it may be, and visits.
+    """Task of one agent alone: allowed states, and visits.
 
     Args:
-        room: (steps + 1, states), where it may be.
-        visits: (visits, steps + 1, states): of each it must be in one of these states, at its step.
+        room: (steps + 1, states), True for allowed states.
+        visits: (visits, steps + 1, states): each must be satisfied by one of these states at its step.
     """
 
     room: Flags
@@ -42,22 +42,22 @@ class SingleAgentTask:
 
     @classmethod
     def nothing(cls, room: Flags) -> SingleAgentTask:
-        """To be where it may be."""
+        """Task without visits."""
         return cls(room, np.zeros((0, *room.shape), dtype=np.bool_))
 
     def and_also(self, more: SingleAgentTask) -> SingleAgentTask:
-        # Visits of an agent; the phases are twice as many with each. What it must visit besides is not counted.
+        # Maximum number of visits of an agent; phases double with each. Further visits are ignored.
         visits = 3
         return SingleAgentTask(self.room & more.room, np.concatenate([self.visits, more.visits])[:visits])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CostToGo:
-    """The cost-to-go of one agent.
+    """Cost-to-go of one agent.
 
     Args:
-        left: (steps + 1, states, phases), metres still to go at least; infinite where there is no way.
-        made: (steps + 1, states), the visits made by being in a state at a step, as bits.
+        left: (steps + 1, states, phases), lower bound of the remaining metres; infinite without a path.
+        made: (steps + 1, states), visits satisfied by a state at a step, as bits.
     """
 
     task: SingleAgentTask
@@ -66,23 +66,23 @@ class CostToGo:
 
     @property
     def least(self) -> float:
-        """Metres of its shortest motion."""
+        """Length of its shortest motion, metres."""
         return float(self.begin().min())
 
     def begin(self) -> Array:
-        """Metres to go from each state it may start in: (states,)."""
+        """Metres to go from each possible start state: (states,)."""
         begin: Array = self.left[0, np.arange(self.left.shape[1]), self.made[0]]
         return begin
 
 
 def single_agent_tasks(goals: Goals) -> list[SingleAgentTask]:
-    """The task of each agent by itself in the goals that hold, (agents)."""
+    """Task of each agent alone in the goals that hold, (agents)."""
     asked = _tasks(goals.formulas, goals)
     return [asked.get(agent) or SingleAgentTask.nothing(way) for agent, way in enumerate(goals.motion.ways)]
 
 
 def disjunctive_tasks(goals: Goals) -> Iterator[list[tuple[int, SingleAgentTask]]]:
-    """The tasks of each *or* that must hold and asks something of one agent in each part: agents and tasks."""
+    """Tasks of each required *or* with a condition on one agent in each part: agents and tasks."""
     for agent, windows, node in conjuncts(goals.formulas):
         if agent is None and not windows and isinstance(node, Any):
             options = [list(_tasks((part,), goals).items()) for part in node.parts]
@@ -91,7 +91,7 @@ def disjunctive_tasks(goals: Goals) -> Iterator[list[tuple[int, SingleAgentTask]
 
 
 def _tasks(formulas: Iterable[Node], goals: Goals) -> dict[int, SingleAgentTask]:
-    """The tasks of agents of whose own states the formulas ask something at step 0; what asks for more is left out."""
+    """Tasks of agents from conditions on their own states at step 0; other conditions are ignored."""
     tasks: dict[int, SingleAgentTask] = {}
     for conjunct in conjuncts(formulas):
         agent, windows, node = conjunct
@@ -111,10 +111,10 @@ def _tasks(formulas: Iterable[Node], goals: Goals) -> dict[int, SingleAgentTask]
 
 
 def cost_to_go(goals: Goals, agent: int, task: SingleAgentTask, metres: Array) -> CostToGo:
-    """The cost-to-go of an agent, by dynamic programming backwards over the steps.
+    """Cost-to-go of an agent, by dynamic programming backwards over the steps.
 
     Args:
-        metres: (moves,), how long each move of its roadmap is.
+        metres: (moves,), length of each move of its roadmap, metres.
     """
     roadmap = goals.motion.roadmap(agent)
     source, target = roadmap.moves.T
@@ -139,9 +139,9 @@ def add_totalizer(
     """Literals, (most + 1,), implied by a joint motion: the ``k``-th by an excess of more than ``k`` units.
 
     Args:
-        alone: of each agent; ``metres`` of the moves of each roadmap.
+        alone: cost-to-go of each agent; ``metres``: (moves,), of each roadmap.
         unit: metres. Each move's excess is rounded down to units.
-        most: more is not told apart.
+        most: larger excesses are not distinguished.
 
     Raises:
         TooLarge: the clauses would pass their limit.
@@ -164,7 +164,7 @@ def add_totalizer(
 def _numbers(
     clauses: Clauses, motion: Motion, agent: int, least: CostToGo, lengths: Array, unit: float, most: int
 ) -> Iterator[Literals]:
-    """The excess of where an agent starts and of each of its moves, in units."""
+    """Excess of an agent's start and of each of its moves, (moves,), in units of ``unit`` metres."""
     roadmap, states, made = motion.roadmap(agent), motion.states[agent], least.made
     source, target = roadmap.moves.T
     left = least.left / unit
@@ -185,7 +185,7 @@ def _numbers(
             rows = np.flatnonzero(possible)
             after = left[step + 1, target[rows], phase | made[step + 1, target[rows]]]
             over = lengths[rows] + after - left[step, source[rows], phase]
-            # What the agent has visited is known by its literals: in another phase the clause holds.
+            # Literals give the agent's visits: in another phase the clause is satisfied.
             in_phase = [-visit[step] if phase >> bit & 1 else visit[step] for bit, visit in enumerate(visited)]
             others = [np.full(len(rows), literal, dtype=np.int32) for literal in in_phase]
             number.add(_units(over, 1.0, most), -here[rows], -there[rows], *others)
@@ -193,12 +193,12 @@ def _numbers(
 
 
 def _units(over: Array, unit: float, most: int) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Whole units, a little less than there are rather than more, and at most one too many."""
+    """Whole units of an excess, (rows,), metres, rounded down; at most ``most + 1``."""
     return np.floor(np.clip(over / unit - 1e-9, 0.0, most + 1.0)).astype(np.int64)
 
 
 def _visited(clauses: Clauses, states: Literals, least: CostToGo) -> list[Literals]:
-    """For each visit literals, (steps + 1,): it is made by then."""
+    """For each visit, literals, (steps + 1,), that it is made by then."""
     literals = []
     for visit in least.task.visits:
         by_then = clauses.fresh(len(states))
@@ -214,19 +214,19 @@ def _visited(clauses: Clauses, states: Literals, least: CostToGo) -> list[Litera
 
 
 class _Number:
-    """One number, of at most ``most`` units and one more, from clauses that say when it is at least what."""
+    """One number, at most ``most + 1`` units, from clauses for its lower bounds."""
 
     def __init__(self, clauses: Clauses, most: int) -> None:
         self.clauses, self.most = clauses, most
         self.parts: list[tuple[np.ndarray[tuple[int], np.dtype[np.int64]], tuple[Literals, ...]]] = []
 
     def add(self, units: np.ndarray[tuple[int], np.dtype[np.int64]], *unless: Literals) -> None:
-        """So many units, (rows,), unless one of the row's literals holds."""
+        """Add ``units``, (rows,), unless one of the row's literals holds."""
         some = units > 0
         self.parts.append((units[some], tuple(literals[some] for literals in unless)))
 
     def done(self) -> Iterator[Literals]:
-        """The number, if it is ever more than 0: literals, the ``k``-th implied by more than ``k`` units."""
+        """The number, if ever positive: literals, the ``k``-th implied by more than ``k`` units."""
         size = max((int(units.max(initial=0)) for units, _ in self.parts), default=0)
         if size:
             number = self.clauses.fresh(size)
@@ -238,7 +238,7 @@ class _Number:
 
 
 def _sum(clauses: Clauses, one: Literals, other: Literals, most: int) -> Literals:
-    """The sum of two numbers of this form, exact up to ``most``."""
+    """Sum of two unary numbers, exact up to ``most``."""
     clauses.reserve(len(one) * len(other))
     total = clauses.fresh(min(len(one) + len(other), most))
     left = np.concatenate([[TRUE], one]).astype(np.int32)

@@ -1,11 +1,10 @@
 """Anytime improvement of a plan: preferences by weight, then the objective, then paths without detours.
 
-*Duration*: the number of steps between the shortest plan and the steps known to be too few is halved.
+*Duration*: bisection between the shortest plan and the number of steps known to be insufficient.
 
-*Distance*: SAT questions close in on the metres that all agents travel together. Each agent travels a least distance
-whatever the others do (``cost_to_go``); clauses count only the excess of a plan over these. The excess is counted in
-units and rounded down, so that what is shown to be impossible is impossible. The length of a plan is measured, not
-counted.
+*Distance*: SAT questions narrow the total length. Each agent has a least length independent of the others
+(``cost_to_go``); clauses count only a plan's excess over these. The excess is counted in units and rounded down, so
+that refusals are valid. The length of a plan itself is measured exactly.
 """
 
 from __future__ import annotations
@@ -41,10 +40,10 @@ from missionc.ir.kernel.nodes import Kernel
 def shorten_duration(
     plan: JointMotion, required: tuple[int, ...], search: LazyConstraints, enough: Callable[[float], float]
 ) -> JointMotion:
-    """Halves what lies between the shortest plan found and what is known, or was asked in vain, to be too short.
+    """Shorten the duration by bisection between the shortest plan and the known or failed lower bound.
 
     Args:
-        enough: as of a ``Budget``.
+        enough: as in ``Budget``.
     """
     best, stops = duration(plan.states), 0
     impossible = vain = int(enough(best)) - 1
@@ -76,19 +75,19 @@ def shorten_duration(
 
 
 def duration(states: Indices) -> int:
-    """After how many steps nobody changes its state, (agents, steps + 1), any more."""
+    """Number of steps after which no agent changes its state, (agents, steps + 1)."""
     return int(rests_from(states).max(initial=0))
 
 
 def rests_from(states: Indices) -> Indices:
-    """After how many steps each agent changes its state, (agents, steps + 1), no more: (agents,)."""
+    """Number of steps after which each agent no longer changes its state, (agents, steps + 1): (agents,)."""
     changes = states[:, 1:] != states[:, :-1]
     last = changes.shape[1] - np.argmax(changes[:, ::-1], axis=1)
     return np.where(changes.any(axis=1), last, 0)
 
 
 def add_stillness(clauses: Clauses, motion: Motion) -> Literals:
-    """For each step, (steps,), a literal that implies that nobody changes its state from it to the next."""
+    """For each step, (steps,), a literal that implies that no agent changes its state from it to the next."""
     still = clauses.fresh(motion.steps)
     for states in motion.states:
         step, state = np.nonzero(states[:-1] != FALSE)
@@ -104,12 +103,12 @@ def shorten_distance(
     with_shorter_paths: Callable[[JointMotion], JointMotion],
     enough: Callable[[float], float],
 ) -> JointMotion:
-    """Asks for a shorter plan until there is none, or it takes too much.
+    """Search shorter plans until there is none, or the effort is used.
 
     Args:
-        required: the literals of the goals.
-        with_shorter_paths: a plan that is as good or better, near the one it is given.
-        enough: as of a ``Budget``.
+        required: literals of the goals.
+        with_shorter_paths: function to an equal or better plan near the given one.
+        enough: as in ``Budget``.
     """
     distance_search = DistanceSearch(goals, required, search, with_shorter_paths, plan)
     distance_search.bound = max(distance_search.bound, enough(distance_search.best))
@@ -135,7 +134,7 @@ def shorten_distance(
 
 @dataclass(slots=True)
 class DistanceSearch:
-    """The search for the shortest plan: the best found, its metres, and a lower bound on those of any."""
+    """Search for the shortest plan: the best found, its length, and a lower bound for all plans, metres."""
 
     goals: Goals
     kept: tuple[int, ...]
@@ -145,7 +144,7 @@ class DistanceSearch:
     best: float = field(init=False)
     bound: float = field(init=False)
     alone: list[CostToGo] = field(init=False)
-    """What each agent must travel by itself, and the metres of all together: ``floor``."""
+    """Cost-to-go of each agent, and their total length, ``floor``."""
     floor: float = field(init=False)
     metres: list[Array] = field(init=False)
 
@@ -170,12 +169,15 @@ class DistanceSearch:
 
     @property
     def over(self) -> bool:
-        """Whether there is no shorter plan."""
-        same = 1e-6  # metres: so little makes no plan shorter.
+        """Return whether there is no shorter plan."""
+        same = 1e-6  # metres: smaller savings do not count
         return self.best - self.bound < same
 
     def in_parts(self, parts: int) -> bool:
-        """Searches with the excess of the plan at hand in so many units; whether every question was answered."""
+        """Search with the present plan's excess in ``parts`` units.
+
+        Return whether every question was answered.
+        """
         search = self.search
         unit = (self.best - self.floor) / parts
         excess = add_totalizer(search.clauses, self.goals.motion, self.alone, self.metres, unit, parts)
@@ -199,7 +201,7 @@ class DistanceSearch:
         return True
 
     def travelled(self, plan: JointMotion) -> float:
-        """Metres of all agents."""
+        """Total length of all agents, metres."""
         motion = self.goals.motion
         return float(
             sum(
@@ -216,11 +218,11 @@ def improve(
     search: LazyConstraints,
     enough: Callable[[float], float] = no_bound,
 ) -> JointMotion:
-    """The same plan or one that is better; what was and was not reached is noted.
+    """The same plan or a better one; results and open questions are noted.
 
     Args:
-        literals: what asks for each requirement, then for each preference.
-        enough: as of a ``Budget``.
+        literals: literals of each requirement, then of each preference.
+        enough: as in ``Budget``.
     """
     required = literals[: len(kernel.requirements)]
     formulas = [goal.formula for goal in kernel.requirements]

@@ -1,11 +1,11 @@
-"""Local search that replaces one agent's path at a time by a shorter one and keeps every goal.
+"""Local search that replaces one agent's path at a time by a shorter one with every goal satisfied.
 
-A model of the clauses has no reason to be tidy: an agent without a task moves at random. The states and steps that the
-goals rest on are kept (``slack``). Within these, and clear of all others, an agent takes the shortest path on the
+Models of the clauses are not tidy: an agent without a task moves at random. The states and steps on which the goals
+depend are kept (``slack``). Within these, and clear of all others, an agent takes the shortest path on the
 time-expanded roadmap.
 
-This search reads no formulas and has no reservations, unlike ``label_setting``: one dense pass over all states of all
-steps, as the slack has already decided where an agent may be, and moves that lead into another agent are found late.
+Unlike ``label_setting``, this search reads no formulas and has no reservations. It is one dense pass over all states of
+all steps, since the slack already limits the states. Conflicts with other agents are found lazily.
 """
 
 from __future__ import annotations
@@ -29,15 +29,14 @@ from missionc.ir.kernel.nodes import Node
 
 
 class TimeExpandedRoadmap:
-    """The time-expanded roadmap: the moves of one roadmap at each step, by where they lead.
+    """Time-expanded roadmap: the moves of one roadmap at each step, by target.
 
-    ``cost``, (steps, moves), is their length in metres and a little for not
-    waiting, ever more of it: of ways of one length the one is best that is the
-    least restless, then the one that is over soonest.
+    ``cost``, (steps, moves), is their length in metres plus a small, increasing cost for not waiting. Of equally long
+    paths, the one with the fewest motions wins, then the earliest.
     """
 
     def __init__(self, mission: Mission, motion: Motion, number: int) -> None:
-        motion_cost = 1e-6  # metres added to each step in motion, later steps up to twice as much
+        motion_cost = 1e-6  # metres added to each step in motion, up to twice as much for later steps
         roadmap = motion.roadmaps[number]
         order = np.lexsort((roadmap.moves[:, 0], roadmap.moves[:, 1]))
         self.source, self.target = roadmap.moves[order].T
@@ -52,18 +51,18 @@ class TimeExpandedRoadmap:
         self._begins = self._into[self._reached]
 
     def taken(self, way: Indices) -> Indices:
-        """The moves of a way, (steps + 1,): (steps,)."""
+        """Moves of a path, (steps + 1,): (steps,)."""
         return np.searchsorted(self.target * self._count + self.source, way[1:] * self._count + way[:-1])
 
     def cost_of(self, way: Indices) -> float:
         return float(self.cost[np.arange(len(way) - 1), self.taken(way)].sum())
 
     def shortest(self, room: Flags, free: Flags) -> Indices | None:
-        """The way of least cost, (steps + 1,).
+        """Path of least cost, (steps + 1,).
 
         Args:
-            room: (steps + 1, states), where it may lead.
-            free: (steps, moves), what it may take.
+            room: (steps + 1, states), True for allowed states.
+            free: (steps, moves), True for allowed moves.
         """
         steps = len(free)
         able = free & room[1:, self.target] & room[:-1, self.source]
@@ -84,7 +83,7 @@ class TimeExpandedRoadmap:
 
 
 class JointPaths:
-    """The paths of all agents, (agents, steps + 1), clear of each other, and the search for a shorter one of them."""
+    """Paths of all agents, (agents, steps + 1), without conflicts, and the search for shorter ones."""
 
     def __init__(self, states: Indices, motion: Motion, mission: Mission) -> None:
         self.states, self.motion, self.mission = states.copy(), motion, mission
@@ -95,7 +94,7 @@ class JointPaths:
         self.apart, self.metric = [needed(*pair) for pair in pairs], [each_step(metric(*pair)) for pair in pairs]
 
     def cost(self, agent: int) -> float:
-        """The cost of the agent's path as it is now, metres."""
+        """Cost of the agent's present path, metres."""
         expanded = self.expanded_of(agent)
         return expanded.cost_of(self.states[agent])
 
@@ -103,14 +102,13 @@ class JointPaths:
         return self.expanded[int(self.motion.roadmap_of[agent])]
 
     def shorter_path(self, agent: int, room: Flags, still_from: int, gain: float) -> Indices | None:
-        """A way that costs less than its own by more than ``gain``, clear of all others; the best there is.
+        """Best path cheaper than its own by more than ``gain``, without conflict with the others.
 
-        Only moves that lead into somebody are shut, as they are met: what is
-        found before all are shut costs no more than what is found then.
+        Conflicting moves are blocked lazily: a result before all are blocked costs at most as much as afterwards.
 
         Args:
-            room: (steps + 1, states), where it may lead.
-            still_from: from this step on it stays where it is.
+            room: (steps + 1, states), True for allowed states.
+            still_from: from this step on the agent stays at its place.
         """
         expanded, least, factors = self.expanded_of(agent), self.apart[agent], self.metric[agent]
         free = expanded.allowed.copy()
@@ -133,7 +131,7 @@ class JointPaths:
         return None
 
     def take(self, agent: int, way: Indices) -> None:
-        """The agent goes another way."""
+        """Replace the agent's path."""
         self.states[agent] = way
         own = kinematics(way[None], np.array([agent]), self.motion, self.mission)
         self.tracks.put(agent, own.take(0))
@@ -147,17 +145,16 @@ def shorten_paths(
     mission: Mission,
     still_from: int | None = None,
 ) -> Indices:
-    """The same joint motion, (agents, steps + 1), or one in which some of these agents go a shorter way.
+    """The same joint motion, (agents, steps + 1), or one with shorter paths of some of these agents.
 
-    Which formulas hold of the one hold of the other, and it has no collisions if the one has none.
-    Agents of whom something is asked that reads the past keep their way: each step of it bears on what comes later.
-    Nobody is asked again before somebody else goes another way.
+    Both satisfy the same formulas, and collision freedom is preserved. Agents with formulas about the past keep their
+    paths, since each step affects later ones. An agent is tried again only after another path has changed.
 
     Args:
-        still_from: from this step on whoever is given another way stays where it is.
+        still_from: from this step on, agents with a new path stay at their places.
     """
     settings = smt_settings(mission).shortening
-    gain = 1e-6  # a way that costs less by no more than this, in metres, is not taken.
+    gain = 1e-6  # a smaller saving, in metres, does not replace a path
     formulas = tuple(formulas)
     everyone = sorted(set(agents) - remembering(formulas))
     if motion.steps == 0 or not everyone:

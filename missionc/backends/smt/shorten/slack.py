@@ -1,8 +1,8 @@
-"""Slack: the states in which one agent may be at each step, with all others as they are, and every goal kept.
+"""Slack: allowed states of one agent at each step, with all others fixed and every goal satisfied.
 
-A goal that holds rests on some of what holds below it: on one part of an *or*, on one step of an *eventually*. What it
-rests on is kept, and is a set of states for each step; an agent that moves through these sets breaks nothing. There may
-be other motions that break nothing: what a goal could rest on instead is not searched.
+A satisfied goal depends on some of its satisfied subformulas: one part of an *or*, one step of an *eventually*. These
+give a set of states for each step; an agent that moves within these sets violates nothing. Other motions may also be
+valid, but alternative choices are not searched.
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ from missionc.verification.monitoring.monitor import truths
 
 @dataclass(slots=True)
 class Goals:
-    """Asked of step 0.
+    """Goals evaluated at step 0.
 
-    ``instant``: nodes that the states at the step they are asked at decide.
-    ``own``: of those, the ones that an agent's own state decides where it is asked.
-    ``ahead``: by how many steps the others look ahead, the motion from the last included.
-    ``concerns``: (agents, agents), the motion of the first may matter where the second is asked.
+    ``instant``: nodes that the states at their own step decide. ``own``: those of them that the evaluated agent's own
+    state decides. ``ahead``: look-ahead of the others in steps, including the motion from the last. ``concerns``:
+    (agents, agents), True if the motion of the first may matter for the second.
     """
 
     formulas: tuple[Node, ...]
@@ -46,7 +45,7 @@ class Goals:
     ahead: dict[Node, int] = field(init=False)
     concerns: dict[Node, Flags] = field(init=False)
     work: int = 0
-    """Pairs of agents looked at so far, which is what most of the time goes into."""
+    """Number of examined pairs of agents, the dominant cost."""
     _states: dict[tuple[Node, int], Flags] = field(default_factory=dict)
     _read: dict[Node, tuple[tuple[Predicate, ...], tuple[Graph, ...]]] = field(default_factory=dict)
 
@@ -58,7 +57,7 @@ class Goals:
         self.concerns = about_whom(self.formulas, len(self.mission.agents))
 
     def read_by(self, node: Node) -> tuple[tuple[Predicate, ...], tuple[Graph, ...]]:
-        """The predicates and the graphs that a formula reads."""
+        """Predicates and graphs that a formula reads."""
         if node not in self._read:
             below = postorder((node,))
             atoms = dict.fromkeys(each.predicate for each in below if isinstance(each, Atom))
@@ -66,25 +65,25 @@ class Goals:
         return self._read[node]
 
     def states(self, node: Node, agent: int) -> Flags:
-        """In which states of its roadmap, (states,), the agent's own state makes such a node true."""
+        """Flags of the agent's roadmap states, (states,), in which its own state makes such a node true."""
         if (node, agent) not in self._states:
             self._states[node, agent] = states_of(node, agent, self.labels)
         return self._states[node, agent]
 
     def _of_moves(self, predicate: Predicate) -> int:
-        """The steps ahead that a predicate of moves looks."""
+        """Look-ahead in steps of a predicate of moves."""
         return int(any(self.labels.of_moves(predicate, number) for number in range(len(self.motion.roadmaps))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EvaluatedMotion:
-    """A joint motion, (agents, steps + 1), and where every node below the goals holds on it, (agents, steps + 1)."""
+    """A joint motion, (agents, steps + 1), with the truth of every node below the goals, (agents, steps + 1)."""
 
     states: Indices
     trace: Trace
     truths: dict[Node, Flags]
     good: bool
-    """Whether all goals hold."""
+    """True if all goals hold."""
 
     @classmethod
     def of(cls, goals: Goals, states: Indices) -> EvaluatedMotion:
@@ -95,10 +94,9 @@ class EvaluatedMotion:
 
 
 def slack(goals: Goals, agent: int, evaluated: EvaluatedMotion) -> Flags:
-    """The slack of an agent: the states, (steps + 1, states of its roadmap), in which it may be at each step.
+    """Slack of an agent: allowed states, (steps + 1, states of its roadmap), at each step.
 
-    What it does now lies within. Any other motion within keeps every goal, as
-    long as the others do as they do now.
+    Its present motion lies within. Any other motion within satisfies every goal if the others keep theirs.
     """
     found = Slack(goals, agent, evaluated)
     for formula in goals.formulas:
@@ -107,7 +105,7 @@ def slack(goals: Goals, agent: int, evaluated: EvaluatedMotion) -> Flags:
 
 
 class Slack:
-    """The slack of one agent, while the goals are gone through."""
+    """Slack of one agent during the traversal of the goals."""
 
     def __init__(self, goals: Goals, agent: int, evaluated: EvaluatedMotion) -> None:
         self.goals, self.agent = goals, agent
@@ -119,11 +117,11 @@ class Slack:
         self.tried: dict[tuple[Node, int], tuple[Flags, Flags]] = {}
 
     def holds(self, node: Node, asked: int, step: int) -> bool:
-        """As things are."""
+        """Return the present truth."""
         return bool(self.truths[node][asked, step])
 
     def need(self, node: Node, asked: int, step: int) -> None:
-        """Keeps what the node, which holds here, rests on."""
+        """Keep the subformulas on which a true node depends."""
         key = (node, asked, step)
         if key in self.seen or not self.concerns[node][asked]:
             return
@@ -157,7 +155,7 @@ class Slack:
                     self._stay(moment)
 
     def mask(self, node: Node, asked: int, step: int, wanted: Flags) -> Flags:
-        """In which of the wanted states, (states,), an instant node holds; of other states it says nothing."""
+        """Flags of wanted states, (states,), in which an instant node holds; other states are undefined."""
         if not self.concerns[node][asked]:
             return np.full(len(wanted), self.holds(node, asked, step))
         match node:
@@ -178,7 +176,7 @@ class Slack:
                 return self._supposed(node, asked, step, wanted)
 
     def _supposed(self, node: Node, asked: int, step: int, wanted: Flags) -> Flags:
-        """Whether it holds, (states,), with the agent in each of the wanted states at this step."""
+        """Flags, (states,), of its truth with the agent in each wanted state at this step."""
         shape = (len(self.states), len(wanted))
         value, known = self.tried.setdefault((node, step), (np.zeros(shape, np.bool_), np.zeros(shape[1], np.bool_)))
         missing = np.flatnonzero(wanted & ~known)
@@ -196,9 +194,9 @@ class Slack:
         return found
 
     def _kinds(self, node: Node, step: int, states: Indices) -> tuple[Indices, Indices]:
-        """One state of each kind, and of which kind each state is: with the agent in two of a kind all is the same.
+        """One state of each kind, and the kind of each state; states of a kind are equivalent.
 
-        Those are of a kind that are linked to the same agents and where the same predicates hold.
+        States of a kind have equal links and equal predicates.
         """
         atoms, graphs = self.goals.read_by(node)
         number = int(self.motion.roadmap_of[self.agent])
@@ -214,7 +212,7 @@ class Slack:
         return states[first], kind
 
     def _some(self, count: int, options: Iterable[tuple[Node, int, int]]) -> None:
-        """Keeps so many of the options that hold: first those that the agent has no part in, then as they come."""
+        """Keep ``count`` of the true options: first those independent of the agent, then in order."""
         true = [option for option in options if self.holds(*option)]
         concerning = [option for option in true if self.concerns[option[0]][option[1]]]
         for option in concerning[: max(0, count - (len(true) - len(concerning)))]:
@@ -242,14 +240,14 @@ class Slack:
         return range(step + low, (last if high is None else min(step + high, last)) + 1)
 
     def _stay(self, step: int) -> None:
-        """In its own state at the step."""
+        """Keep the agent's own state at the step."""
         here = self.states[self.agent, step]
         self.room[step, np.arange(self.room.shape[1]) != here] = False
 
     def _cheap_first(self, parts: tuple[Node, ...]) -> list[Node]:
-        """Those that ask nothing of others before those that do."""
+        """Parts sorted so that those without conditions on others come first."""
         return sorted(parts, key=self._of_others)
 
     def _of_others(self, node: Node) -> bool:
-        """Whether the agent's motion matters where others are asked."""
+        """Return whether the agent's motion matters for other agents."""
         return bool(np.count_nonzero(self.concerns[node]) > 1)

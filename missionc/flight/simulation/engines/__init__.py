@@ -1,7 +1,6 @@
-"""Simulation engines: the one that is always there, or one that is installed on request.
+"""Simulation engines: the built-in one, and others that are installed.
 
-Other engines bring their own vehicle and controller. What they are told is
-what a Crazyflie's firmware would tell its controller.
+Other engines have their own vehicle and controller. Their setpoints are those of a Crazyflie's firmware.
 
     says MC404
 """
@@ -22,14 +21,14 @@ from missionc.flight.simulation.trial_bounds import ENGINES, OTHERS
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 LONGEST = 200
-"""Characters of what an engine says that a message repeats."""
+"""Maximum number of characters of an engine's output in a message."""
 
 Engine: TypeAlias = Callable[[Sequence[Pieces], float], Flown]
-"""One undisturbed flight of so many seconds."""
+"""Function that simulates one undisturbed flight of ``seconds``."""
 
 
 def missing(name: str) -> Diagnostic | None:
-    """What to say where an engine is not installed; absent where it is."""
+    """Diagnostic if an engine is not installed; else None."""
     if name not in OTHERS or find_spec(name):
         return None
     message = f"`--engine {name}` needs the package {name}, which is not installed"
@@ -38,15 +37,15 @@ def missing(name: str) -> Diagnostic | None:
 
 
 class EngineError(Exception):
-    """An engine that is installed does not start, and says why."""
+    """An installed engine does not start; the text gives the reason."""
 
 
 def fly_with(name: str, pieces: Sequence[Pieces], seconds: float) -> Flown:
-    """A flight by an installed package's engine; what that has to say goes to standard error.
+    """Flight by an installed package's engine; its output goes to standard error.
 
     Raises:
-        EngineError: the package cannot be loaded, as where another one that it needs is missing.
-        ExtensionError: it is of an extension that cannot be used, or returns no flight.
+        EngineError: the package cannot be loaded, for example because a dependency is missing.
+        ExtensionError: its extension cannot be used, or returns no flight.
     """
     with redirect_stdout(sys.stderr):
         try:

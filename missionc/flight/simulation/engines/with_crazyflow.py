@@ -1,7 +1,7 @@
 """The crazyflow engine: a Crazyflie 2.1+ from first principles, flown by the firmware's Mellinger controller.
 
 Source:
-    crazyflow 0.4.0, drone ``cf2x_L250``: 32.8 g, of which its controller believes in 29 g.
+    crazyflow 0.4.0, drone ``cf2x_L250``: 32.8 g; its controller assumes 29 g.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from missionc.flight.simulation.disturbance import GRAVITY, SETPOINTS_PER_SECOND
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 HOVERED = 11
-"""Seconds before the start, for the integral in its controller: what a start script takes (``takeoff_and_landing``)."""
+"""Seconds before the start for the controller's integral: the duration in a start script (``takeoff_and_landing``)."""
 
 
 def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
-    """All agents in one world."""
+    """Simulate all agents in one world."""
     times = sample_times(seconds)
     reference = np.stack([setpoints(own, times) for own in pieces])
     simulator = Sim(
@@ -65,7 +65,7 @@ def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
 
 
 def _hover(simulator: Sim) -> float:
-    """Turns per minute of a rotor that lifts a quarter of the vehicle."""
+    """Rotor speed in rpm that lifts a quarter of the vehicle."""
     params = simulator.data.params
     offset, linear, square = (float(value) for value in np.asarray(params.rpm2thrust).reshape(-1)[:3])
     lift = float(np.asarray(params.mass).reshape(-1)[0]) * GRAVITY / 4
@@ -73,7 +73,7 @@ def _hover(simulator: Sim) -> float:
 
 
 def _commands(reference: Array) -> NDArray[np.float32]:
-    """(agents, 13, samples) -> (agents, samples, 16): position to acceleration, attitude (x, y, z, w), rates."""
+    """Commands: (agents, 13, samples) -> (agents, samples, 16), metres to m/s², attitude (x, y, z, w), rad/s."""
     yaw = reference[:, disturbance.YAW]
     flat = np.zeros_like(yaw)
     attitude = np.stack([flat, flat, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)

@@ -22,7 +22,7 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 
 def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
-    """Each agent alone: the engine knows one vehicle."""
+    """Simulate each agent alone: the engine supports one vehicle."""
     times = sample_times(seconds)
     states = np.stack([_one(setpoints(own, times), times) for own in pieces])
     x, y, z, w = np.moveaxis(states[..., 6:], -1, 0)
@@ -31,7 +31,7 @@ def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
 
 
 def _one(reference: Array, times: Array) -> Array:
-    """(13, samples) -> (samples, 10): position, velocity, attitude (x, y, z, w)."""
+    """Track of one agent: (13, samples) -> (samples, 10): position, metres, velocity, attitude (x, y, z, w)."""
     hover = float(np.sqrt(quad_params["mass"] * GRAVITY / 4 / quad_params["k_eta"]))
     state = {
         "x": reference[disturbance.POSITION, 0].copy(),
@@ -65,10 +65,10 @@ def _one(reference: Array, times: Array) -> Array:
 
 
 def _seen(state: dict[str, Array], rates: Array) -> dict[str, Array]:
-    """The state as the controller is shown it: rolling and pitching as much less as it is told to roll and pitch.
+    """State for the controller, with roll and pitch rates, (3,), rad/s, reduced by their commands.
 
-    It takes no body rates but yaw's and damps all others, which holds its attitude back by 0.18 s (``kd_att`` over
-    ``kp_att``). Firmware is told them, and so is the controller that is its source.
+    It supports only the yaw rate and damps all others, which delays its attitude by 0.18 s (``kd_att`` over
+    ``kp_att``). The firmware, and the controller in the source, take all body rates.
 
     Source:
         Lee, Leok and McClamroch, "Geometric Tracking Control of a Quadrotor UAV on SE(3)" (2010), equation 11.

@@ -24,11 +24,11 @@ from missionc.frontend.maps.dxf.shapes import Arc, Band, Curve, Points, Shape, U
 from missionc.frontend.maps.feature import Area, Circle, Corners
 
 SAME = 1e-6
-"""Metres between two ends that are the same but for rounding."""
+"""Tolerance in metres for two equal ends."""
 
 
 class Ring(Record):
-    """Lines in order, corners (points, 2), and the largest distance between two ends that meet."""
+    """Lines in order, corners (points, 2) in metres, and the maximum distance between two ends that meet."""
 
     lines: tuple[int, ...]
     corners: Points
@@ -36,11 +36,13 @@ class Ring(Record):
 
 
 def join_ends(lines: Sequence[Points], tolerance: float) -> tuple[list[Ring], list[int]]:
-    """Rings of lines, in the order of the first line of each, and the remaining lines.
+    """Join lines to rings, in the order of the first line of each.
+
+    Also returns the indices of the other lines.
 
     Args:
-        lines: (points, 2) each, at least one point.
-        tolerance: distance of two ends that meet.
+        lines: (points, 2) each, metres, at least one point.
+        tolerance: maximum distance of two ends that meet, metres.
     """
     if len(lines) == 1 and np.hypot(*(lines[0][0] - lines[0][-1])) <= SAME:
         return [_ring(lines, [(0, 0)])], []
@@ -50,7 +52,8 @@ def join_ends(lines: Sequence[Points], tolerance: float) -> tuple[list[Ring], li
         for side, node in enumerate(ends):
             leaving[node].append((number, side))
     rings, used = [], set[int]()
-    # From points with more or fewer ends first: a ring may touch another there. The others are rings through pairs.
+    # Start from points with more or fewer than two ends: a ring may touch another there. The others are rings through
+    # pairs.
     for start in sorted(leaving, key=lambda node: len(leaving[node]) == 2):
         for first in leaving[start]:
             if first[0] in used:
@@ -70,7 +73,11 @@ def join_ends(lines: Sequence[Points], tolerance: float) -> tuple[list[Ring], li
 
 
 def _nodes(ends: Points, tolerance: float) -> NDArray[np.intp]:
-    """The point of each end, by a number: ends that are the same, or two others that are nearest to each other."""
+    """Number of the point of each end, (ends,); equal ends, or mutually nearest ones, share a point.
+
+    Args:
+        ends: (ends, 2), metres.⏎tolerance: maximum distance of two ends that meet, metres.
+    """
     _, nodes, counts = np.unique(np.round(ends / SAME), axis=0, return_inverse=True, return_counts=True)
     nodes = nodes.reshape(-1)
     (alone,) = np.nonzero(counts[nodes] == 1)
@@ -92,33 +99,33 @@ def _ring(lines: Sequence[Points], chain: list[tuple[int, int]]) -> Ring:
 
 
 SAGITTA = 0.01
-"""Metres that a chord may lie inside of its arc."""
+"""Maximum distance in metres of a chord inside its arc."""
 
 GAP = 0.001
-"""Metres between two ends that meet."""
+"""Maximum distance in metres of two ends that meet."""
 
 ROUND = 1e-9
-"""Metres between two points that are the same, and distortion of a circle relative to its radius."""
+"""Tolerance in metres for two equal points, and relative to the radius for the distortion of a circle."""
 
 THIN = 1e-12
-"""Area of an outline that has none but for rounding, relative to the square of its length."""
+"""Area below which an outline counts as empty, relative to the square of its length."""
 
 OUTERMOST, NO_ISLANDS = 1, 2
-"""Styles of a hatch; in all others what lies within an odd number of its boundaries is filled."""
+"""Styles of a hatch; all others fill what lies within an odd number of boundaries."""
 
 
 class DrawingFrame(Record):
-    """The mission's metres: a unit of the drawing, where its origin is, and how far anything may be from that."""
+    """Conversion to the mission's metres: unit of the drawing, origin, and maximum distance from it."""
 
     unit: float
     origin: tuple[float, float]
     farthest: float
 
     def metres(self, points: Points) -> Points:
-        """Points, (…, 2), of the drawing in metres.
+        """Convert points of the drawing, (…, 2), to metres, (…, 2).
 
         Raises:
-            UnusableError: one is not finite, or too far away.
+            UnusableError: a point is not finite, or too far away.
         """
         placed: Points = self.origin + self.unit * points
         if not np.isfinite(placed).all():
@@ -129,7 +136,7 @@ class DrawingFrame(Record):
         return placed
 
     def tolerance(self, placed: Placed) -> float:
-        """Distance that a chord may have from its curve, in the units of the curve's own block."""
+        """Tolerance of a chord, in the units of the curve's own block."""
         axes = placed.matrix[:3, :2]
         if not np.isfinite(axes).all():
             raise UnusableError("is in a block whose size is not a finite number")
@@ -137,7 +144,7 @@ class DrawingFrame(Record):
 
 
 def disc_of(placed: Placed, shape: Shape, world: DrawingFrame) -> Circle | None:
-    """The disc of a circle; None for another shape, and if the circle has become an ellipse."""
+    """Disc of a circle; None for another shape, or if the transformation makes it an ellipse."""
     arc = shape.lines[0][0] if placed.entity.dxftype() == "CIRCLE" else None
     if not isinstance(arc, Arc):
         return None
@@ -151,13 +158,13 @@ def disc_of(placed: Placed, shape: Shape, world: DrawingFrame) -> Circle | None:
 
 
 def area_of(placed: Placed, shape: Shape, world: DrawingFrame, *, grown: bool) -> tuple[Area | None, list[Points]]:
-    """The area of a shape, and its lines that are open, (points, 2) each.
+    """Area of a shape, and its open lines, (points, 2) each, metres.
 
     Args:
-        grown: by as much as chords may lie inside of their arcs.
+        grown: if true, grow the area by the distance of chords inside their arcs.
 
     Raises:
-        UnusableError: it crosses itself, has no area seen from above, or something in it is not a number.
+        UnusableError: the shape crosses itself, has no area seen from above, or contains a value that is not a number.
     """
     tolerance = world.tolerance(placed)
 
@@ -179,10 +186,10 @@ def area_of(placed: Placed, shape: Shape, world: DrawingFrame, *, grown: bool) -
 
 
 def area_from(parts: Sequence[shapely.Geometry], growth: float) -> Area:
-    """The union of parts, grown by metres.
+    """Union of parts, grown by ``growth`` metres.
 
     Raises:
-        UnusableError: it has no area.
+        UnusableError: the union has no area.
     """
     union = parts[0] if len(parts) == 1 else shapely.simplify(shapely.union_all(parts), 0.0)
     if growth:
@@ -194,10 +201,10 @@ def area_from(parts: Sequence[shapely.Geometry], growth: float) -> Area:
 
 
 def outline(ring: Points) -> shapely.Polygon:
-    """The polygon of a ring, (points, 2).
+    """Polygon of a ring, (points, 2), metres.
 
     Raises:
-        UnusableError: it crosses itself, or has no area.
+        UnusableError: the ring crosses itself, or has no area.
     """
     ring = ring[: len(ring) - int(np.hypot(*(ring[0] - ring[-1])) <= ROUND)]
     polygon = shapely.Polygon(ring) if len(ring) > 2 else shapely.Polygon()
@@ -234,10 +241,12 @@ def _hulls(pieces: Sequence[Points]) -> list[shapely.Geometry]:
 
 
 def _faces(faces: Sequence[Points], *, upright: bool) -> list[shapely.Geometry]:
-    """Polygons of faces. One that stands upright has no area, and lies on the border of those that have any.
+    """Polygons of faces, (points, 3) each.
+
+    A vertical face has no area, and must lie on the border of the others.
 
     Raises:
-        UnusableError: a face stands upright elsewhere, unless ``upright`` allows it.
+        UnusableError: a vertical face lies elsewhere, unless ``upright`` allows it.
     """
     polygons = [shapely.Polygon(face) for face in faces if len(face) > 2]
     polygons = [each if shapely.is_valid(each) else shapely.convex_hull(each) for each in polygons]
@@ -251,7 +260,7 @@ def _faces(faces: Sequence[Points], *, upright: bool) -> list[shapely.Geometry]:
 
 
 def _hatched(boundaries: Iterable[Sequence[Points]], style: int) -> list[shapely.Geometry]:
-    """The parts of a hatch."""
+    """Polygons of a hatch from its boundary curves, (points, 2) each."""
     polygons = []
     for curves in boundaries:
         rings, rest = join_ends(curves, GAP)
@@ -263,7 +272,7 @@ def _hatched(boundaries: Iterable[Sequence[Points]], style: int) -> list[shapely
     if style == OUTERMOST:
         inner, _ = shapely.STRtree(polygons).query(polygons, predicate="covered_by")
         polygons = [each for each, depth in zip(polygons, np.bincount(inner), strict=True) if depth <= 2]
-    while len(polygons) > 1:  # in pairs, so that a hatch of many islands takes no longer than it must
+    while len(polygons) > 1:  # in pairs, so that a hatch with many islands stays fast
         odd = polygons[len(polygons) // 2 * 2 :]
         polygons = [*shapely.symmetric_difference(polygons[:-1:2], polygons[1::2]), *odd]
     return polygons

@@ -1,7 +1,7 @@
-"""Blocks of a drawing: a count of everything that they hold, then each entity that is read with its transformation.
+"""Blocks of a drawing: a count of their contents, then each entity that is read with its transformation.
 
 The count multiplies through nested blocks and their rows and columns, so that it takes no longer than reading the file.
-A block is taken apart only if something in it is read.
+A block is expanded only if an entity in it is read.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from missionc.base.late_dataclass import Record
 from missionc.frontend.maps.dxf.shapes import Points, UnusableError
 
 Parts: TypeAlias = Counter[tuple[str, str]]
-"""Number of entities of a kind that are left out for a reason; the reason is empty if they are read."""
+"""Number of entities of a kind that are omitted for a reason; the reason is empty if they are read."""
 
 OTHER_LAYER, HIDDEN, PAPER, EXTERNAL = "on another layer", "hidden", "in paper space", "an external reference"
 INHERITED = "0"
@@ -26,7 +26,7 @@ INHERITED = "0"
 
 
 class Placed(Record):
-    """An entity and where it is.
+    """Entity with its transformation.
 
     Args:
         matrix: (4, 3), from the coordinates of its block to those of the drawing: three axes and a shift, in rows.
@@ -37,7 +37,7 @@ class Placed(Record):
     layer: str
 
     def seen(self, points: Points, *, vectors: bool = False) -> Points:
-        """Points or vectors of the block, (…, 3), in the drawing, seen from above: (…, 2)."""
+        """Transform points or vectors of the block, (…, 3), to the drawing seen from above, (…, 2)."""
         above: Points = points @ self.matrix[:3, :2] + (0.0 if vectors else self.matrix[3, :2])
         return above
 
@@ -46,15 +46,15 @@ class Blocks:
     """All entities of a drawing.
 
     Args:
-        layers: that are read; all that are not hidden if there are none.
-        unread: the reason why entities of a kind are not read; empty if they are.
-        deepest: levels of nesting.
+        layers: layers that are read; all visible ones if empty.
+        unread: function that returns the reason why entities of a kind are not read, or an empty text.
+        deepest: maximum number of levels of nesting.
 
     Attributes:
-        parts: of the whole drawing, blocks multiplied out.
+        parts: counts for the whole drawing, including copies of blocks.
 
     Raises:
-        UnusableError: a block contains itself, is not defined, or they are nested too deep.
+        UnusableError: a block contains itself, is not defined, or is nested too deep.
     """
 
     def __init__(self, document: Any, layers: Iterable[str], unread: Callable[[str], str], deepest: int) -> None:
@@ -74,16 +74,16 @@ class Blocks:
         return self._placed(self._space, np.eye(4)[:, :3], INHERITED)
 
     def _left_out(self, layer: str) -> str:
-        """The reason why entities of a layer are not read; empty if they are."""
+        """Reason why entities of a layer are not read; empty if they are."""
         if self._layers:
             return "" if folded(layer) in self._layers else OTHER_LAYER
         return HIDDEN if folded(layer) in self._hidden else ""
 
     def _count(self, layout: Any, inherited: str) -> tuple[Parts, list[Any]]:
-        """Parts of a block and its entities that hold any that is read.
+        """Parts of a block, and its entities that contain a part that is read.
 
         Args:
-            inherited: the reason why the layer of the insertion is not read.
+            inherited: reason why the layer of the insertion is not read.
         """
         key = layout.layout_key, inherited
         if key not in self._counted:
@@ -104,7 +104,7 @@ class Blocks:
         return self._counted[key]
 
     def _within(self, entity: Any, left_out: str) -> Parts:
-        """Parts of an entity, whose layer is left out for that reason."""
+        """Parts of an entity whose layer is omitted for ``left_out``."""
         kind, invisible = entity.dxftype(), bool(_property(entity, "invisible", 0))
         if kind != "INSERT":
             return Counter([(kind, left_out or (HIDDEN if invisible else self._unread(kind)))])
@@ -134,7 +134,7 @@ class Blocks:
 
 
 def folded(layer: str) -> str:
-    """The name of a layer as it is compared: upper and lower case are the same."""
+    """Name of a layer for comparisons, which ignore case."""
     return layer.casefold()
 
 
@@ -143,7 +143,7 @@ def layer_of(entity: Any) -> str:
 
 
 def _property(entity: Any, name: str, default: object) -> Any:
-    """A property that all entities have: ``ezdxf`` keeps those of a kind that it does not know elsewhere."""
+    """Property that all entities have; ``ezdxf`` stores those of unknown kinds elsewhere."""
     known = entity.dxf.is_supported(name)
     return entity.dxf.get(name, default) if known else entity.graphic_properties().get(name, default)
 
@@ -156,7 +156,7 @@ def block_of(entity: Any) -> Any:
 
 
 def _grid(entity: Any) -> tuple[int, int]:
-    """Rows and columns of an insertion; copies without a distance lie in one place."""
+    """Number of rows and columns of an insertion; copies without a distance count once."""
     dxf = entity.dxf
     return (
         max(dxf.get("row_count", 1), 1) if dxf.get("row_spacing", 0.0) else 1,
@@ -165,7 +165,7 @@ def _grid(entity: Any) -> tuple[int, int]:
 
 
 def _placements(entity: Any) -> Iterator[NDArray[np.float64]]:
-    """The matrix of each copy of an insertion, (4, 3)."""
+    """Matrices of the copies of an insertion, (4, 3) each."""
     matrix = np.array(list(entity.matrix44().rows()))[:, :3]
     axes, angle = entity.ocs(), math.radians(entity.dxf.get("rotation", 0.0))
     right, ahead = np.array(axes.ux.xyz), np.array(axes.uy.xyz)

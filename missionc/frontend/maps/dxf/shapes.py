@@ -1,4 +1,4 @@
-"""Shapes of a drawing: the lines, curves, wide segments and faces of one entity, in its block's coordinates.
+"""Shapes of a drawing: lines, curves, wide segments and faces of one entity, in its block's coordinates.
 
 Coordinates of an entity with an extrusion vector become those of its block: the entity's axes follow from the vector.
 
@@ -28,18 +28,18 @@ from numpy.typing import NDArray
 from missionc.base.late_dataclass import Record
 
 Points: TypeAlias = NDArray[np.float64]
-"""(points, 3); (points, 2) if they are seen from above."""
+"""Points, (points, 3), or (points, 2) if seen from above."""
 
 WIDEST = math.pi / 4
-"""The largest angle of a chord in an arc, radians, however coarse the tolerance is."""
+"""Maximum angle of a chord in an arc, radians, for any tolerance."""
 
 
 class UnusableError(Exception):
-    """A part of a drawing makes no area.
+    """Error for a part of a drawing that makes no area.
 
     Args:
-        reason: follows the name of the part.
-        way_out: one action.
+        reason: text that follows the name of the part.
+        way_out: one action that helps.
     """
 
     def __init__(self, reason: str, way_out: str = "correct this entity in the drawing") -> None:
@@ -48,7 +48,7 @@ class UnusableError(Exception):
 
 
 class Straight(Record):
-    """Straight pieces from point to point."""
+    """Straight segments from point to point."""
 
     corners: Points
 
@@ -56,18 +56,21 @@ class Straight(Record):
         return len(self.corners) - 1
 
     def points(self, tolerance: float) -> Points:
+        """Corners, (points, 3); the tolerance has no effect."""
         return self.corners
 
     def split(self, count: int) -> Points:
+        """Corners, (points, 3); the count has no effect."""
         return self.corners
 
 
 class Arc(Record):
-    """``centre + growth (across cos angle + up sin angle)``.
+    """Arc ``centre + growth (across cos angle + up sin angle)``.
 
     Args:
         sweep: radians from ``start`` to the end, negative if the arc is clockwise.
-        growth: of the radius, at the start and at the end, linear between: other than 1 on the edges of a wide arc.
+        growth: factor of the radius at the start and at the end, linear between; differs from 1 on the edges of a wide
+            arc.
     """
 
     centre: Points
@@ -84,10 +87,11 @@ class Arc(Record):
         return max(_whole(math.sqrt(bend / (8 * tolerance))), _whole(abs(self.sweep) / WIDEST), 1)
 
     def points(self, tolerance: float) -> Points:
+        """Ends of chords within a tolerance, (points, 3)."""
         return self.split(self.chords(tolerance))
 
     def split(self, count: int) -> Points:
-        """Ends of that number of chords, each of the same angle."""
+        """Ends of ``count`` chords with equal angles, (count + 1, 3)."""
         share = np.linspace(0.0, 1.0, count + 1)[:, None]
         angle = self.start + self.sweep * share
         growth = self.growth[0] + (self.growth[1] - self.growth[0]) * share
@@ -95,10 +99,10 @@ class Arc(Record):
 
 
 class Spline:
-    """A B-spline of ``ezdxf``, polynomial or rational.
+    """B-spline of ``ezdxf``, polynomial or rational.
 
     Raises:
-        UnusableError: a weight is not above 0.
+        UnusableError: a weight is not positive.
     """
 
     def __init__(self, spline: Any) -> None:
@@ -117,6 +121,7 @@ class Spline:
         return sum(self._counts(tolerance))
 
     def points(self, tolerance: float) -> Points:
+        """Ends of chords within a tolerance, (points, 3)."""
         spans = zip(self._breaks[:-1], self._breaks[1:], self._counts(tolerance), strict=True)
         steps = [np.linspace(low, high, count, endpoint=False) for low, high, count in spans]
         return np.array([point.xyz for point in self._spline.points([*np.concatenate(steps), self._breaks[-1]])])
@@ -130,7 +135,11 @@ Curve: TypeAlias = Straight | Arc | Spline
 
 
 def _second_derivative(points: NDArray[np.float64], knots: NDArray[np.float64], degree: int) -> float:
-    """Upper bound of the norm between knots; the derivative may jump at a knot."""
+    """Upper bound on the norm of the second derivative between knots, where it may jump.
+
+    Args:
+        points: control points, (points, coordinates).⏎knots: (points + degree + 1,).
+    """
     for order in (degree, degree - 1):
         gaps = (knots[order + 1 : order + len(points)] - knots[1 : len(points)])[:, None]
         points = np.divide(
@@ -141,7 +150,7 @@ def _second_derivative(points: NDArray[np.float64], knots: NDArray[np.float64], 
 
 
 def _whole(value: float) -> int:
-    """The next whole number.
+    """Round up to a whole number.
 
     Raises:
         UnusableError: the value is not finite.
@@ -153,28 +162,28 @@ def _whole(value: float) -> int:
 
 Edge: TypeAlias = Straight | Arc
 Band: TypeAlias = tuple[Edge, Edge]
-"""The two edges of a wide segment, which have their points at the same shares of its length."""
+"""Two edges of a wide segment, with points at the same fractions of its length."""
 
 MITRE = 5.0
-"""The corner of a wide line reaches at most this many times half of its width; a sharper corner is cut off."""
+"""Maximum reach of a corner of a wide line, in half widths; a sharper corner is cut off."""
 
 HIGHEST_DEGREE = 10
-"""The highest degree of a spline that ``ezdxf`` computes."""
+"""Maximum degree of a spline that ``ezdxf`` computes."""
 
 FRAME_POINT, SMOOTHED, ROUND_START, ROUND_END = 16, 4, 64, 1024
-"""Flags: of a vertex that is not drawn, of a smoothed mesh, and of the half discs at the ends of a multiline."""
+"""Flags: of an invisible vertex, of a smoothed mesh, and of the half discs at the ends of a multiline."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Shape:
-    """Everything that one entity draws.
+    """All geometry of one entity.
 
     Args:
-        lines: each a sequence of curves end to end; filled if its ends meet or it is ``closed``.
-        boundaries: of a hatch: each a set of such sequences in any order, of which the ends meet.
-        faces: corners of flat pieces, (points, 3) each.
-        style: of a hatch, as in the group code 75.
-        extrusion: the vector along which all of it is extruded.
+        lines: sequences of curves end to end, filled if the ends meet or it is ``closed``.
+        boundaries: boundaries of a hatch: sets of such sequences in any order whose ends meet.
+        faces: corners of flat faces, (points, 3) each.
+        style: style of a hatch, as in group code 75.
+        extrusion: vector of the extrusion.
     """
 
     lines: Sequence[Sequence[Curve]] = ()
@@ -195,12 +204,12 @@ class Shape:
 
     @cached_property
     def empty(self) -> bool:
-        """Whether nothing is drawn, or points that all coincide."""
+        """True if nothing is drawn, or only points that all coincide."""
         straight = [curve.corners for curve in self.curves() if isinstance(curve, Straight)]
         return not (self.faces or self.curved or any((each != each[:1]).any() for each in straight))
 
     def corners(self, tolerance: float) -> int:
-        """Number of corners if no chord is further from its curve than the tolerance."""
+        """Number of corners if all chords are within the tolerance."""
         bands = 2 * sum(max(edge.chords(tolerance) for edge in band) for band in self.bands)
         return bands + sum(curve.chords(tolerance) for curve in self.curves()) + sum(map(len, self.faces))
 
@@ -209,7 +218,7 @@ def shape_of(entity: Any) -> Shape:
     """Shape of an entity of one of the kinds in ``READ``.
 
     Raises:
-        UnusableError: it makes no area.
+        UnusableError: the entity makes no area.
     """
     try:
         shape = READ[entity.dxftype()](entity)
@@ -217,7 +226,7 @@ def shape_of(entity: Any) -> Shape:
         return replace(shape, extrusion=thickness * _Frame(entity).up) if thickness else shape
     except UnusableError:
         raise
-    except Exception:  # a library that reads what anybody wrote fails in many ways
+    except Exception:  # the library fails in many ways on malformed files
         raise UnusableError("cannot be read") from None
 
 
@@ -225,7 +234,7 @@ class _Frame:
     """Axes of an entity's own coordinates.
 
     Args:
-        elevation: of points that have two coordinates.
+        elevation: elevation of points with two coordinates.
     """
 
     def __init__(self, entity: Any, elevation: float = 0.0) -> None:
@@ -234,7 +243,7 @@ class _Frame:
         self.elevation = elevation
 
     def lift(self, points: object, height: float | None = None) -> Points:
-        """Points, (…, 2), to coordinates of the block, (…, 3); at the elevation, unless a height is given."""
+        """Convert points, (…, 2), to coordinates of the block, (…, 3), at the elevation or a given height."""
         flat = np.asarray(points, dtype=float)
         lifted: Points = flat[..., :1] * self.right + flat[..., 1:2] * self.ahead
         return lifted + (self.elevation if height is None else height) * self.up
@@ -268,7 +277,7 @@ def _round(entity: Any, start: float, sweep: float) -> Arc:
 
 
 def _turn(start: float, end: float) -> float:
-    """Angle from ``start`` counter-clockwise to ``end``, radians: a full turn if they are the same."""
+    """Angle counter-clockwise from ``start`` to ``end``, radians; a full turn if they are equal."""
     return (end - start) % math.tau or math.tau
 
 
@@ -335,7 +344,7 @@ def _polygon_mesh(entity: Any) -> Shape:
 
 
 def _multiline(entity: Any) -> Shape:
-    """The strip between the outermost of its parallel lines, with its round ends as discs."""
+    """Strip between the outermost parallel lines, with its round ends as discs."""
     offsets = [[line[0] for line in vertex.line_params if line] or [0.0] for vertex in entity.vertices]
     middle, mitres = (_vectors(getattr(v, of) for v in entity.vertices) for of in ("location", "miter_direction"))
     low, high = (middle + mitres * np.array([[outermost(each)] for each in offsets]) for outermost in (min, max))
@@ -364,7 +373,7 @@ def _hatch(entity: Any) -> Shape:
 
 
 def _boundary_edge(edge: Any, frame: _Frame) -> Curve:
-    """A curve of a hatch: clockwise ones are counter-clockwise since they were loaded."""
+    """Curve of a hatch; the loader has already made clockwise ones counter-clockwise."""
     match edge.EDGE_TYPE:
         case "LineEdge":
             return Straight(frame.lift([tuple(edge.start), tuple(edge.end)]))
@@ -395,7 +404,7 @@ def _boundary_spline(edge: Any, frame: _Frame) -> Spline:
 # ----------------------------------------------------------------- wide lines
 
 Vertex: TypeAlias = tuple[float, float, float, float, float]
-"""``x, y``, the widths at the start and at the end of the next segment, and its bulge."""
+"""Vertex: ``x, y``, the widths at the start and end of the next segment, and its bulge."""
 
 
 def _wide_line(vertices: Sequence[Vertex], closed: bool, frame: _Frame) -> Shape:
@@ -413,7 +422,7 @@ def _wide_line(vertices: Sequence[Vertex], closed: bool, frame: _Frame) -> Shape
 
 
 class _Segment:
-    """A segment of a wide line, straight or an arc; ``headings`` are unit vectors along it at its two ends."""
+    """Segment of a wide line, straight or an arc; ``headings`` are unit vectors along it at its two ends."""
 
     def __init__(self, first: Vertex, last: Vertex) -> None:
         self.ends = np.array([first[:2], last[:2]], dtype=float)
@@ -424,7 +433,7 @@ class _Segment:
         self.radius = length / 2 / abs(math.sin(self.sweep / 2)) if self.sweep else math.inf
 
     def edge(self, side: int, frame: _Frame) -> Edge:
-        """The edge to the left (1) or to the right (-1), or the middle (0)."""
+        """Edge to the left (1) or to the right (-1), or the middle (0)."""
         if not self.sweep:
             return Straight(frame.lift([self.corner(side, at) for at in (0, 1)]))
         inwards = math.copysign(1.0, self.sweep)
@@ -434,12 +443,12 @@ class _Segment:
         return frame.arc(frame.lift(centre), self.radius, start, self.sweep, (first, last))
 
     def corner(self, side: int, at: int) -> Points:
-        """The end of an edge at the start (0) or at the end (1)."""
+        """End of an edge, (2,), at the start (0) or at the end (1)."""
         corner: Points = self.ends[at] + side * self.halves[at] * _turned(self.headings[at], math.pi / 2)
         return corner
 
     def slope(self, side: int, at: int) -> Points:
-        """Direction of an edge at one of its ends."""
+        """Direction of an edge at one of its ends, (2,)."""
         return self.headings[at] if self.sweep else self.corner(side, 1) - self.corner(side, 0)
 
 
@@ -453,7 +462,7 @@ def _cross(first: Points, last: Points) -> float:
 
 
 def _mitre(first: _Segment, last: _Segment) -> Iterator[list[Points]]:
-    """The wedge on the outer side of a corner, up to where the edges of both segments meet."""
+    """Wedge on the outer side of a corner, up to the meeting point of both edges; points (2,)."""
     turn = _cross(first.headings[1], last.headings[0])
     if not turn or not (first.halves[1] or last.halves[0]):
         return
@@ -481,4 +490,4 @@ READ: dict[str, Callable[[Any], Shape]] = {
     "POLYLINE": _polyline,
     **dict.fromkeys(("SOLID", "TRACE", "3DFACE"), _quadrilateral),
 }
-"""Kinds of entities that are read, each with the function that makes its shape."""
+"""Kinds of entities that are read, with the function for each."""

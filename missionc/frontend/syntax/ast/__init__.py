@@ -1,7 +1,7 @@
-"""The abstract syntax tree, as written: every node has its span, every name is still a word.
+"""The abstract syntax tree, as written: every node has its span, and names are not resolved.
 
-A mission is a list of declarations; a quantity keeps the unit it was written
-with; an operator keeps its canonical word (``always`` for ``G``).
+A mission is a list of declarations; a quantity keeps the unit it was written with; an operator keeps its canonical word
+(``always`` for ``G``).
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ class Param(Node):
 
 
 class Include(Node):
-    """``include "site.mission"``; the parser replaces it by the file's declarations, so later passes never see one."""
+    """Declaration ``include "site.mission"``.
+
+    The parser replaces it by the file's declarations, so later passes never see one.
+    """
 
     path: str
 
@@ -57,7 +60,7 @@ class Region(Node):
 
 
 class Obstacle(Node):
-    """``obstacle NAME = SHAPE [MOTION] [uncertain growth]``"""
+    """Declaration ``obstacle NAME = SHAPE [MOTION] [uncertain growth]``."""
 
     name: Name
     shape: Shape
@@ -71,7 +74,7 @@ class Beacon(Node):
 
 
 class Team(Node):
-    """``team drone[5] { … }``, or ``agent truck7 { … }`` where ``size`` is None."""
+    """Declaration ``team drone[5] { … }``, or ``agent truck7 { … }`` if ``size`` is None."""
 
     name: Name
     size: Quantity | None
@@ -84,7 +87,7 @@ class Group(Node):
 
 
 class OfPair(Node):
-    """``tower to drone 8 m``: the range, or a weight, of links from the ones to the others."""
+    """Item ``tower to drone 8 m``: range, or weight, of the links between two sets of agents."""
 
     senders: Name | Member
     receivers: Name | Member
@@ -92,7 +95,7 @@ class OfPair(Node):
 
 
 class Weight(Node):
-    """``weight cost 2 { drone to tower 3 }``: what links weigh, and those of some pairs."""
+    """Item ``weight cost 2 { drone to tower 3 }``: weight of links, with exceptions for pairs."""
 
     name: Name
     value: Quantity
@@ -100,9 +103,9 @@ class Weight(Node):
 
 
 class Graph(Node):
-    """``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``; ``over`` None means all agents.
+    """Graph ``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``; ``over`` None means all agents.
 
-    ``ranges`` are those of pairs; ``radius``, which may be left out beside them, that of all others.
+    ``ranges`` are those of pairs; ``radius`` is that of all others, and optional if there are ranges.
     """
 
     name: Name
@@ -114,7 +117,7 @@ class Graph(Node):
 
 
 class Link(Node):
-    """``0-1: 0.8`` in ``distances``: two members by their place in the group, and the distance."""
+    """Entry ``0-1: 0.8`` in ``distances``: two members by their index in the group, and the distance."""
 
     first: Quantity
     second: Quantity
@@ -122,10 +125,10 @@ class Link(Node):
 
 
 class Formation(Node):
-    """``kind`` is ``line chain circle grid star offsets distances``.
+    """Formation; ``kind`` is one of ``line chain circle grid star offsets distances``.
 
-    ``settings``: ``spacing``, ``radius``, ``heading``, ``rows``, ``columns``,
-    ``tolerance``; ``total`` says that the tolerance bounds the sum of the errors.
+    ``settings``: ``spacing``, ``radius``, ``heading``, ``rows``, ``columns``, ``tolerance``; ``total`` means that the
+    tolerance bounds the sum of the errors.
     """
 
     name: Name
@@ -146,7 +149,7 @@ class Clearance(Node):
 
 
 class Rate(Node):
-    """``start 100``, ``drain 0.2 per s``, ``refill 2 per s in dock``: what a resource begins with, or changes by."""
+    """Item ``start 100``, ``drain 0.2 per s`` or ``refill 2 per s in dock``: initial value or change of a resource."""
 
     name: Name
     value: Quantity
@@ -155,7 +158,7 @@ class Rate(Node):
 
 
 class Resource(Node):
-    """``resource battery of drone { start 100, drain 0.2 per s }``"""
+    """Declaration ``resource battery of drone { start 100, drain 0.2 per s }``."""
 
     name: Name
     agents: Name | Member
@@ -163,14 +166,14 @@ class Resource(Node):
 
 
 class Mark(Node):
-    """``set in depot``, ``cleared in pack``."""
+    """Item ``set in depot`` or ``cleared in pack``."""
 
     name: Name
     within: Name
 
 
 class Flag(Node):
-    """``flag loaded of drone { set in depot, cleared in pack }``"""
+    """Declaration ``flag loaded of drone { set in depot, cleared in pack }``."""
 
     name: Name
     agents: Name | Member
@@ -183,7 +186,7 @@ class Let(Node):
 
 
 class Require(Node):
-    """``label`` is None where the author gave none."""
+    """Requirement; ``label`` is None if the author gave none."""
 
     label: Name | None
     body: Formula
@@ -206,7 +209,7 @@ class Maximize(Minimize):
 
 
 class FileSetting(Node):
-    """``roadmap = "lanes.graphml"``; ``source`` is the file, once it has been read."""
+    """Setting ``roadmap = "lanes.graphml"``; ``source`` is the file, once it has been read."""
 
     name: Name
     path: str
@@ -214,7 +217,7 @@ class FileSetting(Node):
 
 
 class Solve(Node):
-    """``solve with smt { nodes = 110, neighbors = 6 }``"""
+    """Declaration ``solve with smt { nodes = 110, neighbors = 6 }``."""
 
     backend: Name
     settings: tuple[Setting, ...]
@@ -222,14 +225,14 @@ class Solve(Node):
 
 
 class Tolerate(Node):
-    """``tolerate delay 2 s of drone``"""
+    """Declaration ``tolerate delay 2 s of drone``."""
 
     delay: Quantity
     agents: Name | Member
 
 
 class FileOption(Node):
-    """``at (2, 1)``, ``origin (8.54 deg, 47.38 deg)``, ``layer "WALLS"``, ``unknown free``, ``named hall``.
+    """Option ``at (2, 1)``, ``origin (8.54 deg, 47.38 deg)``, ``layer "WALLS"``, ``unknown free`` or ``named hall``.
 
     ``value`` is a point after ``at`` and ``origin``, and words after the others.
     """
@@ -239,7 +242,9 @@ class FileOption(Node):
 
 
 class FromFile(Node):
-    """``obstacles from "hall.yaml" resolution 5 cm unknown free``; ``kind`` is ``obstacles regions beacons``.
+    """Declaration ``obstacles from "hall.yaml" resolution 5 cm``.
+
+    ``kind`` is ``obstacles``, ``regions`` or ``beacons``.
 
     ``settings``: ``resolution``, ``within``, ``unit``.
     """
@@ -259,6 +264,6 @@ Declaration: TypeAlias = (
 
 
 class Program(Node):
-    """A whole mission: the main file's declarations with every include's spliced in at its place."""
+    """A whole mission: the main file's declarations, with those of each included file at its place."""
 
     declarations: tuple[Declaration, ...]

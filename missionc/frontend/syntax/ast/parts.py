@@ -10,7 +10,7 @@ from missionc.base.units import Metric
 
 
 class Node(Record):
-    """A part of the tree, with its place in the text."""
+    """Part of the tree, with its place in the text."""
 
     span: Span
 
@@ -23,7 +23,7 @@ class Name(Node):
 
 
 class Index(Node):
-    """``i in 0..9``: an index, and the whole numbers that it is, both ends among them."""
+    """Index ``i in 0..9`` and its range of whole numbers, both ends included."""
 
     name: Name
     low: Quantity
@@ -31,16 +31,19 @@ class Index(Node):
 
 
 class FamilyName(Name):
-    """``w[i in 0..9]`` where a family is declared: ``span`` and ``text`` are those of ``w``, ``whole_span`` of all."""
+    """Name ``w[i in 0..9]`` in the declaration of a family: ``span`` and ``text`` are those of ``w``, ``whole_span`` is
+    the full one.
+    """
 
     indices: tuple[Index, ...]
     whole_span: Span
 
 
 class Indexed(Name):
-    """``rack[i, j + 1]``, a member of a family: ``span`` and ``text`` are those of ``rack``, ``whole_span`` of all.
+    """Member ``rack[i, j + 1]`` of a family: ``span`` and ``text`` are those of ``rack``, ``whole_span`` is the full
+    one.
 
-    A single index after the name of agents is a ``Member``, whichever of the two is meant.
+    A single index after the name of agents is always a ``Member``.
     """
 
     indices: tuple[Quantity, ...]
@@ -48,7 +51,7 @@ class Indexed(Name):
 
 
 class Number(Node):
-    """A number and the unit written after it, if any."""
+    """Number and the unit after it, if any."""
 
     value: float
     unit: str | None = None
@@ -60,7 +63,7 @@ class Negative(Node):
 
 
 class Arithmetic(Node):
-    """``left op right`` with ``op`` one of ``+ - * /``."""
+    """Arithmetic ``left op right`` with ``op`` one of ``+ - * /``."""
 
     operator: str
     left: Quantity
@@ -68,16 +71,16 @@ class Arithmetic(Node):
 
 
 class Extreme(Node):
-    """``min(a, b)`` or ``max(a, b)``, by its ``word``."""
+    """Extreme ``min(a, b)`` or ``max(a, b)``, by its ``word``."""
 
     word: str
     parts: tuple[Quantity, ...]
 
 
 class Member(Node):
-    """``drone[2]``, ``drone[0..2]`` or ``t[i][2]``: members of a team by index.
+    """Members ``drone[2]``, ``drone[0..2]`` or ``t[i][2]`` of a team by index.
 
-    Until families are spelt out, ``drone[2]`` may be a member of a family too.
+    Until families are expanded, ``drone[2]`` may be a member of a family too.
     """
 
     team: Name
@@ -86,13 +89,13 @@ class Member(Node):
 
 
 class Distance(Node):
-    """``distance(base)`` or ``distance(drone[0], drone[1])``."""
+    """Distance ``distance(base)`` or ``distance(drone[0], drone[1])``."""
 
     ends: tuple[Name | Member, ...]
 
 
 Quantity: TypeAlias = "Name | Number | Negative | Arithmetic | Extreme | Distance"
-"""``Distance`` and the state words (``x``, ``speed``, as ``Name``) only fit inside a comparison; resolve says so."""
+"""Quantity; ``Distance`` and the state words (``x``, ``speed``, as ``Name``) are for comparisons only."""
 
 
 class Point(Node):
@@ -100,7 +103,7 @@ class Point(Node):
 
 
 class File(Node):
-    """``"hall.yaml"``, the words; ``sources`` are the file and what it rests on, once they have been read."""
+    """File name ``"hall.yaml"``; ``sources`` are the file and its companions, once they have been read."""
 
     path: str
     sources: tuple[Source, ...] = ()
@@ -110,7 +113,7 @@ class File(Node):
 
 
 class Height(Node):
-    """``height a..b``"""
+    """Height band ``height a..b``."""
 
     low: Quantity
     high: Quantity
@@ -145,7 +148,7 @@ class Polygon(Node):
 
 
 class Combined(Node):
-    """``left op right`` with ``op`` one of ``+`` (union), ``*`` (intersection), ``-`` (difference)."""
+    """Shape ``left op right`` with ``op`` one of ``+`` (union), ``*`` (intersection), ``-`` (difference)."""
 
     operator: str
     left: Shape
@@ -156,7 +159,7 @@ Shape: TypeAlias = "Name | Box | Disc | Ball | Cylinder | Polygon | Combined"
 
 
 class Moving(Node):
-    """``moving (2, 0) m/s``: constant velocity from time 0. ``unit`` is the one after the bracket."""
+    """Motion ``moving (2, 0) m/s``: constant velocity from time 0. ``unit`` is the one after the bracket."""
 
     velocity: Point
     unit: str | None = None
@@ -164,20 +167,20 @@ class Moving(Node):
 
 
 class Waypoint(Node):
-    """``(4 s: 3, 0)``: the shape's offset at a time."""
+    """Waypoint ``(4 s: 3, 0)``: the shape's offset at a time."""
 
     time: Quantity
     offset: tuple[Quantity, ...]
 
 
 class Along(Node):
-    """``along (0 s: 0, 0), (4 s: 3, 0)``: offsets over time, straight in between, at rest before and after."""
+    """Motion ``along (0 s: 0, 0), (4 s: 3, 0)``: offsets over time, linear in between, static before and after."""
 
     waypoints: tuple[Waypoint, ...]
 
 
 class AlongFile(Node):
-    """``along from "route.csv"``: the waypoints are in the file."""
+    """Motion ``along from "route.csv"``, with the waypoints in the file."""
 
     file: File
 
@@ -189,10 +192,9 @@ Motion: TypeAlias = "Moving | Along | AlongFile"
 
 
 class Setting(Node):
-    """``speed <= 2 m/s``, ``speed 1..2 m/s``, ``turn <= 90 deg/s``, ``nodes = 110``, ``tolerance 0.1 m``.
+    """Setting ``speed <= 2 m/s``, ``speed 1..2 m/s``, ``turn <= 90 deg/s``, ``nodes = 110`` or ``tolerance 0.1 m``.
 
-    ``relation`` is ``<=``, ``=``, ``..`` or empty (a bare value after the word);
-    ``low`` is given only for a range.
+    ``relation`` is ``<=``, ``=``, ``..`` or empty (a bare value after the word); ``low`` is given only for a range.
     """
 
     name: Name
@@ -225,7 +227,7 @@ class OnGrid(Node):
 
 
 class AtListed(Node):
-    """``from "starts.csv"``: a point for each agent, in the order of the file."""
+    """Places ``from "starts.csv"``: a point for each agent, in the order of the file."""
 
     file: File
 
@@ -242,32 +244,32 @@ class Finish(Node):
 
 
 class Vehicle(Node):
-    """``vehicle crazyflie21 { speed <= 0.8 m/s }``; the settings take the place of the profile's own figures."""
+    """Vehicle ``vehicle crazyflie21 { speed <= 0.8 m/s }``; the settings replace those of the profile."""
 
     name: Name
     settings: tuple[Setting, ...]
 
 
 class Pads(Node):
-    """``pads at (1, 1, 0), (2, 1, 0)``: where the agents of a team stand before they rise, and land."""
+    """Pads ``pads at (1, 1, 0), (2, 1, 0)``: positions of the agents of a team before takeoff and after landing."""
 
     places: Places
 
 
 class Flight(Node):
-    """``flight { pads …  hover 1 m  rise <= 0.3 m/s }``; ``flight`` alone leaves all of it out."""
+    """Flight ``flight { pads … hover 1 m rise <= 0.3 m/s }``; ``flight`` alone omits all of it."""
 
     items: tuple[Pads | Setting, ...]
 
 
 class Yaw(Node):
-    """``yaw 90 deg``, or ``yaw along path`` where ``angle`` is None."""
+    """Yaw ``yaw 90 deg``, or ``yaw along path`` if ``angle`` is None."""
 
     angle: Quantity | None
 
 
 TeamItem: TypeAlias = "Dynamics | Start | Finish | Vehicle | Flight | Yaw | Setting"
-"""In any order inside the braces; ``radius`` and ``altitude`` are settings."""
+"""Items inside the braces, in any order; ``radius`` and ``altitude`` are settings."""
 
 
 # ------------------------------------------------------------------ formulas
@@ -278,9 +280,9 @@ class Truth(Node):
 
 
 class Call(Node):
-    """``inside(field)``, ``touches(field)``, ``connected(radio, east)``, ``connected(radio, 2)``.
+    """Call ``inside(field)``, ``touches(field)``, ``connected(radio, east)`` or ``connected(radio, 2)``.
 
-    No argument is a ``Distance``.
+    Arguments are never a ``Distance``.
     """
 
     name: Name
@@ -288,7 +290,7 @@ class Call(Node):
 
 
 class Compare(Node):
-    """``left op right`` with ``op`` one of ``<= < >= >``, over the agent's state and distances."""
+    """Comparison ``left op right`` with ``op`` one of ``<= < >= >``, over the agent's state and distances."""
 
     operator: str
     left: Quantity
@@ -296,30 +298,30 @@ class Compare(Node):
 
 
 class Facing(Node):
-    """``heading within 10 deg of 90 deg``; ``towards`` may be the ``Name`` of a beacon."""
+    """Heading predicate ``heading within 10 deg of 90 deg``; ``towards`` may be the ``Name`` of a beacon."""
 
     within: Quantity
     towards: Quantity
 
 
 class Window(Node):
-    """``[2 s, 12 s]``; ``high`` is None for ``end``."""
+    """Window ``[2 s, 12 s]``; ``high`` is None for ``end``."""
 
     low: Quantity
     high: Quantity | None
 
 
 class Period(Node):
-    """The ``40 s`` of ``every 40 s: f``."""
+    """Period, the ``40 s`` in ``every 40 s: f``."""
 
     length: Quantity
 
 
 class Length(Node):
-    """``[hops 0..2 on radio]``.
+    """Length bounds ``[hops 0..2 on radio]``.
 
-    ``low`` is None for ``<= 2``, ``high`` for ``2..``, ``graph`` where it is left out. ``unit`` names the weight that
-    a length is measured in, if it is one.
+    ``low`` is None for ``<= 2``, ``high`` for ``2..``, ``graph`` if it is omitted. ``unit`` is the name of the weight
+    that measures the length, if any.
     """
 
     metric: Metric
@@ -330,14 +332,14 @@ class Length(Node):
 
     @property
     def word(self) -> str:
-        """``hops``, ``distance`` or the name of a weight."""
+        """Word ``hops``, ``distance`` or the name of a weight."""
         return self.metric.value if self.unit is None else self.unit.text
 
 
 class Apply(Node):
-    """An operator on its operands, by its canonical word (``and``, ``always``, ``reach``, …).
+    """Operator with its operands, by its canonical word (``and``, ``always``, ``reach``, …).
 
-    ``count`` keeps the comparison after it: ``>=`` and ``2`` in ``count[…] f >= 2``.
+    ``count`` stores the comparison after it: ``>=`` and ``2`` in ``count[…] f >= 2``.
     """
 
     operator: str
@@ -349,7 +351,10 @@ class Apply(Node):
 
 
 class Quantified(Node):
-    """``every G: f``, ``some G: f``, ``at least 2 G: f``, ``without any 1 G: f``; ``kind`` is the words before."""
+    """Quantified formula ``every G: f``, ``some G: f``, ``at least 2 G: f``, ``without any 1 G: f``.
+
+    ``kind`` is the prefix.
+    """
 
     kind: str
     number: Quantity | None
@@ -358,14 +363,15 @@ class Quantified(Node):
 
 
 class OneAgent(Node):
-    """``drone[0]: f`` (or ``truck7: f``, an agent by its own name)."""
+    """Formula ``drone[0]: f`` (or ``truck7: f``, an agent by its own name)."""
 
     agent: Name | Member
     body: Formula
 
 
 class ForEach(Node):
-    """``for i in 0..9: f``, ``for some i in 0..9: f``: a conjunction, or a disjunction, once resolve has spelt it out.
+    """Formula ``for i in 0..9: f`` or ``for some i in 0..9: f``: a conjunction, or a disjunction, once resolve has
+    expanded it.
 
     ``kind`` is ``every`` or ``some``, ``word_span`` that of ``for``.
     """
@@ -377,4 +383,4 @@ class ForEach(Node):
 
 
 Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Facing | Apply | Quantified | OneAgent | ForEach"
-"""A ``Name`` may be a region, team, group, agent, formation or ``let``; resolve tells which."""
+"""Formula; a ``Name`` may be a region, team, group, agent, formation or ``let``, as resolve finds out."""

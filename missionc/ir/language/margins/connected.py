@@ -1,7 +1,7 @@
 """Margin of ``connected(graph)``: widest spanning trees for pairwise routes; algebraic connectivity.
 
-Every agent has a route to every other over agents of the set alone. Maximum spanning trees of many graphs at once are
-computed by Prim's algorithm in numpy.
+Every agent must have a route to every other over agents of the set only. Maximum spanning trees of many graphs at once
+are computed by Prim's algorithm in numpy.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from missionc.ir.pair_ranges import directed
 
 
 def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:
-    """The tree whose worst link is best, and as good as can be in every other.
+    """Spanning tree whose worst link is best, then its second worst, and so on.
 
-    Of links that lead one way it is the tree of ways from the first member to all
-    others: no way to any of them has a better worst link than the one in it.
+    For directed links, this is the tree of paths from the first member to all others. No path to any member has a
+    better worst link than the path in the tree.
 
     Args:
-        links: (graphs, members, members), metres; the more, the better.
+        links: (graphs, members, members), metres; larger is better.
 
     Returns:
-        the edges in the order in which the tree grows, as numbers of members, (graphs, members - 1)
-        twice, the second of each new to the tree; and the number of the worst, (graphs,).
+        the edges in the order of growth, as indices of members, (graphs, members - 1)
+        twice, the second of each new to the tree; and the index of the worst edge, (graphs,).
     """
     graphs, members, _ = links.shape
     row = np.arange(graphs)
@@ -49,12 +49,11 @@ def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:
 
 
 def connected_margin(graph: Graph, trace: Trace) -> Array:
-    """The worst link of the best spanning tree: (steps + 1,), metres.
+    """Worst link of the best spanning tree: (steps + 1,), metres.
 
-    In a proximity graph that is the radius minus the longest edge of the
-    minimum spanning tree. Of links that lead one way, the worst of two trees: of
-    ways from the first agent to all others, and of ways back from them.
-    ``inf`` for fewer than two agents.
+    In a proximity graph, this is the radius minus the longest edge of the minimum spanning tree. For directed links, it
+    is the worst of two trees: of paths from the first agent to all others, and of paths back. ``inf`` for fewer than
+    two agents.
     """
     if directed(graph):
         return _by_pieces(lambda links: np.minimum(_bottleneck(links), _bottleneck(links.mT)), graph, trace)
@@ -62,9 +61,10 @@ def connected_margin(graph: Graph, trace: Trace) -> Array:
 
 
 def algebraic_connectivity(graph: Graph, trace: Trace) -> Array:
-    """The second smallest eigenvalue of the links' Laplacian, (steps + 1,): positive where the graph is connected.
+    """Second smallest eigenvalue of the links' Laplacian, (steps + 1,), dimensionless: positive if the graph is
+    connected.
 
-    Without unit; 0 for fewer than two agents. Of links that lead one way it says nothing.
+    0 for fewer than two agents. For directed links, it is not meaningful.
 
     Source:
         [clot] III-C, λ₂.
@@ -80,7 +80,10 @@ def _by_pieces(measure: Callable[[Array], Array], graph: Graph, trace: Trace) ->
 
 
 def _bottleneck(links: Array) -> Array:
-    """The worst link of the best spanning tree: (steps, members, members) -> (steps,), metres; without limit of one."""
+    """Worst link of the best spanning tree: (steps, members, members) -> (steps,), metres.
+
+    Infinite for one member.
+    """
     if links.shape[1] < 2:
         return np.full(len(links), np.inf)
     first, second, worst = spanning_tree(links)

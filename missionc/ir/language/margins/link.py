@@ -1,4 +1,4 @@
-"""A link of a graph: how far two agents are from losing it."""
+"""Margin of a link of a graph between two agents."""
 
 from __future__ import annotations
 
@@ -19,14 +19,12 @@ def link_margin_of(
     second_position: Array,
     floor: float = -math.inf,
 ) -> Array:
-    """How far the first agent is from losing its link to the second: (..., dim) twice -> (...), metres.
+    """Margin of the link from the first agent to the second: (..., dim) twice -> (...), metres.
 
-    The range of their pair, ``reach``, in metres, a number or (...), minus the
-    distance between them; with beacons, what the worse of
-    the two has left to the beacon that serves them best; of a sight, the
-    clearance of the straight line between them too, where that is less. Linked
-    where it is above 0. Of a margin that is at most ``floor`` perhaps only that
-    is found, which is sooner.
+    The margin is the range of their pair, ``reach`` (metres, a number or (...)), minus their distance. With beacons, it
+    is the smaller of both margins to the beacon that serves the pair best. For a sight, it is at most the clearance of
+    the line between them. Agents are linked if it is above 0. A margin of at most ``floor`` may be returned inexactly,
+    which is faster.
 
     Source:
         [strel] ε-proximity and ε-connectivity graphs.

@@ -1,4 +1,4 @@
-"""Margins of the edges of a communication graph: positive where two agents are linked."""
+"""Margins of the edges of a communication graph: positive if two agents are linked."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ Agents: TypeAlias = int | NDArray[np.int64]
 """The numbers of agents."""
 
 ELEMENTS = 1 << 22
-"""How many links are held at once; longer traces are judged in pieces."""
+"""Maximum number of links in memory at once; longer traces are judged in pieces."""
 
 
 def ranges(graph: Graph, first: Agents, second: Agents) -> float | trace.Array:
-    """The ranges of the links from some agents to others, by their numbers: metres, as they broadcast, or one for all.
+    """Ranges of the links from some agents to others, by index: metres, broadcast, or one number for all.
 
-    What is said of an agent and itself is of no use.
+    The range of an agent to itself has no meaning.
     """
     if not graph.ranges:
         return float(graph.radius)
@@ -37,10 +37,10 @@ def ranges(graph: Graph, first: Agents, second: Agents) -> float | trace.Array:
 def link_margin(
     graph: Graph, first: Agents, second: Agents, first_position: Array, second_position: Array, *, xp: Namespace = np
 ) -> Array:
-    """The margin of the links from the first agents to the second: (..., dim) twice -> (...), metres.
+    """Margin of the links from the first agents to the second: (..., dim) twice -> (...), metres.
 
     Args:
-        first: the numbers of the agents, which broadcast against (...); likewise ``second``.
+        first: indices of the agents, which broadcast against (...); likewise ``second``.
     """
     reach: Array = ranges(graph, first, second)
     if xp is not np and graph.ranges:
@@ -51,27 +51,32 @@ def link_margin(
 def are_linked(
     graph: Graph, first: Agents, second: Agents, first_position: trace.Array, second_position: trace.Array
 ) -> trace.Flags:
-    """Whether links lead from the first agents to the second: (..., dim) twice -> (...); sooner than by the margin."""
+    """Flags of links from the first agents to the second, faster than the margin.
+
+    Shape: (..., dim) twice, metres -> (...), boolean.
+    """
     reach = ranges(graph, first, second)
     return np.asarray(link.link_margin_of(np, graph, reach, first_position, second_position, floor=0.0) > 0)
 
 
 def places_linked(graph: Graph, first_position: trace.Array, second_position: trace.Array) -> trace.Flags:
-    """Whether whoever is at two places is linked, of a graph whose links have one range: (..., dim) twice -> (...)."""
+    """Flags of links between places of a graph with one range for all.
+
+    Shape: (..., dim) twice, metres -> (...), boolean.
+    """
     assert not graph.ranges, "whether two places are linked hangs on who is there"
     return np.asarray(link.link_margin_of(np, graph, graph.radius, first_position, second_position, floor=0.0) > 0)
 
 
 def all_links(graph: Graph, position: trace.Array) -> trace.Array:
-    """The link margins of all pairs.
+    """Link margins of all pairs.
 
     Args:
-        position: of all the mission's agents, (agents, steps, dim), metres.
+        position: all agents of the mission, (agents, steps, dim), metres.
 
     Returns:
-        (steps, members, members), metres, from each of the graph's agents, in
-        their order, to each; ``-inf`` on the diagonal, for no agent is linked
-        to itself.
+        (steps, members, members), metres, from each of the graph's agents to each, in their
+        order; ``-inf`` on the diagonal, since no agent is linked to itself.
     """
     agents = np.array(graph.agents, dtype=np.int64)
     members = position[agents].swapaxes(0, 1)
@@ -82,6 +87,6 @@ def all_links(graph: Graph, position: trace.Array) -> trace.Array:
 
 
 def link_pieces(steps: int, members: int) -> Iterator[slice]:
-    """The steps 0 … ``steps - 1`` in pieces short enough to hold all links of so many agents at once."""
+    """Split the steps 0 … ``steps - 1`` into pieces whose links fit in memory at once."""
     size = max(1, ELEMENTS // max(1, members * members))
     return (slice(start, min(start + size, steps)) for start in range(0, steps, size))

@@ -1,7 +1,7 @@
 """Margins of predicates along a trace, and in the states of one agent or two.
 
-All in metres, but for comparisons of speed alone (m/s). At exactly 0 the sign
-says nothing; ``holds`` knows on which side the border is.
+All are in metres, except comparisons of speed only (m/s). At exactly 0 the sign is undecided; ``holds`` knows whether
+the boundary counts as true.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ __all__ = [
 
 
 def margin(predicate: Predicate, mission: Mission, trace: Trace) -> Array:
-    """A predicate's margin all along a trace.
+    """Margin of a predicate along a trace.
 
     Returns:
         (agents, steps + 1) for predicates about one agent, (steps + 1,) for
-        those about the team.
+        those about the team; metres, or m/s for comparisons of speed only.
     """
     margins = predicate.margin(_AlongTrace(mission, trace))
     if isinstance(predicate, PlacePredicate):
@@ -45,10 +45,13 @@ def margin(predicate: Predicate, mission: Mission, trace: Trace) -> Array:
 
 
 def _check_slope(predicate: PlacePredicate, margins: Array, trace: Trace) -> None:
-    """Compare the margins of a predicate of another package with what its slope allows along a trace.
+    """Compare the change of an extension predicate's margins along a trace with its slope.
 
     Raises:
-        ExtensionError: they are no numbers, or change by more than agents move.
+        ExtensionError: the margins are not finite, or change by more than agents move.
+
+    Args:
+        margins: (agents, steps + 1), metres.
     """
     word, help_ = predicate.word, "report it to the authors of the extension"
     known = np.isfinite(trace.position).all(axis=-1)
@@ -65,13 +68,13 @@ def _check_slope(predicate: PlacePredicate, margins: Array, trace: Trace) -> Non
 
 
 SLACK = 1e-6
-"""The share, and the metres, of a change that rounding may add."""
+"""Share of a change, and metres, allowed for rounding."""
 
 
 def holds(predicate: Predicate, margins: Array) -> Array:
-    """Whether a predicate of these margins is true: (...) -> (...).
+    """Truth of a predicate with these margins, metres or m/s: (...) -> (...), boolean.
 
-    Regions, tolerances and ``>=`` hold at their border; links and ``>`` do not.
+    Regions, tolerances and ``>=`` are true at margin 0; links and ``>`` are not.
     """
     return margins > 0 if predicate.open_border else margins >= 0
 
@@ -86,10 +89,10 @@ def of_states(
     *,
     xp: Namespace = np,
 ) -> Array:
-    """The margin of a predicate that one agent's own state decides: (..., dim) twice -> (...).
+    """Margin of a predicate from one agent's own state: (..., dim) twice, metres and m/s -> (...), metres.
 
     Args:
-        heading: (...), rad; NaN where nothing is known of it, which makes NaN of the margin. For who asks of headings.
+        heading: (...), rad; NaN if unknown, which makes the margin NaN. Needed for predicates of headings only.
 
     Raises:
         ValueError: the predicate needs another agent.
@@ -107,7 +110,7 @@ def of_pair(
     *,
     xp: Namespace = np,
 ) -> Array:
-    """The margin, for agent ``first``, of a predicate that reads no other agent than ``second``.
+    """Margin, for agent ``first``, of a predicate that reads no agent other than ``second``.
 
     Args:
         first_position: (..., dim), metres; broadcasts with ``second_position``.
@@ -126,12 +129,12 @@ def of_pair(
 def formation_margin(
     shape: Formation, edge: FormationEdge, first_position: Array, second_position: Array, *, xp: Namespace = np
 ) -> Array:
-    """The tolerance minus one edge's error: (..., dim) twice -> (...), metres."""
+    """Tolerance minus one edge's error: (..., dim) twice -> (...), metres."""
     return shape.tolerance - formation.edge_error(xp, edge, first_position, second_position)
 
 
 class _AlongTrace(View):
-    """All agents are asked: (agents, steps + 1, dim); of one there are (steps + 1, dim)."""
+    """View of all agents: (agents, steps + 1, dim); one agent has (steps + 1, dim)."""
 
     def __init__(self, mission: Mission, trace: Trace) -> None:
         super().__init__(np, mission.dimension)
@@ -166,7 +169,7 @@ class _AlongTrace(View):
 
 
 class _OfSome(View):
-    """The first of a few agents is asked; nothing is known of any other."""
+    """View of a few agents, evaluated for the first; other agents are unknown."""
 
     def __init__(
         self,

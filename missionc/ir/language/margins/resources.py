@@ -1,4 +1,4 @@
-"""Resources and flags along motions: levels from step to step, and margins of flags.
+"""Resources and flags along motions: levels per step, and margins of flags.
 
 Both are functions of an agent's own positions at the steps.
 """
@@ -13,11 +13,14 @@ from missionc.ir.distances.signed_distance import Array as AnyArray
 from missionc.ir.distances.signed_distance import Namespace, distance_between, signed_distance
 
 BORDER = 5e-324
-"""Less than anything measured: whoever is at the border of the region that clears a flag is in it."""
+"""Smaller than any measured distance: an agent on the border of the clearing region is inside it."""
 
 
 def levels(resource: Resource, trace: Trace) -> Array:
-    """What every agent has left at every step: (agents, steps + 1); of one that has none of it, the start."""
+    """Level of a resource for every agent and step: (agents, steps + 1), in its unit.
+
+    The start for agents without it.
+    """
     found = np.full(trace.position.shape[:2], resource.start)
     mine = list(resource.agents)
     found[mine] = levels_along(np, resource, trace.step, trace.position[mine])
@@ -25,10 +28,12 @@ def levels(resource: Resource, trace: Trace) -> Array:
 
 
 def levels_along(xp: Namespace, resource: Resource, step: float, position: AnyArray) -> AnyArray:
-    """What is left along motions of agents that have the resource: (..., steps + 1, dim) -> (..., steps + 1).
+    """Levels of a resource along motions of agents that have it.
+
+    Shape: (..., steps + 1, dim), metres -> (..., steps + 1), its unit.
 
     Args:
-        xp: the array library ``position`` is of.
+        xp: the array library of ``position``.
         step: seconds.
     """
     change = changes(resource, step, position[..., :-1, :], position[..., 1:, :], xp=xp)
@@ -39,7 +44,9 @@ def levels_along(xp: Namespace, resource: Resource, step: float, position: AnyAr
 
 
 def changes(resource: Resource, step: float, begin: AnyArray, end: AnyArray, *, xp: Namespace = np) -> AnyArray:
-    """What motions within a step change it by, where its capacity does not stop them: (..., dim) twice -> (...).
+    """Change of a resource by motions within a step, before its capacity limits it.
+
+    Shape: (..., dim) twice, metres -> (...).
 
     Args:
         step: seconds.
@@ -52,7 +59,7 @@ def changes(resource: Resource, step: float, begin: AnyArray, end: AnyArray, *, 
 
 
 def flag_margins(flag: Flag, trace: Trace) -> Array:
-    """The margin of a flag at every step, (agents, steps + 1), metres; of agents that do not have it, ``-inf``."""
+    """Margin of a flag at every step, (agents, steps + 1), metres; ``-inf`` for agents without it."""
     found = np.full(trace.position.shape[:2], -np.inf)
     mine = list(flag.agents)
     found[mine] = flag_margins_along(np, flag, trace.position[mine])
@@ -60,10 +67,12 @@ def flag_margins(flag: Flag, trace: Trace) -> Array:
 
 
 def flag_margins_along(xp: Namespace, flag: Flag, position: AnyArray) -> AnyArray:
-    """The margin of a flag along motions of agents that have it: (..., steps + 1, dim) -> (..., steps + 1), metres.
+    """Margin of a flag along motions of agents that have it.
 
-    At a step it is the larger of how deep the agent is in the region that sets it, and the smaller of what the flag
-    was worth a step before and of how far the agent is from the region that clears it.
+    Shape: (..., steps + 1, dim) -> (..., steps + 1), metres.
+
+    At a step it is the larger of two values: the agent's depth in the setting region, and the smaller of the previous
+    margin and the distance from the clearing region.
     """
     sets = -signed_distance(xp, flag.set_in.shape, position)
     margins = [sets[..., 0]]
@@ -79,10 +88,10 @@ def flag_margins_along(xp: Namespace, flag: Flag, position: AnyArray) -> AnyArra
 
 
 def flag_truths(flag: Flag, trace: Trace) -> Flags:
-    """Whether every agent has the flag set at every step, (agents, steps + 1)."""
+    """Truth of a flag for every agent and step, (agents, steps + 1), boolean."""
     return np.asarray(flag_margins(flag, trace) >= 0)
 
 
 def within(region: Region, position: AnyArray, *, xp: Namespace = np) -> AnyArray:
-    """Whether places are in a region, whose border is in it: (..., dim) -> (...)."""
+    """Membership of places in a closed region: (..., dim), metres -> (...), boolean."""
     return signed_distance(xp, region.shape, position) <= 0

@@ -1,4 +1,4 @@
-"""View of the team from where agents are: what predicates measure, on any array library."""
+"""View of the team from agents' positions: the measures of predicates, on any array library."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from missionc.ir.language.margins.formation import edge_error
 
 
 class View:
-    """Measures of agents, (...), metres (speeds m/s); a kind of view says where these are.
+    """Measures of agents, (...), metres (speeds m/s); a kind of view supplies their positions.
 
-    ``xp`` is the library of its arrays. What a view does not see is a ``ValueError``.
+    ``xp`` is the library of its arrays. A measure that the view does not have raises ``ValueError``.
     """
 
     def __init__(self, xp: Namespace, dimension: int) -> None:
@@ -22,65 +22,77 @@ class View:
 
     @abstractmethod
     def own(self) -> Array:
-        """Where the agents are that are asked: (..., dim), metres."""
+        """Positions of the evaluated agents: (..., dim), metres."""
 
     @abstractmethod
     def place(self, agent: int) -> Array:
-        """Where this agent is: (..., dim), metres, and broadcasts with ``own``."""
+        """Position of this agent: (..., dim), metres; broadcasts with ``own``."""
 
     def velocity(self) -> Array:
-        """The velocity of the agents that are asked: (..., dim), m/s."""
+        """Velocity of the evaluated agents: (..., dim), m/s."""
         raise ValueError("no speed is seen here")
 
     def radius(self) -> Array:
-        """The radius of the bodies of the agents that are asked: (...) or one number, metres."""
+        """Radius of the bodies of the evaluated agents: (...) or one number, metres."""
         raise ValueError("no bodies are seen here")
 
     @abstractmethod
     def plane(self) -> Array | float:
-        """The altitude of the agents that are asked, in a plane: (...) or one number, metres."""
+        """Altitude of the evaluated agents in a plane mission: (...) or one number, metres."""
 
     def weakest_link(self, graph: Graph) -> Array:
+        """Margin of the worst link of the best spanning tree: (...), metres."""
         raise ValueError("no connected graph is seen here")
 
     def coordinate(self, axis: int) -> Array:
+        """Coordinate of the evaluated agents: (...), metres."""
         return self.own()[..., axis]
 
     def altitude(self) -> Array:
+        """Altitude of the evaluated agents: (...), metres."""
         own = self.own()
         return own[..., 2] if self.dimension == 3 else self.plane() + 0.0 * own[..., 0]
 
     def speed(self) -> Array:
+        """Speed of the evaluated agents: (...), m/s."""
         velocity = self.velocity()
         return length(self.xp, [velocity[..., axis] for axis in range(self.dimension)])
 
     def outside(self, region: Region) -> Array:
+        """Signed distance to a region's border, negative inside: (...), metres."""
         return signed_distance(self.xp, region.shape, self.own())
 
     def to_beacon(self, beacon: Beacon) -> Array:
+        """Distance to a beacon: (...), metres."""
         return distance_between(self.xp, self.own(), beacon.position)
 
     def of_place(self, value: Callable[[Any, Array], Array]) -> Array:
+        """Value of a function of the positions: (...), metres."""
         return value(self.xp, self.own())
 
     def apart(self, first: int | None, second: int) -> Array:
+        """Distance between two agents' centres; None means the evaluated agent: (...), metres."""
         return distance_between(self.xp, self.own() if first is None else self.place(first), self.place(second))
 
     def formation_error(self, edge: FormationEdge) -> Array:
+        """Error of a formation edge: (...), metres, at least 0."""
         return edge_error(self.xp, edge, self.place(edge.first), self.place(edge.second))
 
     def level(self, resource: Resource) -> Array:
+        """Level of a resource: (...), in its unit."""
         raise ValueError("no steps before are seen here")
 
     def flagged(self, flag: Flag) -> Array:
+        """Margin of a flag: (...), metres."""
         raise ValueError("no steps before are seen here")
 
     def heading(self) -> Array:
-        """Where the agents face that are asked: (...), rad. These views are of numpy."""
+        """Headings of the evaluated agents: (...), rad. These views use numpy."""
         raise ValueError("no heading is seen here")
 
     def facing(self, towards: float | Beacon, within: float) -> Array:
-        from missionc.ir.language.margins import headings  # numpy, which nothing else here loads
+        """Margin of the heading: (...), rad for a direction, metres for a beacon."""
+        from missionc.ir.language.margins import headings  # loads numpy, which no other function here needs
 
         if not isinstance(towards, Beacon):
             return headings.of_direction(self.heading(), towards, within)
@@ -88,7 +100,9 @@ class View:
         return headings.of_place(self.heading(), x, y, within)
 
     def nothing(self, *, of_team: bool = False) -> Array:
+        """Zeros of the shape (...) of a result, dimensionless."""
         return 0.0 * (self.place(0) if of_team else self.own())[..., 0]
 
     def larger(self, one: Array, other: Array) -> Array:
+        """Elementwise maximum of two arrays of shape (...), in their unit."""
         return self.xp.maximum(one, other)

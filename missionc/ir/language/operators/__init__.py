@@ -1,4 +1,4 @@
-"""The operators of the language, each family in a file of its own. This tuple is the only registration."""
+"""The operators of the language, each family in its own file. This tuple is the only registration."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def _or(use: Use) -> Node:
 
 
 def _implies(use: Use) -> Node:
-    """Implication, ``f implies g``: ``g`` wherever ``f``."""
+    """Implication, ``f implies g``: ``g`` if ``f``."""
     condition, consequence = use.arguments
     return Any((Not(condition, use.span), consequence), use.span)
 

@@ -1,10 +1,10 @@
-"""``count[a..b] f >= n``: so many agents with ``f`` have their shortest way from here within the bounds.
+"""``count[a..b] f >= n``: at least ``n`` agents with ``f`` have a shortest path from here within the bounds.
 
-The agent itself counts where the lower bound is 0, also outside the graph.
+The agent itself counts if the lower bound is 0, also outside the graph.
 
-One agent that counts is a route to an agent with ``f``, whoever that is: ``reach`` says it without a name for each
-agent. It is necessary of more than one too, and worth at least as much, so that a count of more is an *and* of both
-and its robustness stays the ``n``-th largest.
+For a count of 1, the formula is a route to any agent with ``f``; ``reach`` expresses it without naming agents. This is
+also necessary for larger counts, with at least the same robustness. A larger count is therefore an *and* of both, and
+its robustness remains the ``n``-th largest.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def expand(use: Use) -> Node | TooLarge:
 
 
 def _each_agent(use: Use) -> tuple[Node, ...]:
-    """For each agent that may count, that it does."""
+    """Formulas for each agent that may count."""
     (body,) = use.arguments
     length, span = use.length, use.span
 
@@ -63,9 +63,9 @@ def _each_agent(use: Use) -> tuple[Node, ...]:
 
 
 def _some_agent(use: Use) -> Node | TooLarge | None:
-    """A route no longer than the upper bound to an agent with ``f``, another than this one where that does not count.
+    """Formula of a route within the upper bound to an agent with ``f``, excluding this agent if it does not count.
 
-    None of lengths in metres that are bounded below, where routes would be tried one by one.
+    None for lengths in metres with a lower bound, which would need an enumeration of routes.
     """
     (body,) = use.arguments
     length = use.length

@@ -1,10 +1,10 @@
-"""``escape[a..b] f``: a route of ``f``-agents, both ends included, to an agent that is as far away as the bounds say.
+"""``escape[a..b] f``: a route of ``f``-agents, both ends included, to an agent at a distance within the bounds.
 
-How far is the shortest way over all agents, so route and distance are asked of
-each target apart. With a lower bound of 0 the agent itself will do: it is ``f``.
+The distance is the shortest path over all agents, so route and distance are separate formulas for each target. With a
+lower bound of 0, the agent itself is a target if it satisfies ``f``.
 
 Source:
-    [strel] Table 1; of its three readings, the one of its prose.
+    [strel] Table 1; of three possible readings, the one in its prose.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Operators of the past: over a window that reaches back, and over the step before."""
+"""Operators of the past: over a window that reaches back, and over the previous step."""
 
 from __future__ import annotations
 
@@ -7,36 +7,36 @@ from missionc.ir.language.operator import Bounds, Fixity, Operator, Use
 
 
 def _once(use: Use) -> Node:
-    """``once[a, b] f``: ``f`` at some step of the window, which reaches back; false where that holds no step."""
+    """``once[a, b] f``: ``f`` at some step of the past window; false if it contains no step."""
     (body,) = use.arguments
     return Eventually(body, *use.back, use.span)
 
 
 def _historically(use: Use) -> Node:
-    """``historically[a, b] f``: ``f`` at every step of the window, which reaches back; true if that holds no step."""
+    """``historically[a, b] f``: ``f`` at every step of the past window; true if it contains no step."""
     (body,) = use.arguments
     return Always(body, *use.back, use.span)
 
 
 def _since(use: Use) -> Node:
-    """``f since[a, b] g``: ``g`` at some step of the window, which reaches back, and ``f`` at every step after it.
+    """``f since[a, b] g``: ``g`` at some step of the past window, and ``f`` at every step after it.
 
-    The mirror image of ``until``: ``f`` from now back to, not at, the step with ``g``.
+    Mirror image of ``until``: ``f`` from now back to the step with ``g``, excluded.
     """
     hold, end = use.arguments
-    if use.window.high == 0:  # there is no step after it
+    if use.window.high == 0:  # no step follows it
         return end
     return Until(hold, end, *use.back, use.span)
 
 
 def _arrives(use: Use) -> Node:
-    """``arrives f``: ``f`` now, and not one step ago; false at the first step, before which there is none."""
+    """``arrives f``: ``f`` now but not at the previous step; false at the first step."""
     (body,) = use.arguments
     return All((body, Eventually(Not(body, use.span), -1, -1, use.span)), use.span)
 
 
 def _leaves(use: Use) -> Node:
-    """``leaves f``: ``f`` one step ago, and not now; false at the first step, before which there is none."""
+    """``leaves f``: ``f`` at the previous step but not now; false at the first step."""
     (body,) = use.arguments
     return All((Not(body, use.span), Eventually(body, -1, -1, use.span)), use.span)
 

@@ -1,15 +1,13 @@
-"""``f reach[a..b] g``: a route within the bounds, ``f`` at every agent on it before the last, ``g`` at the last.
+"""``f reach[a..b] g``: a route within the bounds, with ``f`` at every agent except the last, and ``g`` at the last.
 
-A route visits no agent twice. ``Reach`` in the kernel may: with a lower bound
-of 0 that is the same, since a loop can be left out. Otherwise the first
-``low - 1`` agents are spelt out, and the rest of the route is a ``Reach`` of at
-least one link over the other agents: it ends at another agent than the one it
-starts from, so leaving out its loops leaves one link or more. What is left to
-go depends on the set of agents left behind, not on their order, so the formula
-grows with the number of such sets and not with the number of routes.
+A route visits no agent twice. ``Reach`` in the kernel may, which is equivalent for a lower bound of 0, since loops can
+be removed. Otherwise the formula lists the first ``low - 1`` agents; the rest is a ``Reach`` of at least one link over
+the other agents. It ends at an agent other than its start, so at least one link remains after its loops are removed.
+The rest of the route depends on the set of visited agents, not on their order. The formula therefore grows with the
+number of such sets, not with the number of routes.
 
 Source:
-    [strel] Table 1, with routes and lower bounds as its prose means them.
+    [strel] Table 1, with routes and lower bounds as in its prose.
 """
 
 from __future__ import annotations
@@ -39,7 +37,7 @@ def expand(use: Use) -> Node | TooLarge:
 
 
 def reach(use: Use, through: Node, end: Node) -> Node | TooLarge:
-    """The formula for other operands than those of the use: ``somewhere`` and ``everywhere`` share it."""
+    """The formula for operands other than those of the use; ``somewhere`` and ``everywhere`` share it."""
     length, span = use.length, use.span
     agents = len(length.graph.agents)
     if measured_in_metres(length):
@@ -62,11 +60,10 @@ def reach(use: Use, through: Node, end: Node) -> Node | TooLarge:
 
 
 def _up_to(room: int, costs: Iterator[int]) -> int:
-    """The sum of the costs, or the first part of it that is more than there is room for.
+    """Sum of the costs, or its first partial sum above ``room``.
 
-    In hops, each set of fewer than ``low`` agents costs a few nodes for each
-    agent outside it. In metres the formula is one node, but to tell the lengths
-    of routes apart each of them may have to be tried.
+    In hops, each set of fewer than ``low`` agents costs a few nodes for each agent outside it. In metres the formula is
+    one node, but its evaluation may have to enumerate routes.
     """
     total = 0
     for cost in costs:
@@ -86,7 +83,7 @@ def _some_links(use: Use, through: Node, end: Node, low: int, high: int) -> Node
 
     @cache
     def leaving(left: frozenset[int]) -> Node:
-        """A route goes on from this agent, none of those ``left`` behind, and enters none of them."""
+        """Formula that a route continues from this agent to none of the visited agents ``left``."""
         return Any(tuple(onward(agent, left) for agent in graph.agents if agent not in left), span)
 
     def onward(agent: int, left: frozenset[int]) -> Node:
@@ -105,7 +102,7 @@ def traps(use: Apply) -> tuple[str, ...]:
 
 
 def of_routes(use: Apply) -> tuple[str, ...]:
-    """What ``somewhere`` and ``everywhere`` hang on too."""
+    """Conventions that also affect ``somewhere`` and ``everywhere``."""
     assert isinstance(use.bounds, Length)
     if no_hops(use):
         return ("zero hops",)
@@ -121,7 +118,10 @@ def _somewhere(use: Use) -> Node | TooLarge:
 
 
 def _everywhere(use: Use) -> Node | TooLarge:
-    """``everywhere[a..b] f``: ``not somewhere[a..b] not f``, every route within the bounds ends at an ``f``-agent."""
+    """``everywhere[a..b] f``: ``not somewhere[a..b] not f``.
+
+    Every route within the bounds ends at an ``f``-agent.
+    """
     (body,) = use.arguments
     broken = reach(use, always_true(use.span), Not(body, use.span))
     return broken if isinstance(broken, TooLarge) else Not(broken, use.span)

@@ -1,8 +1,7 @@
-"""``f surround[a..b] g``: this agent is in an ``f``-part that ``g``-agents enclose at a length within the bounds.
+"""``f surround[a..b] g``: this agent is in a group of ``f``-agents that ``g``-agents enclose within the bounds.
 
-That is: ``f`` here; no route over ``f``-agents of at most ``b`` leaves ``f`` for an
-agent without ``g``; none leaves it after less than ``a``; and no ``f``-route leads
-to an agent that is further than ``b`` away.
+In detail: ``f`` here. No route over ``f``-agents of length at most ``b`` leaves ``f`` for an agent without ``g``. No
+route leaves ``f`` after a length below ``a``. No ``f``-route leads to an agent further than ``b`` away.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Operators that look ahead: over a window of steps, over periods, and one step."""
+"""Operators that look ahead: over a window of steps, over periods, and to the next step."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def _eventually(use: Use) -> Node:
 
 
 def _every(use: Use) -> Node:
-    """``every 40 s: f``, recurrence: ``f`` at some step of each stretch of that length from now to the mission's end.
+    """``every 40 s: f``, recurrence: ``f`` at some step of each period of that length until the mission's end.
 
-    A stretch begins at each step from now on and ends, both ends included, no later than the mission: the horizon cuts
-    none. Each is requested at its last step, from where it reaches back, so that the operator may stand at any step.
+    A period begins at each step from now on and ends, both ends included, no later than the mission: the horizon cuts
+    no period. Each is evaluated at its last step and looks back, so that the operator can be evaluated at any step.
 
     Source:
         Konrad and Cheng, "Real-time Specification Patterns" (2005), bounded recurrence.
@@ -33,12 +33,12 @@ def _every(use: Use) -> Node:
 
 
 def _until(use: Use) -> Node:
-    """``f until[a, b] g``: ``g`` at some step of the window, and ``f`` at every step from now up to, not at, that one.
+    """``f until[a, b] g``: ``g`` at some step of the window, and ``f`` at every step from now until then, excluded.
 
-    The standard reading. [strel] asks for ``f`` at that step too; that is ``f until[a, b] (f and g)``.
+    This is the standard reading. [strel] also requires ``f`` at that step: ``f until[a, b] (f and g)``.
     """
     hold, end = use.arguments
-    if use.window.high == 0:  # there is no step before, and so none from which the left one is asked how it goes on
+    if use.window.high == 0:  # no step before it, so the left side is evaluated nowhere
         return end
     return Until(hold, end, use.window.low, use.window.high, use.span)
 
@@ -49,7 +49,10 @@ def _until_traps(use: Apply) -> tuple[str, ...]:
 
 
 def _release(use: Use) -> Node:
-    """``f release[a, b] g``: ``g`` at every step of the window, until ``f`` has freed it; the dual of ``until``."""
+    """``f release[a, b] g``: ``g`` at every step of the window until ``f`` releases it.
+
+    The dual of ``until``.
+    """
     frees, held = use.arguments
     window = use.window
     if window.high == 0:
@@ -62,7 +65,7 @@ def _release_traps(use: Apply) -> tuple[str, ...]:
 
 
 def _next(use: Use) -> Node:
-    """``next f``: ``f`` one step from now."""
+    """``next f``: ``f`` at the next step."""
     (body,) = use.arguments
     return Eventually(body, 1, 1, use.span)
 

@@ -1,5 +1,5 @@
-"""The map of a mission while it is written: what the studio's page and an editor's preview draw.
+"""The map of a mission during editing: drawn by the studio's page and by an editor's preview.
 
-in   a text, and the declarations of it that can be read
-out  plain values, with the places in the text that a drag edits
+in   a text and its readable declarations
+out  plain values, with the places in the text that dragging edits
 """

@@ -1,11 +1,11 @@
-"""The scene: what the map shows of a text, complete or not, and the pieces that a drag edits.
+"""The scene: map of a text, complete or not, and its draggable pieces.
 
-    in   a text, and the declarations of it that can be read
+    in   a text and its readable declarations
     out  plain values for the page
 
-Lengths are in metres. ``parts`` are outlines to be filled, as in the report, each with an inner point for the name,
-``inner``. ``pieces`` are simple shapes and points as written, with the places in the text of the numbers that a drag
-edits. Places are counted as browsers do, in units of UTF-16.
+Lengths are in metres. ``parts`` are filled outlines, as in the report, each with an inner point for the name,
+``inner``. ``pieces`` are simple shapes and points as written, with the places in the text of the numbers that dragging
+edits. Places are in UTF-16 units, as in browsers.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ _DIGITS = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
-    """Makes pieces of the shapes in one text; what stands in an included file can be drawn, and not edited."""
+    """Builder of pieces from the shapes in one text; items from included files are drawn but not editable."""
 
     source: Source
     places: Places
 
     def span(self, span: Span) -> list[int] | None:
-        """Where the words begin and end, in UTF-16; nothing where they stand in another file."""
+        """Start and end of a span in UTF-16 units; None if it is in another file."""
         if span.source.name != self.source.name:
             return None
         return [self._units(span.start), self._units(span.end)]
 
     def shape(self, shape: ast.Shape) -> Iterator[Json]:
-        """Each simple shape that a shape is made of; of those that it names, nothing."""
+        """Simple shapes that a shape consists of, without those that it names."""
         match shape:
             case ast.Name():
                 return
@@ -67,7 +67,7 @@ class Pieces:
         yield from self._piece("box", world.span, (world.low, world.high))
 
     def team(self, places: ast.Places) -> Iterator[Json]:
-        """The points that say where agents are; a region has pieces of its own, and a file is edited elsewhere."""
+        """Points of agents; a region has pieces of its own, and a file is edited elsewhere."""
         match places:
             case ast.InRegion() | ast.AtListed():
                 return
@@ -84,7 +84,7 @@ class Pieces:
     def _piece(
         self, form: str, span: Span, points: Iterable[ast.Point], radius: ast.Quantity | None = None
     ) -> Iterator[Json]:
-        """One piece, seen from above; none where a number in it cannot be known."""
+        """Single piece, seen from above; none if a number in it is unknown."""
         corners = [[self._number(item) for item in point.coordinates[:2]] for point in points]
         around = None if radius is None else self._number(radius)
         numbers = [number for corner in corners for number in corner] + ([around] if around else [])
@@ -92,7 +92,7 @@ class Pieces:
             yield {"form": form, "span": self.span(span), "points": corners, "radius": around}
 
     def _number(self, quantity: ast.Quantity) -> Json:
-        """How much it is, and how it is written; or why it cannot be edited by a drag."""
+        """Value of a number and its text, or the reason why dragging cannot edit it."""
         metres = self.places.metres(quantity)
         if quantity.span.source.name != self.source.name:
             return {"metres": metres, "fixed": "it is in an included file"}
@@ -126,7 +126,7 @@ class Pieces:
 
 
 def scene(source: Source, declarations: Sequence[ast.Declaration], limits: Limits) -> Json | None:
-    """What there is to draw; nothing where there is no world to draw it in."""
+    """Drawing of a text; None without a world."""
     places = resolve_places(source, declarations, limits)
     if places is None:
         return None
@@ -161,7 +161,7 @@ def _things(pieces: Pieces, places: Places, item: ast.Declaration) -> Iterator[J
 
 
 def _team(pieces: Pieces, places: Places, team: ast.Team) -> Iterator[Json]:
-    """Where the agents of a team start and end: their bodies at single points, or the region that they are in."""
+    """Starts and finishes of a team's agents: bodies at single points, or regions."""
     agents = [agent for agent in places.agents if agent.team == team.name.text]
     for item in team.items:
         if not isinstance(item, ast.Start | ast.Finish):
@@ -182,22 +182,22 @@ def _thing(pieces: Pieces, kind: str, name: str, span: Span, pieced: list[Json])
 
 
 def _way(motion: ir.Still | ir.Path) -> list[list[float]]:
-    """The offsets that a moving obstacle passes; none of one that stays."""
+    """Offsets along the path of a moving obstacle; none for a static one."""
     if isinstance(motion, ir.Still) or not known(*motion.offsets):
         return []
     return [list(offset[:2]) for offset in motion.offsets]
 
 
 def _outline(world: ir.World, shape: ir.Shape) -> Json:
-    """The shape in parts, and a point in it for its name; nothing where it is no shape yet, as a crossed polygon."""
-    from missionc.output.report.outlines import inner_point, solids  # by shapely, which is long to load
+    """Parts of a shape with a point for its name; empty for an invalid shape, such as a crossed polygon."""
+    from missionc.output.report.outlines import inner_point, solids  # with shapely, which loads slowly
 
     parts = solids(world, shape) if _sound(shape) else []
     return {"parts": parts, "inner": inner_point(world, parts)} if parts else {"parts": []}
 
 
 def _sound(shape: ir.Shape) -> bool:
-    """Whether all its numbers are known, and each part of it has an area."""
+    """Return whether all numbers in a shape are known, and each part has an area."""
     left = [shape]
     while left:
         match left.pop():

@@ -1,1 +1,1 @@
-"""Rebuilding of a folder's documents from what was verified, and comparison with those that lie in it."""
+"""Rebuilding of a folder's documents from verified data, and comparison with the documents in it."""

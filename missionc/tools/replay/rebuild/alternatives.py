@@ -1,6 +1,6 @@
-"""Rebuilt ``alternatives.json``: the further plans of a folder compared once more, and ranked.
+"""Rebuilt ``alternatives.json``: the further plans of a folder, compared and ranked again.
 
-That they are plans of the same mission is said here; whether each is right, by its own verification.
+This module checks that they are plans of the same mission; the verification of each plan is separate.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from missionc.verification.compare_documents import difference
 from missionc.verification.monitoring.signature import Signature, Signatures, differences
 
 Judged: TypeAlias = tuple[OutputFolder, Certificate]
-"""A further plan, and what was verified of it."""
+"""Further plan with its certificate."""
 
 
 def table_of(opened: OutputFolder, flown: Certificate, others: Sequence[Judged]) -> list[AlternativeRow]:
-    """The table of a folder with several plans; nothing of a folder with one, or with plans of another mission."""
+    """Table of a folder with several plans; empty for one plan, or with plans of another mission."""
     if not _wanted(opened) or _strange(opened, others):
         return []
     signatures = _signatures(opened, others)
@@ -34,7 +34,7 @@ def table_of(opened: OutputFolder, flown: Certificate, others: Sequence[Judged])
 
 
 def check_alternatives(opened: OutputFolder, others: Sequence[Judged], table: list[AlternativeRow]) -> Iterator[Check]:
-    """That the table says what the plans come to, and that each of them is another plan of this mission."""
+    """Checks that the table is correct, and that each plan is another one of this mission."""
     wanted = _wanted(opened)
     if not wanted and not others:
         return
@@ -57,7 +57,7 @@ def check_alternatives(opened: OutputFolder, others: Sequence[Judged], table: li
 
 
 def _wanted(opened: OutputFolder) -> int:
-    """How many plans were asked for; 0 where that was one, or where no number stands there."""
+    """Number of requested plans; 0 if it was one, or if there is no number."""
     text = option(opened.manifest, OPTION) or ""
     return int(text) if Whole(2, MOST_ALTERNATIVES).admits(text) else 0
 
@@ -68,7 +68,7 @@ def _signatures(opened: OutputFolder, others: Sequence[Judged]) -> list[Signatur
 
 
 def _strange(opened: OutputFolder, others: Sequence[Judged]) -> str:
-    """Why the further plans are none of this mission; empty where they are."""
+    """Reason why the further plans do not belong to this mission; empty if they do."""
     names = list(opened.alternatives)
     if names != [folder_of(rank) for rank in range(2, len(names) + 2)]:
         return "the alternatives are not numbered from 2"
@@ -79,6 +79,6 @@ def _strange(opened: OutputFolder, others: Sequence[Judged]) -> str:
 
 
 def _read_with(opened: OutputFolder) -> tuple[object, ...]:
-    """What a mission is read from."""
+    """Inputs of a mission."""
     texts = {name: content for name, content in opened.files.items() if name.startswith(f"{MISSION}/")}
     return texts, opened.checked.overrides, opened.checked.vehicle, opened.mission.steps

@@ -1,4 +1,4 @@
-"""Rebuilt exports: each made once more of the verified polynomials, and compared file by file."""
+"""Rebuilt exports: each built again from the verified polynomials, and compared file by file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FOLDER, OPTION = "export/", "export"
 
 
 def check_exports(opened: OutputFolder) -> Iterator[Check]:
-    """One for each file of a form that the folder holds or its manifest asks for."""
+    """One check for each file of an export in the folder or in its manifest."""
     lying: dict[str, dict[str, bytes]] = {}
     for name, content in opened.files.items():
         if name.startswith(FOLDER):
@@ -58,7 +58,7 @@ def _files(folder: str, lying: Mapping[str, bytes], made: Mapping[str, bytes]) -
 
 
 def _same(lying: bytes, made: bytes) -> bool:
-    """To the byte; in texts, but for the rounding of numbers."""
+    """Return whether two files are equal; in texts, numbers may differ by rounding."""
     if lying == made:
         return True
     try:

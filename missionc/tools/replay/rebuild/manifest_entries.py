@@ -1,8 +1,7 @@
-"""Verification of the manifest's entries: what follows from the folder is computed, the rest has to be plausible.
+"""Verification of the manifest's entries: computed from the folder if possible, otherwise checked for plausibility.
 
-Nobody can compute from a folder which backend planned it, from which seed, with
-which versions, on which command, and what cut it short: that is provenance, and
-only its types and ranges are looked at.
+Backend, seed, versions, command and early end cannot be computed from a folder: for this provenance, only types and
+ranges are checked.
 """
 
 from __future__ import annotations
@@ -44,13 +43,13 @@ from missionc.verification.impossibility.cover_document import COVER
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
 KEYS_OF_PROOF = ("schema", "mission", "holds", "inputs", "files", "versions", "options")
-"""The keys of a folder that holds a proof in the place of a plan."""
+"""Keys of a folder with a proof instead of a plan."""
 PROOFS = (CNF, DRAT, COVER)
 LARGEST_SEED = 2**63 - 1
 
 
 def check_manifest(opened: OutputFolder) -> Iterator[Check]:
-    """One check of the head, one of the inputs, one for each file that no compiler writes."""
+    """One check of the head, one of the inputs, and one for each file that no compiler writes."""
     yield verdict(MANIFEST, _head(opened))
     yield from _inputs(opened, opened.checked)
     known = _known(opened)
@@ -60,7 +59,7 @@ def check_manifest(opened: OutputFolder) -> Iterator[Check]:
 
 
 def check_manifest_of_proof(found: FolderFiles, checked: Checked, mission: str) -> Iterator[Check]:
-    """The same of a folder that holds a proof that there is no plan; ``mission`` is the name."""
+    """The same for a folder with a proof that there is no plan; ``mission`` is the name."""
     head = _keys(found.manifest, KEYS_OF_PROOF) or _wrong(
         found.manifest, {"mission": found.manifest["mission"] == mission}
     )
@@ -72,7 +71,7 @@ def check_manifest_of_proof(found: FolderFiles, checked: Checked, mission: str) 
 
 
 def _head(opened: OutputFolder) -> str:
-    """The first entry that cannot be right; empty where there is none."""
+    """First entry that is wrong; empty if there is none."""
     manifest = opened.manifest
     strange = _keys(manifest, KEYS)
     if strange:
@@ -88,7 +87,7 @@ def _head(opened: OutputFolder) -> str:
 
 
 def _is_planner(name: object, opened: OutputFolder) -> bool:
-    """True for the name of the backend that the plan states."""
+    """Return whether the name is that of the plan's backend."""
     return isinstance(name, str) and NAME.fullmatch(name) is not None and opened.plan_document.get("backend") == name
 
 
@@ -98,7 +97,7 @@ def _keys(manifest: Mapping[str, object], keys: Sequence[str]) -> str:
 
 
 def _wrong(manifest: Mapping[str, object], sound: Mapping[str, bool]) -> str:
-    """The first entry that is not sound, or that cannot be: its versions, its options."""
+    """First entry that is not sound or has impossible versions or options."""
     wrong = next((key for key, right in sound.items() if not right), None)
     if wrong is not None:
         return f"invalid `{wrong}`: {shown(manifest[wrong])}"
@@ -122,7 +121,7 @@ OPTIONS: Mapping[str, Callable[[str], bool]] = {
     "backend": lambda text: text == "auto",
     "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
 }
-"""What an option may be, by its name on the command line; a parameter's value is what the mission is read with."""
+"""Valid values of each option, by its command-line name; parameters are checked with the mission."""
 
 
 def _options(given: object) -> str:
@@ -137,7 +136,7 @@ def _options(given: object) -> str:
 
 
 def _inputs(found: OutputFolder | FolderFiles, checked: Checked) -> Iterator[Check]:
-    """That the mission was read from these files and no others, and that their hashes are stated."""
+    """Checks that the mission was read from exactly these files, and that their hashes are stated."""
     listed, stated = found.manifest["files"], found.manifest["inputs"]
     read = {f"{MISSION}/{name}": content for name, content in inputs(checked)}
     assert isinstance(listed, dict)
@@ -154,7 +153,7 @@ def _inputs(found: OutputFolder | FolderFiles, checked: Checked) -> Iterator[Che
 
 
 def _known(opened: OutputFolder) -> set[str]:
-    """Every file that a folder of this mission may hold beside exports and the mission."""
+    """All files that a folder of this mission may contain, besides exports and the mission."""
     names = file_names(opened.mission.agents)
     flights = (polynomials_file(names[agent.name]) for agent in opened.mission.agents)
     further = (file for file in opened.files if file.startswith(tuple(f"{name}/" for name in opened.alternatives)))

@@ -1,4 +1,4 @@
-"""Rebuilt ``plan.json``, from the states that were read from it: nothing else may stand in it."""
+"""Rebuilt ``plan.json``, from the states read from it: it must contain nothing else."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from missionc.verification.monitoring.monitor import monitor
 
 
 def plan_of(opened: OutputFolder) -> Plan:
-    """The plan, its requirements judged anew; who planned it, and from which seed, is what the manifest says."""
+    """Plan with new verdicts on its requirements; backend and seed come from the manifest."""
     mission, kernel, trace = opened.mission, opened.kernel, opened.trace
     backend, seed = opened.manifest.get("backend"), opened.manifest.get("seed")
     return Plan(
@@ -36,7 +36,7 @@ def plan_of(opened: OutputFolder) -> Plan:
 
 
 def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
-    """Which method found which agents, as the document says: only the search that ended knows that."""
+    """Planning methods of the agents as in the document: only the original search knows them."""
     match opened.plan_document:
         case {"solved": records}:
             with suppress(ValueError):
@@ -45,7 +45,7 @@ def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
 
 
 def _stage_runs(opened: OutputFolder) -> tuple[StageRun, ...]:
-    """The attempts that led to the plan, as the document lists them; folders of older versions list none."""
+    """Attempts that led to the plan, as in the document; folders of older versions have none."""
     match opened.plan_document:
         case {"stages": records}:
             with suppress(ValueError):
@@ -54,9 +54,9 @@ def _stage_runs(opened: OutputFolder) -> tuple[StageRun, ...]:
 
 
 def _proven(opened: OutputFolder) -> Proven | None:
-    """What is known of the best plan: by tours worked out anew, or by a cover, as the document says.
+    """Bound on the best plan: from newly computed tours, or from a cover as in the document.
 
-    What covers show cannot be more than what the plan comes to, and is more than what tours show.
+    A bound from covers must be at most the value of the plan, and is above that from tours.
     """
     tours = least_by_tours(opened.mission, opened.kernel)
     if tours is None:
@@ -70,13 +70,16 @@ def _proven(opened: OutputFolder) -> Proven | None:
 
 
 def check_plan(opened: OutputFolder, plan: Plan) -> Check:
-    """Every entry: states, times, graphs, radii, verdicts; none between the steps, and no other agent."""
+    """Check of every entry: states, times, graphs, radii, verdicts.
+
+    None between the steps, and no other agent.
+    """
     said = opened.plan_document
     return verdict(PLAN, _too_high(said, plan) or difference(said, parse_json(plan_json(opened.mission, plan))))
 
 
 def _too_high(said: object, plan: Plan) -> str:
-    """That a bound is more than what the plan comes to; empty where it is not."""
+    """Error if a bound is above the plan's value; empty otherwise."""
     match said:
         case {"proven": {"least": int() | float() as least}} if plan.proven and least > plan.proven.value:
             value, unit = plan.proven.value, plan.proven.unit

@@ -1,4 +1,4 @@
-"""Rebuilt documents of a plan folder, from what was verified, compared with those in the folder.
+"""Rebuilt documents of a plan folder from verified data, compared with those in the folder.
 
     in   OutputFolder, and the Certificate of its plan and its flight
     out  Checks: of each document, ``report.html`` included, and of each entry of the manifest
@@ -51,7 +51,7 @@ from missionc.verification.flight.way_missions import is_whole
 BEGIN, END = '<script type="application/json" id="data">', "</script>"
 OTHER = "it differs from the page of this version of the compiler"
 NOISE = 1e-6
-"""A margin no larger is met to rounding: when it is tightest, and whose it is, depends on the machine."""
+"""Margin that counts as met within rounding: its time and agents then depend on the machine."""
 
 
 def page(
@@ -61,18 +61,18 @@ def page(
     judged: Sequence[Judged] = (),
     table: Sequence[AlternativeRow] = (),
 ) -> bytes:
-    """The page of a folder, with what a certificate says of it.
+    """Page of a folder with the results of a certificate.
 
     Args:
-        judged: the further plans in it, with what was verified of each.
-        table: of all of them; nothing of a folder with one plan.
+        judged: further plans in it with their certificates.
+        table: table of all plans; empty for a folder with one plan.
     """
     plots = [plotted(opened, certificate, plan), *(plotted(each, own) for each, own in judged)]
     return report(plots[0], others(plots, table) if table else ())
 
 
 def plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> Plotted:
-    """What the page shows of a folder's plan, with what a certificate says of it."""
+    """Report data of a folder's plan with the results of a certificate."""
     return Plotted(
         opened.mission,
         opened.kernel,
@@ -94,7 +94,7 @@ def check_page(
     judged: Sequence[Judged] = (),
     table: Sequence[AlternativeRow] = (),
 ) -> Check:
-    """The same program, words and pictures; numbers but for rounding."""
+    """Check of the page: same program, words and pictures; numbers may differ by rounding."""
     drawn, lying = page(opened, flown, plan, judged, table).decode("utf-8"), opened.files[REPORT]
     if lying == drawn.encode("utf-8"):
         return verdict(REPORT, None)
@@ -110,10 +110,10 @@ def check_page(
 
 
 def _split(text: str) -> tuple[tuple[str, str], Any]:
-    """The page without its data, and the data.
+    """Split the page into its text and its data.
 
     Raises:
-        ValueError: there are none.
+        ValueError: there is no data.
     """
     before, begin, rest = text.partition(BEGIN)
     data, end, after = rest.partition(END)
@@ -123,7 +123,7 @@ def _split(text: str) -> tuple[tuple[str, str], Any]:
 
 
 def _settled(data: Any, names: set[str], end: float) -> Any:
-    """Without the time and the agents of what is met to rounding, where they can be right."""
+    """Data without times and agents of margins within rounding, if they are plausible."""
     further = data.get("others") if isinstance(data, dict) else None
     for other in further if isinstance(further, list) else []:
         _settled(other, names, end)
@@ -142,18 +142,18 @@ __all__ = ["check_documents", "page"]
 
 TRAJECTORIES = "trajectories.csv"
 ALWAYS = (PLAN, TRAJECTORIES, CERTIFICATE, REPORT)
-"""What every folder holds, beside polynomials and the mission."""
+"""Files in every folder, besides polynomials and the mission."""
 
 
 def check_documents(
     opened: OutputFolder, flown: Certificate, limits: Limits | None, others: list[Judged]
 ) -> Iterator[Check]:
-    """What the files say and hold, compared with what the mission, the plan and the polynomials come to.
+    """Checks of the documents against the mission, the plan and the polynomials.
 
     Args:
-        flown: of the plan, its polynomials and the time between the steps; it has passed.
-        limits: absent where a simulation was flown just now, and is not to be flown once more.
-        others: the further plans in the folder, with what was verified of each.
+        flown: certificate of the plan, its polynomials and the time between the steps, which has passed.
+        limits: None if a simulation was just flown and should not be repeated.
+        others: further plans in the folder with their certificates.
     """
     plan = plan_of(opened)
     names = file_names(opened.mission.agents)
@@ -195,7 +195,7 @@ def _whole_flight(opened: OutputFolder) -> Check:
 
 
 def _safe_end(opened: OutputFolder) -> Check:
-    """That nothing else is written in it than the stops that were judged, in the one form."""
+    """Check that it contains exactly the verified stops, in canonical form."""
     if SAFE_END not in opened.files:
         return verdict(SAFE_END, "it is missing")
     stops = read_safe_end(opened.text(SAFE_END), opened.mission)
@@ -204,7 +204,7 @@ def _safe_end(opened: OutputFolder) -> Check:
 
 
 def _polynomials(name: str, text: str) -> Check:
-    """That a program which reads numbers in another way than we do reads the ones that were verified."""
+    """Check that programs with another number parser read the verified polynomials."""
     pieces = read(text)
     same = isinstance(pieces, Pieces) and written(pieces) == text
     return verdict(name, "" if same else "its numbers are not in the format of the compiler")

@@ -1,11 +1,11 @@
-"""Rebuilt ``simulation.json``: flown once more by the engine and in the air that it names, and compared.
+"""Rebuilt ``simulation.json``: flights repeated with the stated engine and conditions, and compared.
 
-If the simulation cannot be flown here, its flights are unknown. Then the check fails with a result of its own,
-distinct from a wrong document.
+If the simulation cannot be flown here, its flights are unknown. Then the check fails with a result of its own, distinct
+from a wrong document.
 
-Rounding, which differs between machines, breaks ties between the worst figures of flights: an agent at rest has
-almost no error at any time, and a symmetric flight reaches its least clearance twice. The document's choice counts if
-the first flight shows it.
+Rounding, which differs between machines, breaks ties between the worst values of flights: an agent at rest has almost
+no error at any time, and a symmetric flight reaches its least clearance twice. The document's choice counts if the
+first flight shows it.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ Row = dict[str, Any]
 
 
 def settled(claimed: Row, made: Row, mission: Mission, trials: Trials, same: float) -> Row:
-    """The document that was made, with the moments and agents that the other one tells where these are as right.
+    """Rebuilt document with the moments and agents of the other one, if these are equally valid.
 
     Args:
-        claimed: of whatever shape.
-        same: metres by which the same flight may differ.
+        claimed: document of any shape.
+        same: tolerance for the same flight, metres.
     """
     lost = lost_agents(mission, trials.trial.disturbance)
     error = tracking_error(trials.flown.times, trials.planned, trials.flown.position[0], lost)
@@ -58,13 +58,13 @@ def settled(claimed: Row, made: Row, mission: Mission, trials: Trials, same: flo
 
 
 def _pairs(claimed: object, made: list[Row]) -> list[tuple[Row, Row]]:
-    """Each row with the one that is said in its place; an empty one where there is none."""
+    """Rows with the claimed ones in their place; an empty one if it is missing."""
     rows = claimed if isinstance(claimed, list) and len(claimed) == len(made) else [None] * len(made)
     return [(row if isinstance(row, dict) else {}, own) for row, own in zip(rows, made, strict=True)]
 
 
 def _tracking(claimed: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64]], same: float) -> Row:
-    """With another moment at which the agent was as far off."""
+    """Row with another moment at which the agent had the same error; error: (samples,), metres."""
     when = claimed.get("at")
     if not is_finite_number(when) or not 0 <= when * SETPOINTS_PER_SECOND <= error.size - 1:
         return own
@@ -74,7 +74,7 @@ def _tracking(claimed: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64
 
 
 def _room(claimed: Row, own: Row, mission: Mission, trials: Trials, same: float) -> Row:
-    """With a margin as far below the least as a proof may fall short, and others who were as near at another moment."""
+    """Row with a margin that a proof may claim, and agents that were as near at another moment."""
     margin, when, names = claimed.get("margin"), claimed.get("at"), claimed.get("agents")
     if is_finite_number(margin) and abs(margin - own["margin"]) <= same:
         own = {**own, "margin": margin}
@@ -88,7 +88,7 @@ def _room(claimed: Row, own: Row, mission: Mission, trials: Trials, same: float)
 
 
 def _margin(subject: str, names: list[str], when: float, mission: Mission, trials: Trials) -> float:
-    """The least room of these agents in the first flight between the two samples around a moment, m."""
+    """Minimum clearance of these agents in the first flight between the samples around a moment, m."""
     agents = tuple(agent for agent in mission.agents if agent.name in names)
     obstacles = tuple(obstacle for obstacle in mission.obstacles if obstacle.name == subject)
     times = trials.flown.times
@@ -99,15 +99,16 @@ def _margin(subject: str, names: list[str], when: float, mission: Mission, trial
 
 
 AGREED: Mapping[str, float] = {QUADROTOR: SAME, "rotorpy": 1e-6, "crazyflow": 1e-4}
-"""How far the same flight may differ between machines, in the figures' units: rotorpy chooses its steps by what it
-sees, and crazyflow counts in float32."""
+"""Tolerances between machines for the same flight, in the units of the values."""
 PATH = 1.5 * 10**-DIGITS
-"""Metres: places are kept to so many digits, and two that hardly differ may be rounded apart."""
+"""Tolerance of positions in metres: rounding of nearly equal ones may differ."""
 AGAIN = "`missionc simulate` repeats and replaces it"
 
 
 def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
-    """The first entry that is not what its flights come to, if there is one; or why they cannot be flown here."""
+    """Check of the simulation: the first entry that differs from its flights, or the reason why they cannot be
+    repeated.
+    """
     try:
         document = parse_record(opened.text(SIMULATION), finite=False)
     except NotJsonError as error:
@@ -123,7 +124,7 @@ def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
 
 
 def _told(opened: OutputFolder, document: dict[str, Any], trial: Trial, limits: Limits) -> Check:
-    """The same, of a document that says how to fly."""
+    """The same for a document that states the conditions of its flights."""
     mission = opened.mission
     seconds = float(mission.horizon)
     wanting = cannot_lose(mission, trial.disturbance)
@@ -162,7 +163,7 @@ def _flown(opened: OutputFolder, trial: Trial) -> Trials:
 
 
 def _differing(document: dict[str, Any], opened: OutputFolder, trials: Trials) -> str | None:
-    """The first place where the document says something else than its flights come to."""
+    """First difference between the document and its flights."""
     mission, same = opened.mission, AGREED.get(trials.trial.engine, 1e-6)
     planned = monitor(mission, opened.kernel, opened.trace).requirements
     made = _document(mission, simulation_record(mission, planned, trials), trials)
@@ -174,14 +175,14 @@ def _differing(document: dict[str, Any], opened: OutputFolder, trials: Trials) -
 
 
 def _document(mission: Mission, entries: Mapping[str, object], trials: Trials) -> dict[str, Any]:
-    """A document as it is read back."""
+    """Document as it is read back."""
     made = parse_json(simulation_json(mission, entries, trials.flown).decode("utf-8"))
     assert isinstance(made, dict)
     return made
 
 
 def _as_json(value: object) -> object:
-    """A value as it is read back: what is a tuple is a list then."""
+    """Value as it is read back from JSON: tuples become lists."""
     if isinstance(value, dict):
         return {key: _as_json(each) for key, each in value.items()}
     return [_as_json(each) for each in value] if isinstance(value, tuple | list) else value

@@ -1,1 +1,1 @@
-"""Online monitoring: a mission judged while it is flown, by robustness intervals over all continuations."""
+"""Online monitoring: a mission judged during flight, by robustness intervals over all continuations."""

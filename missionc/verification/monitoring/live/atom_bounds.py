@@ -1,12 +1,12 @@
-"""Bounds of predicates and links now and in cells of steps to come: margins change no faster than agents move.
+"""Bounds of predicates and links now and in cells of future steps, from the agents' top speeds.
 
-A cell is a range of steps. Cells are few if the mission is long, and exact at the next step and at deadlines. Future
-positions are known only from the distance that agents can move until then, so bounds widen from step to step, and
-those of a cell's last step hold for the whole cell.
+A cell is a range of steps. Even long missions have few cells, which are exact at the next step and at deadlines. Future
+positions are known only from the distance that agents can move until then, so bounds widen from step to step, and those
+of a cell's last step hold for the whole cell.
 
 Source:
     Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017), robust
-    satisfaction intervals; there nothing is known of what is to come.
+    satisfaction intervals; there the future is completely unknown.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from missionc.verification.monitoring.live.team_state import COASTED, NOW, Reach
 from missionc.verification.monitoring.logic import decided_at_border
 
 MOST_DEADLINES = 8
-"""So many of the nearest deadlines to come end a cell of their own."""
+"""Maximum number of upcoming deadlines that end a separate cell."""
 
 
 class Cells(Record, eq=False):
-    """The steps after ``now``, in cells.
+    """Steps after ``now``, in cells.
 
     Args:
         ends: the last step of each cell, (cells,), ascending; the first cell is one step, and the last ends with the
-            mission. None where the mission is over.
+            mission. Empty if the mission is over.
     """
 
     now: int
@@ -43,21 +43,21 @@ class Cells(Record, eq=False):
 
     @property
     def begins(self) -> Indices:
-        """The first step of each cell: (cells,)."""
+        """First step of each cell: (cells,)."""
         return np.concatenate(([self.now], self.ends[:-1])) + 1 if len(self.ends) else self.ends
 
     def of(self, steps: Indices) -> Indices:
-        """The cell of each step; of one that is not to come, or beyond the mission, the nearest."""
+        """Cell of each step; for a step outside the future, the nearest one."""
         return np.minimum(np.searchsorted(self.ends, steps), len(self.ends) - 1)
 
 
 def cells_after(now: int, last: int, deadlines: Iterable[int], spans: Iterable[int]) -> Cells:
-    """The cells of the steps after ``now``: they double, and end at the nearest deadlines.
+    """Cells of the steps after ``now``: their sizes double, with ends at the nearest deadlines.
 
     Args:
-        last: the mission's last step.
-        deadlines: steps at which a window ends.
-        spans: how many steps ahead windows end that are asked at every step.
+        last: last step of the mission.
+        deadlines: last steps of windows.
+        spans: look-ahead, in steps, of windows that are evaluated at every step.
     """
     doubling, size = [], 1
     while now + size < last:
@@ -70,11 +70,11 @@ def cells_after(now: int, last: int, deadlines: Iterable[int], spans: Iterable[i
 
 
 MOST_MEMBERS = 16
-"""A graph of more agents has two cells: the next step, and all after it."""
+"""Number of agents above which a graph has two cells: the next step, and all later ones."""
 
 
 class AtomBounds:
-    """The bounds of predicates and links at the present step, and in the cells after it; each is worked out once."""
+    """Cached bounds of predicates and links at the present step and in the cells after it."""
 
     def __init__(self, state: TeamState, cells: Cells) -> None:
         self.state = state
@@ -88,14 +88,17 @@ class AtomBounds:
         self.graphs: dict[Graph, Array] = {}
 
     def of_predicate(self, predicate: Predicate) -> Array:
-        """(4, rows, 1 + cells): the present step, and the cells to come."""
+        """Bounds at the present step and in the cells to come: (4, rows, 1 + cells), metres."""
         if predicate not in self.predicates:
             bounds = self._of_flag(predicate.flag) if isinstance(predicate, Flagged) else self._of_margin(predicate)
             self.predicates[predicate] = decided_at_border(bounds, predicate.open_border)
         return self.predicates[predicate]
 
     def links(self, graph: Graph) -> Array:
-        """(4, 1 + cells, members, members), metres; of large graphs two cells, the first and the last."""
+        """Bounds of links: (4, 1 + cells, members, members), metres.
+
+        Large graphs have only the first and last cell.
+        """
         if graph not in self.graphs:
             members = list(graph.agents)
             margins = all_links(graph, self.state.position)
@@ -110,7 +113,7 @@ class AtomBounds:
         return self.graphs[graph]
 
     def picked(self, graph: Graph) -> list[int]:
-        """The cells in which a graph's links are known."""
+        """Cells in which a graph's links are known."""
         cells = self.free.seconds.size - 1
         return list(range(cells)) if len(graph.agents) <= MOST_MEMBERS or cells < 3 else [0, cells - 1]
 
@@ -144,7 +147,10 @@ class AtomBounds:
 
 
 def _stacked(least: Array, most: Array, coasted_least: Array, coasted_most: Array) -> Array:
-    """The four bounds: (rows, 1 + cells) twice and (rows, cells) twice -> (4, rows, 1 + cells)."""
+    """Stack the four bounds.
+
+    Shape: (rows, 1 + cells) twice and (rows, cells) twice -> (4, rows, 1 + cells), metres.
+    """
     found = np.empty((4, *least.shape))
     found[0], found[1] = least, most
     found[2:, :, 0] = found[:2, :, 0]
@@ -153,7 +159,10 @@ def _stacked(least: Array, most: Array, coasted_least: Array, coasted_most: Arra
 
 
 def _between(radius: Array) -> Array:
-    """How much the links of all pairs can change: (members, columns) -> (columns, members, members), metres."""
+    """Possible change of all pairs' links: (members, columns) -> (columns, members, members), metres.
+
+    Shape: (members, columns) -> (columns, members, members), metres.
+    """
     change: Array = radius.T[:, :, None] + radius.T[:, None, :]
     itself = np.arange(len(radius))
     change[:, itself, itself] = 0.0

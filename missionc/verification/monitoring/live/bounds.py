@@ -1,8 +1,8 @@
-"""Robustness intervals in four rows: over all continuations, and over those in which agents coast for a step first.
+"""Robustness intervals in four rows: over all continuations, and over those with one step of coasting.
 
-Arrays of bounds are (4, rows, columns): the least and the most that a formula can come to, whatever the agents do
-within their top speeds, and both again where every agent keeps its present velocity for one more step. A row is an
-agent, or the one row is the team's; a column is a step, or a cell of steps to come (``horizon_cells``).
+Arrays of bounds are (4, rows, columns): least and greatest robustness of a formula over all motions within top speeds,
+and both again if every agent keeps its present velocity for one more step. A row is an agent, or the single row is the
+team; a column is a step, or a cell of future steps (``horizon_cells``).
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from missionc.ir.language.margins.resources import BORDER
 LEAST, MOST = 0, 1
 LEASTS, MOSTS = [0, 2], [1, 3]
 SWAPPED = [1, 0, 3, 2]
-"""Where the bounds of a negation stand."""
+"""Row indices of a negation's bounds."""
 
 
 def denied(bounds: Array) -> Array:
-    """The bounds of the negation: (4, …) -> (4, …), or (2, …) where nothing coasts."""
+    """Bounds of the negation, metres: (4, …) -> (4, …), or (2, …) without coasting."""
     return -bounds[SWAPPED[: len(bounds)]]
 
 
 def of_measure(value: float) -> float:
-    """The robustness without what ``decided_at_border`` added."""
+    """Robustness without the offset of ``decided_at_border``."""
     return 0.0 if abs(value) <= BORDER else value

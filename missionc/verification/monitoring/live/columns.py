@@ -1,4 +1,4 @@
-"""Columns of bounds along the steps: those that are still read, up to the present one, and then the cells to come."""
+"""Columns of bounds along the steps: the past steps that are still read, and the future cells."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from missionc.verification.monitoring.live.needed_steps import StepRange
 
 
 class Columns:
-    """The bounds of one formula: (4, rows, columns), in a buffer that is moved up when it is full.
+    """Bounds of one formula: (4, rows, columns), in a buffer that shifts when it is full.
 
-    Amortised, a step costs as much as the columns that are written in it, however long the mission.
+    The amortised cost of a step is that of its written columns, independent of the mission's length.
     """
 
     def __init__(self, asked: StepRange, rows: int) -> None:
@@ -21,7 +21,10 @@ class Columns:
         self.values = np.empty((4, rows, 0))
 
     def open(self, now: int, cells: int) -> None:
-        """Make room for the present step, and for cells after it; what is no longer read may go."""
+        """Make room for the present step and the cells after it.
+
+        Columns that are no longer read may be dropped.
+        """
         self.now = now
         size = self.future + cells
         if size <= self.values.shape[2]:
@@ -35,34 +38,34 @@ class Columns:
 
     @property
     def known(self) -> int:
-        """The last step up to now that it is asked at."""
+        """Last step up to now at which it is evaluated."""
         return min(self.now, self.asked.last)
 
     @property
     def begin(self) -> int:
-        """The first step whose value is not final before the present one."""
+        """First step whose value was not final before the present one."""
         return max(self.asked.first, self.now - self.asked.ahead)
 
     @property
     def future(self) -> int:
-        """Where the cells to come begin."""
+        """Index of the first future cell."""
         return max(self.known + 1, self.asked.first) - self.origin
 
     def part(self, begin: int, count: int, cells: int) -> Array:
-        """The columns of ``count`` steps from ``begin`` on, and of the first cells after them, not to be kept."""
+        """Temporary view of ``count`` steps from ``begin`` and the first cells: (4, rows, columns), metres."""
         start = begin - self.origin if count > 0 else self.future
         return self.values[:, :, start : start + max(count, 0) + cells]
 
     def steps(self, begin: int, end: int) -> Array:
-        """The columns of the steps ``begin`` … ``end`` - 1."""
+        """Columns of the steps ``begin`` … ``end`` - 1: (4, rows, steps), metres."""
         return self.values[:, :, begin - self.origin : max(end, begin) - self.origin]
 
     def to_come(self, cells: int) -> Array:
-        """The columns of the cells to come."""
+        """Columns of the future cells: (4, rows, cells), metres."""
         return self.values[:, :, self.future : self.future + cells]
 
     def at(self, steps: Indices, cells: Cells) -> Array:
-        """The columns of these steps, a cell's where one is to come: (4, rows, steps)."""
+        """Columns of these steps, or of their cells for future ones: (4, rows, steps), metres."""
         index = steps - self.origin
         if len(cells):
             index = np.where(steps > self.now, self.future + cells.of(steps), index)

@@ -1,7 +1,7 @@
-"""First violations: the step of a run at which online monitoring was first certain that a requirement is violated.
+"""First violations: the step at which online monitoring was first certain of a violated requirement.
 
-in   Mission, Kernel, what was flown so far
-out  steps, by the requirement's name
+in   Mission, Kernel, the flight so far
+out  steps, by requirement name
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from missionc.verification.monitoring.live.verdicts import LiveVerdict
 
 
 def first_violations(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str, int]:
-    """By the names of goals that no continuation within the top speeds keeps any more, the first step of that."""
+    """For each violated goal, by name, the first step from which no continuation within top speeds satisfies it."""
     judge, found = LiveJudge(mission, kernel), dict[str, int]()
     for step in range(trace.position.shape[1]):
         for standing in judge.advance(trace.position[:, step], trace.velocity[:, step], trace.heading[:, step]):

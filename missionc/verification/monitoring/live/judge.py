@@ -1,28 +1,27 @@
-"""Online monitor: the robustness interval of every goal after each step, over all continuations within top speeds.
+"""Online monitor: robustness interval of every goal after each step, over all continuations.
 
-    in   Mission, Kernel, the team's state at one step after the other
+    in   Mission, Kernel, the team's state at consecutive steps
     out  a Standing for each goal after each step
 
-The values of a formula are kept only while a formula above still reads them, and the work of a step does not grow
-with the mission. Final values are folded into accumulators, one for each step that an operator of time still waits
-for.
+The values of a formula are kept only while a parent reads them, and the work per step does not grow with the mission.
+Final values are folded into accumulators, one for each pending step of a temporal operator.
 
 *And*, *or* and *at least* work on parts at one moment, for whole formulas and for one agent. Operators that look back
-know all but the steps to come, and keep one value for the past.
+know everything except future steps, and keep one value for the past.
 
-A window to the mission's end that is evaluated at every step is rewritten as a formula on the past of the last step
-H. It has the same robustness at step 0 in every run, and its values need not all be kept:
+A window to the mission's end that is evaluated at every step is rewritten as a formula on the past of the last step H.
+It has the same robustness at step 0 in every run, and its values need not all be kept:
 
 ``always[0, end] (a or eventually[0, end] b)`` requires at H that every step back to 0 has ``a`` or ``b``, or a ``b``
 since. This is a past ``Release``, which advances from step to step. Its dual is ``since``.
 
-``always[0, end] (a or h until[0, end] b)`` requires the same at H, and before H that ``h`` holds at every step
-without a ``b`` since a step with neither ``a`` nor ``b``: there ``h``, or the past ``Release``. Both formulas are
-monotone and hold in the same runs, so they have the same robustness in every run.
+``always[0, end] (a or h until[0, end] b)`` requires the same at H, and before H that ``h`` holds at every step without
+a ``b`` since a step with neither ``a`` nor ``b``: there ``h``, or the past ``Release``. Both formulas are monotone and
+hold in the same runs, so they have equal robustness.
 
 Source:
     Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017), with
-    bounds on what is to come from the agents' top speeds.
+    bounds on the future from the agents' top speeds.
 """
 
 from __future__ import annotations
@@ -48,10 +47,10 @@ from missionc.verification.monitoring.live.windows import UntilWindow, Window
 
 
 class Parts:
-    """The parts of one operator; those that ask the same formula of several agents are taken together.
+    """Parts of one operator; parts with the same formula for several agents are combined.
 
     Attributes:
-        bodies: the formulas that agents are asked, and which; ``others`` are the parts that are not so.
+        bodies: formulas evaluated for agents, with these agents; ``others`` are the remaining parts.
     """
 
     def __init__(self, node: k.All | k.Any | k.AtLeast, columns: Mapping[k.Node, Columns]) -> None:
@@ -69,7 +68,7 @@ class Parts:
         self.rows = max((each.rows for each in self.plain), default=1)
 
     def bounds(self, begin: int, count: int, cells: int) -> Array:
-        """The bounds at ``count`` steps from ``begin`` on and in the cells to come: (4, rows, columns)."""
+        """Bounds at ``count`` steps from ``begin`` on and in the future cells: (4, rows, columns), metres."""
         taken = [
             (body.part(begin, count, cells), np.array(agents) if body.rows > 1 else None, len(agents))
             for body, agents in self.at.items()
@@ -96,9 +95,9 @@ class Parts:
 
 
 class PastWindow:
-    """``once`` and ``since``; their duals by their negation. Without ``hold``, whatever was in between counts for true.
+    """``once`` and ``since``, and their duals by negation. Without ``hold``, the hold condition is true.
 
-    Where every window reaches back to step 0, what the steps of long ago came to is one number, ``carried``.
+    If every window reaches back to step 0, the result of old steps is one number, ``carried``.
     """
 
     def __init__(
@@ -111,7 +110,7 @@ class PastWindow:
         self.carried = np.full((4, own.rows, 1), -np.inf)
 
     def update(self, cells: Cells) -> Array:
-        """The bounds at the steps that are not final, and in the cells to come: (4, rows, columns)."""
+        """Bounds at the steps that are not final, and in the future cells: (4, rows, columns), metres."""
         now, own = cells.now, self.own
         begin, known = own.begin, own.known
         if self.carries:
@@ -134,7 +133,10 @@ class PastWindow:
             self.folded = step
 
     def _since(self, step: int, begin: int, end: int) -> Array:
-        """``end`` at some step from ``begin`` to ``end``, ``hold`` after it up to ``step``: (4, rows, 1)."""
+        """``end`` at some step from ``begin`` to ``end``, ``hold`` after it up to ``step``.
+
+        Shape: (4, rows, 1), metres.
+        """
         first = max(begin, self.folded + 1, 0)
         if self.hold is None:
             ends = self._of(self.end, first, end + 1)
@@ -142,7 +144,7 @@ class PastWindow:
             found = np.maximum(found, self.carried) if self.carries and begin <= self.folded else found
             return np.asarray(found)
         first = max(first, self.hold.asked.first - 1, self.end.asked.first)
-        # From the present back: what ``hold`` came to after each step.
+        # From the present backwards: the running value of ``hold`` after each step.
         since = self._of(self.hold, first + 1, step + 1)[:, :, ::-1]
         held = np.minimum.accumulate(np.concatenate([np.full((4, since.shape[1], 1), np.inf), since], axis=2), axis=2)
         held = held[:, :, ::-1]
@@ -154,13 +156,16 @@ class PastWindow:
         return np.broadcast_to(found, (4, self.own.rows, 1))
 
     def _to_come(self, cells: Cells) -> Array:
-        """The cells: what is known of the window of each step, and what may come. They widen from one to the next."""
+        """Bounds in the cells, from known and possible values of each window.
+
+        Shape: (4, rows, cells), metres, widening.
+        """
         now, count = cells.now, len(cells)
         ends = self._signed(self.end.to_come(count))
         holds = None if self.hold is None else self._signed(self.hold.to_come(count))
         found = np.full((4, self.own.rows, count), -np.inf)
         if self.hold is None and self.near == 0:
-            # Every window reaches up to now: what it holds is the end of what is known.
+            # Every window reaches up to now: it contains a suffix of the known steps.
             begin = max(now - self.far, self.folded + 1, self.end.asked.first)
             whole = self._of(self.end, begin, now + 1)[:2, :, ::-1]
             so_far = np.maximum.accumulate(whole, axis=2)[[0, 1, 0, 1], :, ::-1]
@@ -184,7 +189,10 @@ class PastWindow:
         return self._widening(found)
 
     def _part(self, so_far: Array, begin: Indices) -> Array:
-        """What the steps from each of these columns on came to; from before them, with what was summed up."""
+        """Result of the steps from each of these columns on, with the carried value for older ones.
+
+        Shape: (4, rows, columns), metres.
+        """
         columns = so_far.shape[2]
         if not columns:
             found = np.full((4, self.own.rows, len(begin)), -np.inf)
@@ -194,7 +202,7 @@ class PastWindow:
         return np.where(begin < 0, np.maximum(found, self.carried), found) if self.carries else found
 
     def _widening(self, found: Array) -> Array:
-        """Bounds of cells that hold for those before them too."""
+        """Widen the bounds of cells, (4, rows, cells), metres, so that they also hold for earlier cells."""
         for row in LEASTS:
             found[row] = np.minimum.accumulate(found[row], axis=1)
         for row in MOSTS:
@@ -205,13 +213,13 @@ class PastWindow:
         return denied(bounds) if self.node.every else bounds
 
     def _of(self, operand: Columns, begin: int, end: int) -> Array:
-        """The columns of an operand at known steps that it is asked at."""
+        """Columns of an operand at its known steps: (4, rows, steps), metres."""
         begin = max(begin, operand.asked.first)
         return self._signed(operand.steps(begin, max(min(end, operand.known + 1), begin)))
 
 
 def looking_back(root: k.Node, last: int) -> k.Node:
-    """The formula with what it asks at step 0 of such windows put otherwise; itself where there are none."""
+    """Rewrite such windows evaluated at step 0; the same formula if there are none."""
     wholes: dict[tuple[bool, k.Node], k.Node] = {}
 
     def over(node: k.Node, parts: tuple[k.Node, ...]) -> k.Node:
@@ -223,12 +231,12 @@ def looking_back(root: k.Node, last: int) -> k.Node:
 
 
 def _asked_now(node: k.Node) -> tuple[k.Node, ...]:
-    """The parts that are asked at the step at which the formula is asked."""
+    """Parts that are evaluated at the formula's own step."""
     return children(node) if isinstance(node, k.All | k.Any | k.AtLeast | k.At) else ()
 
 
 def _put_otherwise(node: k.WindowNode, last: int, wholes: dict[tuple[bool, k.Node], k.Node]) -> k.Node:
-    """A window over the whole mission, asked at step 0, without one to the end below it."""
+    """Rewrite a window over the whole mission at step 0 without a window to the end below it."""
     if node.low != 0 or node.high not in (None, last) or not last:
         return node
     body = node.body
@@ -255,7 +263,7 @@ def _put_otherwise(node: k.WindowNode, last: int, wholes: dict[tuple[bool, k.Nod
 
 
 def _whole(node: k.WindowNode, part: k.Node, last: int, wholes: dict[tuple[bool, k.Node], k.Node]) -> k.Node:
-    """The window over one part; that over a formula which several agents are asked is one node."""
+    """The window over one part; a formula for several agents gives one node."""
     if isinstance(part, k.At):
         return k.At(part.agent, _whole(node, part.body, last, wholes), part.span)
     key = (node.every, part)
@@ -266,7 +274,7 @@ def _whole(node: k.WindowNode, part: k.Node, last: int, wholes: dict[tuple[bool,
 
 
 def _is_endless(node: k.Node, every: bool) -> bool:
-    """Whether it is an operator from the present step to the mission's end, of the one kind or the other."""
+    """Return whether it is an operator of the given kind from the present step to the mission's end."""
     return (
         isinstance(node, k.WindowNode | k.UntilNode)
         and not looks_back(node)
@@ -279,10 +287,10 @@ COASTED_MOST = 3
 
 
 class LiveJudge:
-    """A mission judged as its steps come.
+    """Judge of a mission, step by step.
 
-    A verdict for good holds for every continuation in which agents keep to their top speeds. One that has moved
-    faster gives up what rested on that: bounds are then those of what was seen, and a verdict may change once more.
+    A final verdict holds for every continuation within the agents' top speeds. If an agent moves faster, verdicts that
+    relied on its speed are withdrawn: bounds then use the observed motion, and a verdict may change again.
     """
 
     def __init__(self, mission: Mission, kernel: k.Kernel) -> None:
@@ -317,12 +325,12 @@ class LiveJudge:
     def advance(
         self, position: Array, velocity: Array, heading: Array | None = None, doubt: Array | None = None
     ) -> tuple[Standing, ...]:
-        """Take in the team's state at the next step, and say how each goal stands.
+        """Process the team's state at the next step, and return the standing of each goal.
 
         Args:
             position: (agents, dim), metres; ``velocity`` likewise, m/s.
-            heading: (agents,), rad; by default 0, for missions that do not ask for headings.
-            doubt: (agents,), metres: how far an agent may be from there, where its state is not known; 0 where it is.
+            heading: (agents,), rad; default 0, for missions without headings.
+            doubt: (agents,), metres: greatest distance of an agent from this position; 0 if it is known.
 
         Raises:
             ValueError: the mission is over.
@@ -345,7 +353,10 @@ class LiveJudge:
         return tuple(self._standing(number, goal, faster) for number, goal in enumerate(self.goals))
 
     def _outrun(self, position: Array, doubt: Array) -> bool:
-        """Whether an agent has got further in this step than its top speed lets it; ``outrun`` says who ever has."""
+        """Return whether an agent moved faster than its top speed; ``outrun`` collects these agents.
+
+        ``position`` is (agents, dim) and ``doubt`` (agents,), metres.
+        """
         if self.now < 0:
             return False
         way = np.linalg.norm(position - self.state.position[:, 0], axis=1) - doubt - self.state.doubt
@@ -366,7 +377,7 @@ class LiveJudge:
         return Standing(goal.name, verdict, of_measure(least), of_measure(most), is_open and coasted < 0, by)
 
     def _decided_by(self, node: k.Node, row: int) -> int:
-        """The step by which a formula that is asked at one step is decided at the latest."""
+        """Latest step at which a formula evaluated at one step is decided."""
         asked = self.asked[node]
         latest = min(asked.first + asked.ahead, self.last)
         if not asked.once or not isinstance(node, k.All | k.Any | k.At):
@@ -385,7 +396,7 @@ class LiveJudge:
         return min(latest, max(opened, default=self.now))
 
     def _open_rows(self, node: k.Node) -> Flags:
-        """The agents at which a formula is not decided: (agents,)."""
+        """Agents for which a formula is undecided: (agents,), boolean."""
         first, columns = self.asked[node].first, self.columns[node]
         if not self.asked[node].once or first > self.now:
             return np.ones(self.agents, dtype=np.bool_)
@@ -400,7 +411,7 @@ class LiveJudge:
     # --------------------------------------------------------------- formulas
 
     def _prepare(self, node: k.Node) -> None:
-        """The columns of a formula, and what folds its operands."""
+        """Create the columns of a formula, and the accumulators for its operands."""
         below = [self.columns[each] for each in children(node) if each in self.columns]
         rows = max((each.rows for each in below), default=1)
         asked = self.asked[node]
@@ -437,7 +448,7 @@ class LiveJudge:
             history.kept = max(history.kept, asked.ahead)
 
     def _evaluate(self, node: k.Node, atoms: AtomBounds, cells: Cells) -> None:
-        """The bounds of a formula where they are not final, and in the cells to come, from those below it."""
+        """Compute a formula's bounds at non-final steps and in the future cells from its children."""
         own = self.columns[node]
         own.open(self.now, len(cells))
         begin, count = own.begin, max(own.known - own.begin + 1, 0)
@@ -477,7 +488,7 @@ class LiveJudge:
                 raise AssertionError(node)
 
     def _leaf(self, node: k.Node, where: Where, atoms: AtomBounds) -> Array:
-        """A leaf is final at once: its columns are the present step, where that is asked, and the cells."""
+        """Bounds of a leaf, (4, rows, columns), metres; a leaf is final at once."""
         match node:
             case k.Atom(predicate):
                 bounds = atoms.of_predicate(predicate)
@@ -489,7 +500,7 @@ class LiveJudge:
                 raise AssertionError("a kernel in negation normal form negates its leaves alone")
 
     def _deadlines(self) -> tuple[list[int], list[int]]:
-        """The steps at which windows end that are asked at one step, and how far ahead those of the others do."""
+        """Last steps of windows evaluated at one step, and look-aheads of the others."""
         deadlines, spans = [], []
         for node, asked in self.asked.items():
             window = window_of(node)
@@ -504,7 +515,7 @@ class LiveJudge:
 
 
 def _read_by_parents(nodes: Iterable[k.Node]) -> set[k.Node]:
-    """Formulas without columns of their own: agents of whom *and*, *or* and *at least* alone ask, and denied leaves."""
+    """Formulas without separate columns: read only by *and*, *or* and *at least* for agents, and negated leaves."""
     alone: dict[k.Node, bool] = {}
     for node in nodes:
         for child in children(node):

@@ -1,10 +1,10 @@
-"""Poses in a recording in MCAP that grows: its bytes, as they come, to lines of samples.
+"""Poses from a growing recording in MCAP: bytes to lines of samples.
 
-in   bytes of a recording, in pieces of any size; which topic has the poses of which agent
+in   bytes of a recording, in pieces of any size; the topic of each agent's poses
 out  a line of JSON for each pose, as ``SampleReader`` reads it
 
-Poses are Foxglove's ``PoseInFrame`` in JSON, as the export to MCAP writes them, or ``geometry_msgs/msg/PoseStamped``
-of ROS 2 in CDR. A record that is not whole yet waits for the rest of it. Times count from the first pose.
+Poses are Foxglove's ``PoseInFrame`` in JSON, as the export to MCAP writes them, or ``geometry_msgs/msg/PoseStamped`` of
+ROS 2 in CDR. An incomplete record waits for its rest. Times count from the first pose.
 
 Source:
     MCAP specification, version 0; OMG, DDS-XTYPES 1.3, 7.4.1 (plain CDR).
@@ -30,16 +30,16 @@ NANO = 1_000_000_000
 
 
 class BrokenRecordingError(ValueError):
-    """What comes is no recording in MCAP; the text says why."""
+    """The data is not a valid MCAP recording; the text gives the reason."""
 
 
 class McapPoses:
-    """A recording as far as it has come.
+    """The part of a recording received so far.
 
     Args:
-        agents: the agent's name for each topic that has its poses.
-        dimension: of the mission: how many of three coordinates are handed on.
-        limits: of the bytes of a record, a chunk unpacked, and all chunks.
+        agents: agent name for each topic with poses.
+        dimension: dimension of the mission: number of coordinates to return.
+        limits: limits on the bytes of a record, an unpacked chunk, and all chunks.
     """
 
     def __init__(self, agents: Mapping[str, str], dimension: int, limits: Limits | None = None) -> None:
@@ -55,10 +55,10 @@ class McapPoses:
         self._first: int | None = None
 
     def feed(self, data: bytes) -> Iterator[str]:
-        """The lines of the poses that are whole now.
+        """Process bytes; yield the lines of the poses that are complete now.
 
         Raises:
-            BrokenRecordingError: this is no MCAP, or a record in it cannot be read.
+            BrokenRecordingError: the data is not MCAP, or a record cannot be read.
         """
         self._rest += data
         if not self._begun:
@@ -84,8 +84,10 @@ class McapPoses:
             del self._rest[:at]
 
     def _allow(self, name: str, what: str, size: int) -> None:
-        """Raises:
-        BrokenRecordingError: a size is above the limit of this name.
+        """Check a size against the limit of this name.
+
+        Raises:
+            BrokenRecordingError: the size is above the limit.
         """
         most = getattr(self.limits, name)
         if size > most:
@@ -109,7 +111,7 @@ class McapPoses:
             found = list(StreamReader(closed, skip_magic=True, validate_crcs=True).records)
         except BrokenRecordingError:
             raise
-        except Exception as error:  # of the library, and of whatever unpacks for it
+        except Exception as error:  # from the library and its decompressors
             raise BrokenRecordingError(f"a record in it cannot be read ({type(error).__name__})") from None
         for each in found:
             match each:
@@ -142,17 +144,17 @@ class McapPoses:
 
 
 def _claimed(chunk: bytes) -> int:
-    """Bytes that a chunk claims to hold unpacked."""
+    """Unpacked size, in bytes, that a chunk claims."""
     if len(chunk) < 41:
         raise BrokenRecordingError("a chunk in it is too short")
     return int(struct.unpack_from("<Q", chunk, 25)[0])
 
 
 def _unpacked(chunk: bytes, size: int) -> bytes:
-    """The same chunk, not compressed; one byte more than ``size`` is unpacked at most, whatever there is.
+    """Decompress a chunk to at most ``size + 1`` bytes.
 
     Raises:
-        BrokenRecordingError: it does not hold ``size`` bytes.
+        BrokenRecordingError: it does not contain ``size`` bytes.
     """
     begin = 41 + int(struct.unpack_from("<I", chunk, 37)[0])
     compression, packed = chunk[41:begin], chunk[begin + 8 :]
@@ -179,7 +181,7 @@ def _foxglove(message: Any) -> tuple[int, list[float], list[float]]:
 
 
 def _ros(data: bytes) -> tuple[int, list[float], list[float]]:
-    """A stamp, the name of a frame, and seven numbers that begin at the next multiple of 8 after the first 4 bytes."""
+    """Stamp, frame name, and seven numbers that begin at a multiple of 8 after the first 4 bytes."""
     order = "<" if data[1:2] == b"\x01" else ">"
     sec, nanosec, length = struct.unpack_from(f"{order}iII", data, 4)
     begin = 4 + -(-(12 + length) // 8) * 8

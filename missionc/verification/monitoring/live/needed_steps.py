@@ -1,7 +1,7 @@
-"""Steps at which formulas are asked while a mission is flown, and how long their values have to be kept.
+"""Steps at which formulas are evaluated during a flight, and the lifetime of their values.
 
 in   the goals' formulas, the mission's last step
-out  StepRange: of each formula, the steps it is asked at, how far it looks ahead, and for how many steps it is read
+out  StepRange: for each formula, its steps, its look-ahead, and the number of steps for which it is read
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from missionc.ir.kernel.walk import asked_between, asks, looks_back, postorder
 
 @dataclass(slots=True)
 class StepRange:
-    """
+    """Steps of a formula's evaluation.
+
     Args:
-        first, last: the steps between which the formula is asked.
-        ahead: after so many steps its value at a step is final.
-        kept: how many steps before the present one are still read.
+        first, last: range of the steps of evaluation.
+        ahead: number of steps after which its value at a step is final.
+        kept: number of past steps that are still read.
     """
 
     first: int
@@ -30,15 +31,15 @@ class StepRange:
 
     @property
     def once(self) -> bool:
-        """Whether it is asked at one step alone."""
+        """True if it is evaluated at one step only."""
         return self.first == self.last
 
 
 def needed_steps(roots: Iterable[Node], last: int) -> dict[Node, StepRange]:
-    """When every formula below the roots is asked, which are asked at step 0 themselves; operands first.
+    """Ranges of every formula below the roots, which are evaluated at step 0; operands first.
 
     Args:
-        last: the mission's last step.
+        last: last step of the mission.
     """
     roots = tuple(roots)
     order = postorder(roots)
@@ -57,12 +58,12 @@ def needed_steps(roots: Iterable[Node], last: int) -> dict[Node, StepRange]:
 
 
 def reaches_start(node: WindowNode | UntilNode, asked: StepRange) -> bool:
-    """Whether a window that looks back begins at step 0 wherever it is asked, and goes on from step to step."""
+    """Return whether a past window always begins at step 0 and advances from step to step."""
     return -node.low >= asked.last and (isinstance(node, WindowNode) or node.high == 0)
 
 
 def _read_back(node: Node, asked: StepRange, below: int) -> int:
-    """How many steps before the present one a formula reads of operands that look up to ``below`` steps ahead."""
+    """Number of past steps of operands that a formula reads, for operands that look ``below`` steps ahead."""
     if isinstance(node, WindowNode | UntilNode):
         if not looks_back(node):
             return below + 1

@@ -1,4 +1,4 @@
-"""Team states at the mission's steps, assembled from samples of single agents read from lines of JSON.
+"""Team states at the mission's steps, assembled from samples of single agents in lines of JSON.
 
     in   a line, the Mission
     out  samples, or the reason why there are none; states of the team
@@ -7,9 +7,9 @@ Between two samples at most one step apart an agent moves straight. Without such
 known, with the distance that the agent can move from there at its top speed: the agent is missing at that step.
 
 A step is *closed* when every agent has a sample at it or after it, or when some sample is later than it by more than
-the wait. It is *settled* when no sample that comes within the wait can change it: every agent has a sample at the
-step itself, or the stream is past the next sample of the agent by the wait. Until then a state between samples
-includes the doubt of a sample that may still come, so every result from it remains true with that sample.
+the wait. It is *settled* when no sample that comes within the wait can change it: every agent has a sample at the step
+itself, or the stream is past the next sample of the agent by the wait. Until then a state between samples includes the
+doubt of a sample that may still come, so every result from it remains true with that sample.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ from missionc.ir.kernel.walk import postorder
 from missionc.verification.monitoring.read_trace import ON_TIME
 
 PLAUSIBLE = 10.0
-"""Seconds: a sample further ahead than so much, and than three steps and the wait, has to be confirmed."""
+"""Seconds by which a sample may be ahead before it needs confirmation; also three steps and the wait."""
 
 UNSEEN = 1e9
-"""Metres: how far an agent may be from anywhere before its first sample came."""
+"""Metres: bound on the distance of an agent before its first sample."""
 
 
 class Sample(Record):
-    """What is said of one agent (by mission index) at one time, seconds since the mission began.
+    """Data of one agent (by mission index) at one time, seconds of mission time.
 
-    ``velocity`` is empty, and ``heading`` (rad) not a number, where nothing is said of them.
+    ``velocity`` is empty, and ``heading`` (rad) is NaN, if not given.
     """
 
     agent: int
@@ -55,22 +55,22 @@ class Sample(Record):
 
 
 class Fate(Enum):
-    """What becomes of a sample that is not simply the agent's newest."""
+    """Treatment of a sample that is not simply the agent's newest."""
 
     LATE = "late"
-    """Its step was settled: it is dropped."""
+    """Its step was settled: the sample is dropped."""
     DOUBLED = "doubled"
-    """There is one of the agent at that time, which counts: it is dropped."""
+    """The agent already has a sample at that time: the sample is dropped."""
     AHEAD = "ahead"
-    """It is too far ahead of all others to be believed alone: it is set aside until another one confirms it."""
+    """It is too far ahead of all others: it is set aside until another one confirms it."""
     REORDERED = "reordered"
-    """One of the agent with a later time came before it: it is sorted in."""
+    """It arrived after a later one of the agent: it is sorted in."""
 
 
 class StepState(Record, eq=False):
-    """The team at one step: arrays as of ``LiveJudge.advance``, and the agents that are missing (mission indices).
+    """The team at one step: arrays as for ``LiveJudge.advance``, and the missing agents (mission indices).
 
-    ``settled``: no sample that comes within the wait changes it any more.
+    ``settled``: no sample within the wait can change it.
     """
 
     step: int
@@ -84,32 +84,32 @@ class StepState(Record, eq=False):
 
 @dataclass(slots=True)
 class _Track:
-    """The samples of one agent that may still matter, in order of time."""
+    """Samples of one agent that may still matter, in order of time."""
 
     times: list[float] = field(default_factory=list)
     samples: list[Sample] = field(default_factory=list)
 
     def reaches(self, time: float) -> bool:
-        """Whether there is a sample at a time or after it."""
+        """Return whether there is a sample at or after a time."""
         return bool(self.times) and self.times[-1] >= time - ON_TIME
 
     def since(self, time: float) -> float:
-        """The time of the first sample at a time or after it; infinite if there is none."""
+        """Time of the first sample at or after a time; infinite without one."""
         place = bisect_left(self.times, time - ON_TIME)
         return self.times[place] if place < len(self.times) else np.inf
 
     def has(self, time: float) -> bool:
-        """Whether there is a sample at a time."""
+        """Return whether there is a sample at a time."""
         return self.since(time) <= time + ON_TIME
 
 
 class SampleSteps:
-    """A stream of samples on its way to steps. It holds no more than what came within the wait, and one sample before.
+    """Conversion of a stream of samples to steps. It stores the samples within the wait, and one before.
 
     Args:
-        wait: seconds of the stream's own time; one step where it is left out.
-        skew: by how many seconds the clock of an agent (mission index) is ahead.
-        leap: seconds that a sample may be ahead of all others before another one has to confirm it; a step at least.
+        wait: seconds of the stream's own time; default one step.
+        skew: seconds by which the clock of an agent (mission index) is ahead.
+        leap: seconds by which a sample may be ahead of all others without confirmation; at least a step.
     """
 
     def __init__(
@@ -137,11 +137,14 @@ class SampleSteps:
 
     @property
     def over(self) -> bool:
-        """Whether every step of the mission is settled."""
+        """True if every step of the mission is settled."""
         return self.settled > self.mission.steps
 
     def add(self, sample: Sample) -> Iterator[StepState]:
-        """The steps that a sample closes or settles; each is settled once, in order, perhaps as it is closed."""
+        """Yield the steps that a sample closes or settles.
+
+        Each is settled once, in order, possibly when closed.
+        """
         time = sample.time - self.skew.get(sample.agent, 0.0)
         confirmed = self._is_far(time)
         if confirmed and not self._is_confirmed(sample.agent, time):
@@ -150,7 +153,7 @@ class SampleSteps:
             self.ahead[sample.agent] = time, sample
             return
         yield from self._take(sample, time)
-        # Whom this one confirms, and whom the others have caught up with.
+        # Samples that this one confirms, and those that the others have caught up with.
         for agent, (held, other) in sorted(self.ahead.items(), key=lambda item: item[1][0]):
             if held <= self.newest or (confirmed and not self._is_far(held)):
                 del self.ahead[agent]
@@ -161,7 +164,7 @@ class SampleSteps:
         return time > max(self.newest, 0.0) + self.leap
 
     def _is_confirmed(self, agent: int, time: float) -> bool:
-        """Whether a sample that was set aside, of another agent or of another time, says that it is about then."""
+        """Return whether a sample set aside, of another agent or time, confirms this time."""
         return any(
             abs(held - time) <= self.leap and (other != agent or abs(held - time) > ON_TIME)
             for other, (held, _) in self.ahead.items()
@@ -190,7 +193,7 @@ class SampleSteps:
         yield from self._ready()
 
     def finish(self) -> Iterator[StepState]:
-        """The steps that the stream has reached when it ends: all are settled."""
+        """Yield the steps that the stream has reached at its end: all are settled."""
         while not self.over and self._time(self.settled) <= self.newest + ON_TIME:
             yield self._settle()
 
@@ -231,7 +234,7 @@ class SampleSteps:
         self.settled += 1
         self._settles_at = None
         for track in self.tracks:
-            # The last sample before the step is where the way to the next one begins.
+            # The motion to the next step begins at the last sample before the step.
             drop = max(bisect_left(track.times, now + ON_TIME) - 1, 0)
             del track.times[:drop], track.samples[:drop]
         self._known = sum(track.has(self._time(self.settled)) for track in self.tracks)
@@ -261,9 +264,10 @@ class SampleSteps:
     def _at(
         self, track: _Track, now: float, agent: int, position: Array, velocity: Array, heading: Array
     ) -> tuple[bool, float]:
-        """Write an agent's state; return whether it is missing, and how far it may be from there, in metres.
+        """Write an agent's state; return whether it is missing, and its greatest distance from there, metres.
 
-        The distance holds whatever further sample comes; it is 0 if there is a sample at this time.
+        The distance holds for any later sample; it is 0 if there is a sample at this time. Arrays are (agents, dim) and
+        (agents,).
         """
         times, samples, top = track.times, track.samples, self.top_speed[agent]
         after = bisect_left(times, now - ON_TIME)
@@ -296,15 +300,16 @@ def _write(sample: Sample, agent: int, position: Array, velocity: Array, heading
 
 
 class UnusableError(ValueError):
-    """A line that says nothing that can be used; the text says why."""
+    """A line without usable data; the text gives the reason."""
 
 
 class SampleReader:
-    """Reads lines such as ``{"t": 1.25, "agent": "drone[0]", "position": [1, 2], "velocity": [0, 1], "heading": 0.5}``.
+    """Reader of lines such as ``{"t": 1.25, "agent": "drone[0]", "position": [1, 2], "velocity": [0, 1], "heading":
+    0.5}``.
 
-    In the place of ``agent`` and ``position``, ``agents`` may hold the positions of several, by their names. A
-    velocity is needed of agents of which the mission asks for the speed, a heading where it asks for headings. A
-    mission in the plane leaves a third coordinate out, and ``flattened`` is true from then on.
+    Instead of ``agent`` and ``position``, ``agents`` may have the positions of several, by name. A velocity is required
+    for agents whose speed the mission uses, and a heading if it uses headings. A plane mission ignores a third
+    coordinate, and sets ``flattened``.
     """
 
     def __init__(self, mission: Mission, kernel: Kernel, limits: Limits | None = None) -> None:
@@ -324,10 +329,10 @@ class SampleReader:
                         self.needs_heading |= asked[node]
 
     def read(self, line: str) -> list[Sample]:
-        """What a line says.
+        """Samples of a line.
 
         Raises:
-            UnusableError: nothing that can be used.
+            UnusableError: the line has no usable data.
         """
         try:
             record = parse_record(line)

@@ -1,11 +1,10 @@
-"""A session of online monitoring: lines of samples to changes of verdicts, and a forecast by the plan.
+"""Session of online monitoring: lines of samples to changes of verdicts, and forecasts by the plan.
 
-    in   lines of JSON, one after the other; Mission, Kernel, and the trace of the plan that is followed
-    out  changes of verdicts, violated constraints, agents that go missing and return, unusable lines, each step as it
-         is judged; at the end the state of every goal
+    in   lines of JSON in sequence; Mission, Kernel, and the trace of the plan
+    out  changes of verdicts, violated constraints, missing and returning agents, unusable lines, each judged
+         step; at the end the state of every goal
 
-The forecast of an open goal is its robustness if all agents follow the plan from now on: of the flight so far with
-the rest of the plan after it.
+The forecast of an open goal is the robustness of the flight so far followed by the rest of the plan.
 """
 
 from __future__ import annotations
@@ -42,14 +41,14 @@ from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 from missionc.verification.monitoring.logic import ROBUSTNESS, Values
 
 SHARE, SECONDS = 0.1, 6e-8
-"""The share of a core's time that is taken, about and at most; and roughly how long one value of a formula takes."""
+"""Approximate maximum share of a core's time, and approximate time for one value of a formula."""
 
 
 class PlanForecast:
-    """What was flown, and what is planned after it, as one trace that is judged again and again.
+    """Trace of the flight followed by the rest of the plan, which is judged repeatedly.
 
-    It is as long as the plan, so its memory and the work of a forecast grow with that: ``every`` says after how many
-    steps there is another one, so many that they take about a tenth of a core; one, for missions of a usual size.
+    It is as long as the plan, and so are its memory and the work of a forecast. ``every`` is the number of steps
+    between forecasts, chosen to use about a tenth of a core; it is one for missions of usual size.
     """
 
     def __init__(self, mission: Mission, kernel: k.Kernel, plan: Trace) -> None:
@@ -65,9 +64,9 @@ class PlanForecast:
         _Again(mission, self.trace, self.past).values(self.formulas)
 
     def take(self, state: StepState, opened: Iterable[int]) -> dict[int, float]:
-        """The robustness of the goals that are open (by their numbers), from what is known at a step.
+        """Robustness of the open goals (by index), from the known data at a step.
 
-        An agent that is missing is taken to be where it is planned to be.
+        A missing agent counts as being at its planned position.
         """
         step, trace = state.step, self.trace
         seen = [agent for agent in range(len(self.mission.agents)) if agent not in state.missing]
@@ -88,9 +87,9 @@ class PlanForecast:
 
 @dataclass(slots=True)
 class _Past:
-    """What spatial operators came to before: for each, in which forecast, of which values of the members, and what.
+    """Cached results of spatial operators: the forecast, the members' values, and the result.
 
-    ``number`` is that of the forecast; ``changed`` has the first one for which the trace is another one at a step.
+    ``number`` is the number of the forecast; ``changed`` has, for each step, the first forecast with a different trace.
     """
 
     changed: NDArray[np.int64]
@@ -99,9 +98,9 @@ class _Past:
 
 
 class _Again(Evaluation):
-    """An evaluation that asks spatial operators at those steps alone where something is other than it was.
+    """Evaluation that recomputes spatial operators only at changed steps.
 
-    They are pointwise in time, and take most of the time that there is; from one forecast to the next one step is new.
+    They are pointwise in time and dominate the run time; only one step is new in each forecast.
     """
 
     def __init__(self, mission: Mission, trace: Trace, past: _Past) -> None:
@@ -148,10 +147,11 @@ class _Again(Evaluation):
 
 
 class Change(Record):
-    """A goal whose verdict or risk is another one than a step before; ``unit`` is that of its robustness.
+    """A goal whose verdict or risk has changed since the last step.
 
-    ``by_plan`` is its robustness if everybody follows the plan from here on; None where it is decided, or there is
-    no plan.
+    ``unit`` is the unit of its robustness.
+
+    ``by_plan`` is its robustness if all agents follow the plan from now on; None if it is decided, or without a plan.
     """
 
     step: int
@@ -162,7 +162,7 @@ class Change(Record):
 
 
 class Forecast(Record):
-    """An open goal that would be lost if everybody follows the plan from here on, or that no longer would."""
+    """An open goal that becomes, or no longer is, violated if all agents follow the plan from now on."""
 
     step: int
     name: str
@@ -172,7 +172,7 @@ class Forecast(Record):
 
 
 class Presence(Record):
-    """Agents that are missing from a step on, and those that are seen again."""
+    """Agents that are missing from a step on, or have returned."""
 
     step: int
     missing: tuple[str, ...]
@@ -180,23 +180,23 @@ class Presence(Record):
 
 
 class Outrun(Record):
-    """Agents that moved faster than their top speed: what rested on it is taken back."""
+    """Agents that moved faster than their top speed: results that relied on it are withdrawn."""
 
     step: int
     agents: tuple[str, ...]
 
 
 class Unusable(Record):
-    """A line that was skipped, by its number, and why."""
+    """A skipped line, by number, with the reason."""
 
     line: int
     reason: str
 
 
 class Judged(Record, eq=False):
-    """A step that was judged: where the team was, and how every goal stands, requirements first.
+    """A judged step: the positions of the team, and the standing of every goal, requirements first.
 
-    ``by_plan`` has the forecasts of open goals by the plan, by the goals' numbers.
+    ``by_plan`` has the forecasts of open goals, by goal index.
     """
 
     state: StepState
@@ -205,7 +205,7 @@ class Judged(Record, eq=False):
 
 
 class Implausible(Record):
-    """A sample that was set aside, by the number of its line: it is too far ahead in time to be believed alone."""
+    """A sample that was set aside as too far ahead in time, by its line number."""
 
     line: int
     agent: str
@@ -213,17 +213,17 @@ class Implausible(Record):
 
 
 class Breach(Record):
-    """A constraint that is violated, for good, from a step on."""
+    """A constraint that is finally violated from a step on."""
 
     step: int
     constraint: Constraint
 
 
 class ConstraintWatch(Protocol):
-    """A judge of the constraints that the mission implies beside its requirements."""
+    """Judge of the constraints that the mission implies besides its requirements."""
 
     def hear(self, sample: Sample) -> None:
-        """Take note of a sample."""
+        """Register a sample."""
 
     def judge_step(self, state: StepState) -> Sequence[Constraint]:
         """Judge a step; return the constraints that are violated for the first time."""
@@ -239,11 +239,11 @@ Event = Breach | Implausible | Change | Forecast | Presence | Outrun | Unusable 
 
 
 class Session:
-    """One mission as it is flown. Memory does not grow with the lines that are fed.
+    """Monitoring of one mission in flight. Memory does not grow with the number of lines.
 
     Args:
-        wait, skew, leap: as of ``SampleSteps``.
-        constraints: judged beside the requirements, if given.
+        wait, skew, leap: as for ``SampleSteps``.
+        constraints: judge of constraints besides the requirements, if given.
     """
 
     def __init__(
@@ -278,12 +278,12 @@ class Session:
 
     @property
     def over(self) -> bool:
-        """Whether the mission's last step was judged, and is settled."""
+        """True if the mission's last step is judged and settled."""
         return self.steps.over
 
     @property
     def verdict(self) -> LiveVerdict:
-        """How all requirements together stand, and the constraints, which last as long as the mission."""
+        """Verdict over all requirements and constraints; constraints last as long as the mission."""
         judged = {each.verdict for each in self.standings[: self.requirements]}
         if self.constraints is not None:
             kept = all_satisfied(self.constraints.constraints())
@@ -299,13 +299,16 @@ class Session:
         return LiveVerdict.SATISFIED if self.standings and LiveVerdict.OPEN not in judged else LiveVerdict.OPEN
 
     def follow(self, plan: Trace | None) -> None:
-        """Forecast by this plan, which has all of the mission's steps, from the next step on; None for no plan."""
+        """Use this plan, which has all of the mission's steps, for forecasts from the next step on.
+
+        None for no plan.
+        """
         self.plan = plan
         self.forecast = None if plan is None else PlanForecast(self.mission, self.kernel, plan)
         self.by_plan = {}
 
     def feed(self, line: str) -> Iterator[Event]:
-        """Take in a line; an empty one says nothing."""
+        """Process a line; an empty one has no effect."""
         self.lines += 1
         if not line.strip():
             return
@@ -325,12 +328,12 @@ class Session:
                 yield Implausible(self.lines, self.mission.agents[sample.agent].name, sample.time)
 
     def finish(self) -> Iterator[Event]:
-        """The stream has ended: judge the steps that it has reached."""
+        """Process the end of the stream: judge the steps that it has reached."""
         for state in self.steps.finish():
             yield from self._judged(state)
 
     def notes(self) -> list[str]:
-        """What became of samples and agents, a sentence each."""
+        """Notes on dropped samples and missing agents, one sentence each."""
         words = {
             Fate.LATE: "dropped: too late for its step",
             Fate.DOUBLED: "dropped: same agent and time as another",
@@ -348,7 +351,7 @@ class Session:
         return notes
 
     def _judged(self, state: StepState) -> Iterator[Event]:
-        """Events of a step that was closed, or that was closed before and is settled now."""
+        """Events of a step that was closed now, or was closed before and is settled now."""
         is_new = self.latest is None or state.step > self.latest.step
         moved = is_new or not np.array_equal(self.unsettled[0].position, state.position)
         if is_new:
@@ -383,7 +386,7 @@ class Session:
             yield Judged(self.latest, self.standings, self.by_plan)
 
     def _stand(self, state: StepState) -> set[int]:
-        """Take in a step; return the agents that have moved faster than their top speeds."""
+        """Process a step; return the agents that moved faster than their top speeds."""
         if state.settled:
             self.standings, self.ahead = _advanced(self.judge, state), None
             self.unsettled = [each for each in self.unsettled if each.step > state.step]
@@ -396,7 +399,7 @@ class Session:
             self.standings = _advanced(self.ahead, each)
         judge = self.ahead or self.judge
         if judge.outrun == self.judge.outrun:
-            # What holds whatever may still come holds when it has come.
+            # A result that holds for every later sample holds after that sample.
             self.judge.bounds = judge.bounds.copy()
         return judge.outrun
 

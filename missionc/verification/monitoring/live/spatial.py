@@ -1,4 +1,4 @@
-"""Spatial operators over bounds: the least of few links, the most of many, and the other way round where denied."""
+"""Spatial operators over bounds: least value of few links, greatest of many, and the reverse if negated."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from missionc.verification.monitoring.logic import ROBUSTNESS, decided_at_border
 
 
 class GraphHistory:
-    """The links of a graph, and where its members are, at the steps that are still read, and in the cells to come."""
+    """Links and member positions of a graph at the steps that are still read, and in the future cells."""
 
     def __init__(self, graph: Graph, kept: int) -> None:
         self.graph, self.kept = graph, kept
@@ -29,24 +29,24 @@ class GraphHistory:
         self.cells: list[int] = []
 
     def extend(self, atoms: AtomBounds) -> None:
-        """Take in the present step: (4, 1 + cells, members, members) of links, and (members, dim) of places."""
+        """Add the present step: links (4, 1 + cells, members, members) and places (members, dim), metres."""
         members, state = list(self.graph.agents), atoms.state
         found = atoms.links(self.graph)
         self.cells = atoms.picked(self.graph)
-        # The cells to come stand behind the steps that are known, until the next one is.
+        # The future cells follow the known steps, until the next step is known.
         past = self.links[: len(self.places)][-self.kept :] if self.kept else []
         self.places = [*(self.places[-self.kept :] if self.kept else []), state.position[members, 0]]
         self.certain = [*(self.certain[-self.kept :] if self.kept else []), not np.any(state.doubt[members])]
         self.links = [*past, *found.swapaxes(0, 1)]
 
     def columns(self, where: Where) -> Array:
-        """(4, columns, members, members); of large graphs only the first and the last cell."""
+        """Links: (4, columns, members, members), metres; large graphs have only the first and last cell."""
         stop = len(self.places) - where.ago
         return np.stack(self.links[stop - where.count : stop + (len(self.cells) if where.cells else 0)], axis=1)
 
 
 class Where(Record):
-    """Columns of a formula: so many known steps, the last of them so long ``ago``, and so many cells to come."""
+    """Columns of a formula: ``count`` known steps, the last of them ``ago`` steps back, and ``cells`` future cells."""
 
     count: int
     ago: int
@@ -58,13 +58,13 @@ class Where(Record):
 
 
 def neighbour(node: NeighbourNode, history: GraphHistory, body: Array, where: Where, agents: int) -> Array:
-    """(4, agents, columns): some or every neighbour."""
+    """Bounds for some or every neighbour: (4, agents, columns), metres."""
     outside = np.full((1, 1, 1), -np.inf)
     return _along(history, node.every, (body,), outside, where, agents, graph_routes.nearby)
 
 
 def live_reach(node: ReachNode, history: GraphHistory, through: Array, end: Array, where: Where, agents: int) -> Array:
-    """Likewise of routes of so many links."""
+    """Likewise for routes of at most ``hops`` links: (4, agents, columns), metres."""
 
     def measure(links: Array, through: Array, end: Array) -> Array:
         return graph_routes.reach(links, through, end, node.hops)
@@ -80,11 +80,13 @@ def lengths_in_metres(
     where: Where,
     agents: int,
 ) -> Array:
-    """Likewise of routes of a length; of cells to come, and where it is not known where a member is, nothing is said.
+    """Likewise for routes with a bounded length in metres.
 
     Args:
-        below: of a route, the bounds of its operands, (4, rows, columns).
-        agents: of the mission.
+        below: for a route, the bounds of its operands, (4, rows, columns), metres.
+        agents: number of agents of the mission.
+
+    In future cells, and if a member's position is unknown, the bounds are infinite.
     """
     opposite = node.every if isinstance(node, RouteNode) else not holds
     found = np.empty((4, agents, where.columns))
@@ -105,7 +107,7 @@ def _at_one_step(
     opposite: bool,
     agents: int,
 ) -> Array:
-    """The bounds at one known step: (4, agents), from those of the operands, (4, rows)."""
+    """Bounds at one known step: (4, agents), metres, from those of the operands, (4, rows)."""
     members, known = list(history.graph.agents), len(history.places)
     links = history.links[known + back]
     places = history.places[back]
@@ -141,7 +143,10 @@ def _along(
     agents: int,
     measure: Callable[..., Array],
 ) -> Array:
-    """``measure`` of the members; ``outside`` is the value of the others, by default that of the last operand."""
+    """Apply ``measure`` to the members: (4, agents, columns), metres.
+
+    Other agents have the value ``outside``, by default that of the last operand.
+    """
     below = tuple(denied(each) if every else each for each in below)
     members, shape = list(history.graph.agents), (4, agents, where.columns)
     result = np.broadcast_to(below[-1] if outside is None else outside, shape).copy()
@@ -153,6 +158,6 @@ def _along(
         rows = history.columns(where).reshape(-1, len(members), len(members))
         parts = [measure(rows[at], *(each[at] for each in flat)) for at in link_pieces(len(rows), len(members))]
         values = np.concatenate(parts).reshape(4, len(picked), len(members)).swapaxes(1, 2)
-        # In the cells between the first and the last one holds what holds in the last.
+        # Cells between the first and the last one have the value of the last.
         result[:, members] = values[:, :, np.searchsorted(picked, np.arange(where.columns))]
     return denied(result) if every else result

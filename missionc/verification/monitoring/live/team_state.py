@@ -1,6 +1,6 @@
-"""The team's state at the present step, where it may be a step later, and what it has of resources and flags.
+"""State of the team at the present step and after coasting for one step, with resources and flags.
 
-A state may be unknown: then the agent is within a radius of the place that is given, and so of what follows from it.
+If a state is unknown, the agent is within a radius of the given place, and derived values are bounded likewise.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ NOW, COASTED = 0, 1
 
 
 class TeamState:
-    """Positions, velocities, headings and own states of all agents, now and where they coast for a step.
+    """Positions, velocities, headings and own states of all agents, now and after coasting for a step.
 
     Attributes:
         position: (agents, 2, dim), metres; ``velocity`` likewise, m/s; ``heading``: (agents, 2), rad.
-        doubt: (agents,), metres: how far from there an agent may be; 0 where it is known.
-        levels: of each resource, the least and the most that is left: (2, agents, 2).
-        flags: the margin of each flag likewise, metres.
+        doubt: (agents,), metres: greatest distance of an agent from there; 0 if it is known.
+        levels: least and greatest level of each resource: (2, agents, 2).
+        flags: margin of each flag likewise, metres.
     """
 
     def __init__(self, mission: Mission, predicates: Iterable[Predicate]) -> None:
@@ -52,12 +52,12 @@ class TeamState:
         self.begun = False
 
     def move(self, position: Array, velocity: Array, heading: Array, doubt: Array) -> None:
-        """Go on to the next step.
+        """Advance to the next step.
 
         Args:
             position: (agents, dim), metres; ``velocity`` likewise, m/s.
             heading: (agents,), rad.
-            doubt: (agents,), metres, 0 where the state is known.
+            doubt: (agents,), metres, 0 if the state is known.
         """
         before, doubt_before = self.position[:, NOW].copy(), self.doubt
         self.doubt = doubt
@@ -78,7 +78,10 @@ class TeamState:
         self.begun = True
 
     def _used(self, resource: Resource, left: Array, here: Array, there: Array, doubt: Array) -> Array:
-        """What is left a step later, least and most: (2, agents)."""
+        """Least and greatest level of a resource one step later: (2, agents), a number.
+
+        Positions are in metres.
+        """
         step = self.mission.step
         change = changes(resource, step, here, there)
         least = most = change
@@ -91,7 +94,7 @@ class TeamState:
         return np.asarray(np.where(self._has(resource.agents), found, resource.start))
 
     def _flagged(self, flag: Flag, margin: Array, position: Array) -> Array:
-        """A flag's margin a step later, least and most: (2, agents)."""
+        """Least and greatest margin of a flag one step later: (2, agents), metres."""
         spread = np.stack([-self.doubt, self.doubt])
         sets = -signed_distance(np, flag.set_in.shape, position) + spread
         stays = margin
@@ -107,45 +110,56 @@ class TeamState:
 
 
 class TeamView(View):
-    """What predicates measure of the team's state: (agents, 2), of one agent (2,)."""
+    """Measures of the team's state for predicates: (agents, 2), for one agent (2,)."""
 
     def __init__(self, state: TeamState) -> None:
         super().__init__(np, state.mission.dimension)
         self.state = state
 
     def own(self) -> Array:
+        """Positions: (agents, 2, dim), metres."""
         return self.state.position
 
     def place(self, agent: int) -> Array:
+        """Position of one agent: (2, dim), metres."""
         place: Array = self.state.position[agent]
         return place
 
     def velocity(self) -> Array:
+        """Velocities: (agents, 2, dim), m/s."""
         return self.state.velocity
 
     def heading(self) -> Array:
+        """Headings: (agents, 2), rad."""
         return self.state.heading
 
     def radius(self) -> Array:
+        """Radii: (agents, 1), metres."""
         return np.array([agent.radius for agent in self.state.mission.agents])[:, None]
 
     def plane(self) -> Array:
+        """Altitudes: (agents, 1), metres."""
         return np.array([agent.altitude for agent in self.state.mission.agents])[:, None]
 
     def level(self, resource: Resource) -> Array:
+        """Middle of a resource's bounds: (agents, 2), a number."""
         return np.asarray(self.state.levels[resource].mean(axis=0))
 
 
 class Reach:
-    """By how much measures can differ from those at the places that are known: (agents, columns), in their units."""
+    """Bounds on the differences from measures at the known places: (agents, columns), in their units.
+
+    Shape: (agents, columns), in their units.
+    """
 
     larger = staticmethod(np.maximum)
 
     def __init__(self, state: TeamState, seconds: Array, column: int) -> None:
-        """
+        """Compute the reach of every agent.
+
         Args:
-            seconds: how long after the state the columns are, (columns,).
-            column: of the state, now or coasted.
+            seconds: time from the state to each column, (columns,).
+            column: column of the state, now or coasted.
         """
         mission = state.mission
         self.state, self.seconds, self.column = state, seconds, column
@@ -156,13 +170,16 @@ class Reach:
         self.radius = state.doubt[:, None] + way
 
     def motion(self) -> Array:
+        """Distance that an agent can be off: (agents, columns), metres."""
         return self.radius
 
     def relative(self, first: int | None, second: int) -> Array:
+        """Sum for two agents: (agents, columns), metres."""
         radius: Array = self.radius[slice(None) if first is None else slice(first, first + 1)] + self.radius[second]
         return radius
 
     def acceleration(self) -> Array:
+        """Possible change of the speed: (agents, columns), m/s."""
         agents = self.state.mission.agents
         top = np.array([each.dynamics.top_acceleration if each.dynamics.has_momentum else np.inf for each in agents])
         later = self.seconds > 0
@@ -170,6 +187,7 @@ class Reach:
         return np.asarray(np.where(self.state.doubt[:, None] > 0, np.inf, change))
 
     def use(self, resource: Resource) -> Array:
+        """Possible change of a resource: (agents, columns), a number."""
         least, most = self.state.levels[resource][:, :, self.column]
         refill = sum(each.per_second for each in resource.refills)
         rate = np.maximum(resource.per_second + resource.per_metre * self.top_speed, refill)
@@ -177,8 +195,9 @@ class Reach:
         return np.asarray((most - least)[:, None] / 2 + change)
 
     def along(self, direction: tuple[float, ...]) -> Array:
+        """Possible change of a weighted sum of coordinates: (agents, columns), metres."""
         return float(np.hypot.reduce(direction)) * self.radius
 
 
 SLACK, ROUNDING = 1e-9, 1e-9
-"""By how much of it a motion may pass its top speed, and metres: floating rounding, nothing else."""
+"""Share and metres by which a motion may exceed its top speed, for rounding only."""

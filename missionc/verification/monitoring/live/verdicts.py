@@ -1,4 +1,4 @@
-"""Verdicts on a mission that is being flown."""
+"""Verdicts on a mission in flight."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from missionc.base.late_dataclass import Record
 
 
 class LiveVerdict(Enum):
-    """What can be said of a goal by now; the first two are for good."""
+    """Present verdict on a goal; the first two are final."""
 
     SATISFIED = "satisfied"
     VIOLATED = "violated"
@@ -16,15 +16,15 @@ class LiveVerdict(Enum):
 
 
 class Standing(Record):
-    """How one goal stands after a step.
+    """Standing of one goal after a step.
 
     Args:
-        verdict: ``SATISFIED`` or ``VIOLATED`` where every continuation within the agents' top speeds makes it so.
-        least, most: its robustness is between these, whatever the continuation: metres for everything spatial. Both are
-            the robustness itself where all that it hangs on has been seen.
-        at_risk: it is open, and where every agent keeps its present velocity for one more step, no continuation
+        verdict: ``SATISFIED`` or ``VIOLATED`` if this holds for every continuation within top speeds.
+        least, most: bounds on its robustness over all continuations, metres for spatial formulas. They are equal if
+                the robustness is final.
+        at_risk: it is open, and if every agent keeps its present velocity for one more step, no continuation
             within the top speeds satisfies it.
-        decided_by: the step by which it is decided at the latest.
+        decided_by: latest step at which it is decided.
     """
 
     name: str

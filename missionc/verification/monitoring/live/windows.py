@@ -1,7 +1,7 @@
-"""Operators of time that look ahead, online: final values are folded once, and bounds cover the rest.
+"""Temporal operators that look ahead, online: final values are folded once, and bounds cover the rest.
 
-An operator that is evaluated at a step waits until its window has passed. Each waiting step has an accumulator. A
-final value of the operand goes into those of all steps whose window holds it, and is then no longer needed. Least and
+An operator that is evaluated at a step waits until its window has passed. Each waiting step has an accumulator. A final
+value of the operand goes into those of all steps whose window holds it, and is then no longer needed. Least and
 greatest values over ranges of columns give the bounds.
 """
 
@@ -16,13 +16,16 @@ from missionc.verification.monitoring.live.bounds import LEASTS, MOSTS, denied
 from missionc.verification.monitoring.live.columns import Columns
 
 FEW = 4
-"""Ranges: so many are looked at one by one."""
+"""Maximum number of ranges that are reduced one by one."""
 
 
 def over_ranges(choose: np.ufunc, values: Array, begin: Indices, end: Indices) -> Array:
-    """``choose`` over the columns ``begin`` … ``end`` of each range: (…, columns) -> (…, ranges).
+    """``choose`` over the columns ``begin`` … ``end`` of each range.
 
-    Where a range holds no column it is what changes nothing: ``inf`` of ``minimum``, ``-inf`` of ``maximum``.
+    Shape: (…, columns) -> (…, ranges), any unit.
+
+    An empty range gives the neutral element: ``inf`` for ``minimum``, ``-inf`` for ``maximum``. The result has the
+    shape (ranges,) per row.
     """
     neutral = np.inf if choose is np.minimum else -np.inf
     result = np.full((*values.shape[:-1], len(begin)), neutral)
@@ -46,7 +49,7 @@ def over_ranges(choose: np.ufunc, values: Array, begin: Indices, end: Indices) -
 
 
 class _Ahead:
-    """Waiting steps with accumulators, (2, rows, steps), into which final values of operands are folded in order."""
+    """Pending steps with accumulators, (2, rows, steps), for final values of operands in order."""
 
     def __init__(self, node: WindowNode | UntilNode, own: Columns, last: int, neutral: tuple[float, ...]) -> None:
         self.node, self.own, self.last = node, own, last
@@ -56,14 +59,14 @@ class _Ahead:
         self.folded = -1
 
     def window(self, steps: Indices) -> tuple[Indices, Indices]:
-        """The first and the last step of the windows of these steps, which end with the mission."""
+        """First and last step of these steps' windows, which end with the mission."""
         high = (
             np.full_like(steps, self.last) if self.node.high is None else np.minimum(steps + self.node.high, self.last)
         )
         return steps + self.node.low, high
 
     def open(self, begin: int, known: int) -> None:
-        """Drop the accumulators of steps before ``begin``, and have one for each step up to ``known``."""
+        """Drop the accumulators of steps before ``begin``, and create those up to ``known``."""
         drop = min(max(begin - self.origin, 0), self.waiting[0].shape[2])
         missing = known + 1 - begin - (self.waiting[0].shape[2] - drop)
         self.origin = max(begin, self.origin)
@@ -74,7 +77,7 @@ class _Ahead:
                 self.waiting[number] = np.concatenate([kept, fresh], axis=2)
 
     def those_that_hold(self, step: int) -> slice:
-        """The accumulators of the waiting steps whose window holds a step."""
+        """Accumulators of the pending steps whose window contains a step."""
         first = 0 if self.node.high is None else step - self.node.high - self.origin
         return slice(max(first, 0), max(step - self.node.low + 1 - self.origin, 0))
 
@@ -88,7 +91,7 @@ class Window(_Ahead):
         self.choose = np.minimum if node.every else np.maximum
 
     def update(self, cells: Cells) -> Array:
-        """The bounds at the waiting steps, and in the cells to come: (4, rows, columns)."""
+        """Bounds at the pending steps, and in the future cells: (4, rows, columns), metres."""
         now, own, body = cells.now, self.own, self.body
         begin, known = own.begin, own.known
         self.open(begin, known)
@@ -122,14 +125,14 @@ class Window(_Ahead):
 
 
 class UntilWindow(_Ahead):
-    """``Until``, and ``Release`` by its negation."""
+    """``Until``, and ``Release`` by negation."""
 
     def __init__(self, node: UntilNode, own: Columns, hold: Columns, end: Columns, last: int) -> None:
         super().__init__(node, own, last, (np.inf, -np.inf))
         self.hold, self.end = hold, end
 
     def update(self, cells: Cells) -> Array:
-        """The bounds at the waiting steps, and in the cells to come: (4, rows, columns)."""
+        """Bounds at the pending steps, and in the future cells: (4, rows, columns), metres."""
         now, own, hold, end = cells.now, self.own, self.hold, self.end
         begin, known = own.begin, own.known
         self.open(begin, known)
@@ -146,11 +149,11 @@ class UntilWindow(_Ahead):
         low, high = self.window(steps)
         place = np.maximum(self.folded + 1, steps)
         opened = place <= high
-        # The least: ``end`` at the first step that it can still come at.
+        # Least value: ``end`` at the first step where it can still occur.
         first = np.maximum(low, place)
         until_then = np.minimum(held, self._held(place, first - 1, cells))
         least = np.minimum(until_then, self._at(self.end, first, cells))
-        # The most: ``end`` at once, or later while ``hold`` lasts from now on.
+        # Greatest value: ``end`` at once, or later while ``hold`` holds from now on.
         at_once = np.where(low <= place, np.minimum(held, self._at(self.end, place, cells)), -np.inf)
         later = np.minimum(
             np.minimum(held, self._at(self.hold, place, cells)), self._greatest(np.maximum(low, place + 1), high, cells)
@@ -181,7 +184,7 @@ class UntilWindow(_Ahead):
         return self._signed(operand.at(steps, cells))
 
     def _held(self, begin: Indices, end: Indices, cells: Cells) -> Array:
-        """``hold`` at all steps from ``begin`` to ``end`` at the least: (4, rows, steps)."""
+        """Least value of ``hold`` at all steps from ``begin`` to ``end``: (4, rows, steps), metres."""
         found = self._over(np.minimum, self.hold, begin, end)
         if len(cells):
             ahead = (end > cells.now) & (end >= begin)
@@ -189,7 +192,7 @@ class UntilWindow(_Ahead):
         return found
 
     def _greatest(self, begin: Indices, end: Indices, cells: Cells) -> Array:
-        """``end`` at some step from ``begin`` to ``end`` at the most: (4, rows, steps)."""
+        """Greatest value of ``end`` at some step from ``begin`` to ``end``: (4, rows, steps), metres."""
         found = self._over(np.maximum, self.end, begin, end)
         if len(cells):
             ahead = (end > cells.now) & (end >= begin)
@@ -197,7 +200,7 @@ class UntilWindow(_Ahead):
         return found
 
     def _over(self, choose: np.ufunc, operand: Columns, begin: Indices, end: Indices) -> Array:
-        """``choose`` over the steps that are known and not folded in."""
+        """``choose`` over the known steps that are not folded in: (4, rows, steps), metres."""
         settled = max(self.folded + 1, operand.asked.first)
         pending = self._signed(operand.steps(settled, operand.known + 1))
         return over_ranges(choose, pending, begin - settled, np.minimum(end, operand.known) - settled)
