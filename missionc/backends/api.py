@@ -17,9 +17,7 @@ from typing import Any, Protocol, TypeAlias
 from missionc.backends.features import Feature
 from missionc.backends.options import Options
 from missionc.backends.roadmap_graph import RoadmapGraph
-from missionc.base.diagnostics.code import EXTENSION_FAILED
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.extensions import ExtensionError
 from missionc.base.figures import counted
 from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
@@ -409,7 +407,7 @@ class Backend(Protocol):
 
 
 class BackendExtension(ABC):
-    """Base class of backends of extensions.
+    """Base class of backends of other packages. The compiler verifies every plan, and believes no claim.
 
     The compiler verifies every plan, and only uses named extensions.
 
@@ -420,34 +418,7 @@ class BackendExtension(ABC):
     name: str
     features: frozenset[Feature] = frozenset()
     options: frozenset[str] = frozenset({"margin", "stretch"})
-    refutes: bool = False
-
-    def missing(self, options: Options) -> Diagnostic | None:
-        """Return a diagnostic if these options need something that is missing; by default None."""
-        return None
 
     @abstractmethod
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """Search for a joint motion that satisfies every requirement, until ``budget.deadline``."""
-
-    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """Search in turns; by default in one."""
-        yield 0.0
-        return check_outcome(self.plan(mission, kernel, options, budget), self.name, mission)
-
-
-def check_outcome(outcome: Outcome, name: str, mission: Mission) -> Outcome:
-    """Return the outcome of a backend as it is.
-
-    Raises:
-        ExtensionError: it is not an outcome, or its trace does not have the shape of these agents' motion.
-    """
-    help_ = f"report it to the authors of the backend `{name}`"
-    if not isinstance(outcome, Planned | Impossible | NotFound):
-        message = f"the backend `{name}` returned neither `Planned`, `Impossible` nor `NotFound`"
-        raise ExtensionError(EXTENSION_FAILED, message, help_)
-    shape = (len(mission.agents), mission.steps + 1, mission.dimension)
-    if isinstance(outcome, Planned) and (found := outcome.trace.position.shape) != shape:
-        message = f"the backend `{name}` returned positions of the shape {found}; this mission needs {shape}"
-        raise ExtensionError(EXTENSION_FAILED, message, help_)
-    return outcome

@@ -200,15 +200,21 @@ def _cannot(mission: Mission, wanted: str, able: list[str], need: Need) -> Diagn
         Label(need.span),
         labels,
         (_who_cannot_wait(mission),) if restless else (),
-        _allow_waiting(mission) if restless else _change(able),
+        _allow_waiting(mission) if restless else _change(able, _able_extensions(needs(mission))),
     )
 
 
-def _change(able: list[str]) -> str:
-    if not able:
+def _able_extensions(required: tuple[Need, ...]) -> list[str]:
+    """The backends of extensions that offer all of it."""
+    specs = [BACKENDS.usable(each.name) for each in BACKENDS.extensions()]
+    return [spec.name for spec in specs if spec and all(need.feature in spec.features for need in required)]
+
+
+def _change(able: list[str], foreign: list[str]) -> str:
+    if not able and not foreign:
         return "delete this part: no single backend can express the whole mission"
-    choices = " or ".join(f"`{name}`" for name in able)
-    return f"choose {choices}"
+    auto = "write `solve with auto`, or " if able else ""
+    return f"{auto}choose {' or '.join(f'`{name}`' for name in dict.fromkeys((*able, *foreign)))}, which can"
 
 
 def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
@@ -223,13 +229,14 @@ def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
         if names
     ]
     restless = any(need.feature is Feature.RESTLESS_DURATION for need in required)
+    foreign = _able_extensions(required)
     return Diagnostic(
         NO_BACKEND,
-        "no single backend can express this mission",
+        f"no single {'built-in ' if foreign else ''}backend can express this mission",
         labels[0],
         tuple(labels[1:]),
         (_who_cannot_wait(mission),) if restless else (),
-        _allow_waiting(mission) if restless else "delete one of these parts",
+        _change([], foreign) if foreign else _allow_waiting(mission) if restless else "delete one of these parts",
     )
 
 

@@ -8,9 +8,10 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import cast
 
-from missionc.backends.api import Backend, Report, Straighten
+from missionc.backends.api import Backend, BackendExtension, Report, Straighten
 from missionc.backends.clot.spec import CLOT
 from missionc.backends.features import BackendSpec
+from missionc.backends.foreign_backend import ForeignBackend
 from missionc.backends.options import DESCRIBED, Options
 from missionc.backends.portfolio.backend import Engine, PortfolioBackend
 from missionc.backends.registry import BACKENDS
@@ -80,7 +81,9 @@ def _would_help(absent: list[BackendSpec]) -> tuple[str, ...]:
 
 
 def _loaded(spec: BackendSpec) -> Backend:
-    return cast(Backend, resolved(spec.home) if isinstance(spec.home, str) else spec.home)
+    if isinstance(spec.home, str):
+        return cast(Backend, resolved(spec.home))
+    return ForeignBackend(cast(BackendExtension, spec.home))
 
 
 def plans_on_roadmaps(engine: str) -> bool:

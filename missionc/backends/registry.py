@@ -8,25 +8,29 @@ from contextlib import contextmanager
 from missionc.backends.clot.spec import CLOT
 from missionc.backends.features import BackendSpec, Feature
 from missionc.backends.hybrid.spec import HYBRID
-from missionc.backends.options import OWN_PRESETS, Options
+from missionc.backends.options import DESCRIBED, OWN_PRESETS, Options
 from missionc.backends.smt.spec import SMT
-from missionc.base.extensions import Kind, Registry, Unfit
+from missionc.base.diagnostics.code import EXTENSION_UNLOADABLE
+from missionc.base.extensions import ExtensionError, Kind, Registry, Unfit, raise_misnamed
 
 
-def spec_of(name: str, backend: object) -> BackendSpec:
-    """Description of a ``BackendExtension``.
+def spec_of(name: object, backend: object) -> BackendSpec:
+    """Description of an object with the members of a ``BackendExtension``.
 
     Raises:
         Unfit: the object is no backend of this name.
     """
-    features = getattr(backend, "features", None)
-    if isinstance(backend, type) or not (callable(getattr(backend, "plan", None)) and isinstance(features, frozenset)):
+    if isinstance(backend, type) or not callable(getattr(backend, "plan", None)):
         raise Unfit("a backend is an object with `name`, `features` and `plan`, as `BackendExtension` describes it")
-    if not all(isinstance(each, Feature) for each in features):
-        raise Unfit("its `features` contain something other than a `Feature`")
-    if getattr(backend, "name", None) != name:
+    own, features, options = (getattr(backend, each, None) for each in ("name", "features", "options"))
+    raise_misnamed(own)
+    if own != name:
         raise Unfit(f"its `name` is not `{name}`")
-    return BackendSpec(name, features, getattr(backend, "options", frozenset()), checkpoints=False, home=backend)
+    if not (isinstance(features, frozenset) and all(isinstance(each, Feature) for each in features)):
+        raise Unfit("its `features` are no `frozenset` of `Feature`")
+    if options is not None and not (isinstance(options, frozenset) and options <= DESCRIBED.keys()):
+        raise Unfit("its `options` are no `frozenset` of names of `Options`")
+    return BackendSpec(str(own), features, options or frozenset(), checkpoints=False, home=backend)
 
 
 BACKENDS = Registry(Kind.BACKEND, {spec.name: spec for spec in (SMT, CLOT, HYBRID)}, spec_of)
@@ -34,7 +38,7 @@ BACKENDS = Registry(Kind.BACKEND, {spec.name: spec for spec in (SMT, CLOT, HYBRI
 
 
 def is_published(engines: Sequence[str], options: Options) -> bool:
-    """Return whether the only backend uses the method of its paper: its plan is accepted or rejected unchanged."""
+    """True if the only backend plans by a method of its paper: its plan is taken or refused, and nothing is added."""
     return len(engines) == 1 and options.preset in BACKENDS[engines[0]].presets - set(OWN_PRESETS)
 
 
@@ -42,16 +46,22 @@ def is_published(engines: Sequence[str], options: Options) -> bool:
 def named(backend: str | object) -> Iterator[str]:
     """Name of a backend; an object is registered while the context lasts.
 
+    An installed backend of the same name and class gives way to the object.
+
     Raises:
-        Unfit: the object is not a backend.
-        ExtensionError: its name is taken.
+        ExtensionError: the object is no backend, or its name is taken.
     """
     if isinstance(backend, str):
         yield backend
         return
-    name = str(getattr(backend, "name", ""))
-    with BACKENDS.lent(name, spec_of(name, backend)):
-        yield name
+    name = getattr(backend, "name", None)
+    try:
+        spec = spec_of(name, backend)
+    except Unfit as error:
+        message = f"the backend `{name}` cannot be used: {error}"
+        raise ExtensionError(EXTENSION_UNLOADABLE, message, "correct its class") from None
+    with BACKENDS.lent(spec.name, spec, lambda installed: type(installed.home) is type(backend)):
+        yield spec.name
 
 
 AUTO = "auto"

@@ -6,6 +6,7 @@ installed packages is read once, for the first name that is not built in; a pack
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -22,6 +23,8 @@ from missionc.base.diagnostics.code import (
     Code,
 )
 from missionc.base.late_dataclass import dataclass
+from missionc.base.memory import exhausted
+from missionc.base.signals import reraise_stop
 
 Value = TypeVar("Value")
 
@@ -30,6 +33,10 @@ INTERFACE = 1
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")
 """Pattern of an extension's name."""
+
+
+INSTALL = "; or install the package that provides it"
+"""The rest of a help line about a name that is not known, and that an extension may provide."""
 
 
 class Kind(Enum):
@@ -81,11 +88,15 @@ class Extension:
 
 
 class ExtensionError(Exception):
-    """Error for an extension that cannot be used: the reason in words, and one remedy."""
+    """An extension that cannot be used, or that failed: what is wrong, one action, and notes."""
 
-    def __init__(self, code: Code, message: str, help: str) -> None:
-        super().__init__(message)
-        self.code, self.message, self.help = code, message, help
+    def __init__(self, code: Code, message: str, help: str, notes: tuple[str, ...] = ()) -> None:
+        super().__init__(code, message, help, notes)
+        self.code, self.message, self.help, self.notes = code, message, help, notes
+
+    def __str__(self) -> str:
+        notes = "".join(f"\n  = {note}" for note in self.notes)
+        return f"{self.code.name}: {self.message}{notes}\n  help: {self.help}"
 
 
 class Unfit(ValueError):
@@ -110,26 +121,42 @@ def installed() -> tuple[Extension, ...]:
     return tuple(sorted(found, key=lambda each: (order[each.kind], each.name, each.package)))
 
 
-def attributed(error: BaseException) -> ExtensionError | None:
-    """Attribute an error to an extension if its code was running when it was raised; None otherwise.
+@contextmanager
+def guard(kind: Kind, name: str, *passed: type[Exception]) -> Iterator[None]:
+    """Attribute each error of the code of an extension to the extension; ``sys.exit`` is one of them.
 
-    A command of an extension runs the compiler, so an error of a command is not attributed to its package.
+    Args:
+        passed: further errors that leave the context as they are, as those of built-in values and of limits do.
+
+    Raises:
+        ExtensionError: for any other error.
     """
-    if isinstance(error, ExtensionError):
-        return error
-    known = installed() if installed.cache_info().currsize else ()
-    commands = {each.module for each in known if each.kind is Kind.COMMAND}
-    roots = {each.root: each for each in known}
-    found, place = None, error.__traceback__
-    while place:
-        module = place.tb_frame.f_globals.get("__name__", "")
-        if module not in commands:
-            found = roots.get(module.partition(".")[0], found)
-        place = place.tb_next
-    if found is None:
-        return None
-    message = f"the package {found} failed: {failure(error)}"
-    return ExtensionError(EXTENSION_FAILED, message, f"report it to the authors of `{found.package}`")
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        reraise_stop()
+        if isinstance(error, (ExtensionError, *passed)) or exhausted(error):
+            raise
+        if kind in REGISTRIES and name in REGISTRIES[kind].built_in:
+            raise
+        raise failed(kind, name, error) from error
+
+
+def failed(kind: Kind, name: str, error: BaseException) -> ExtensionError:
+    """An error that the code of an extension raised."""
+    fault = rejected(kind, name, f"failed: {_reported(error)}")
+    return ExtensionError(fault.code, fault.message, f"{fault.help}; {TRACEBACK}", _text(error))
+
+
+def rejected(kind: Kind, name: str, says: str) -> ExtensionError:
+    """A value that an extension returned and that cannot be used; ``says`` is the rest of a sentence about it."""
+    found = next((each for each in installed() if (each.kind, each.name) == (kind, name)), None)
+    help_ = f"report it to the authors of `{found.package}`" if found else f"correct the code of `{name}`"
+    return ExtensionError(EXTENSION_FAILED, f"{_which(kind, name, found)} {says}", help_)
+
+
+def _which(kind: Kind, name: str, extension: Extension | None) -> str:
+    return f"the {kind.noun} `{name}`" + (f" of {extension}" if extension else "")
 
 
 REGISTRIES: dict[Kind, Registry[Any]] = {}
@@ -210,15 +237,20 @@ class Registry(Generic[Value]):
         return tuple((name, self[name]) for name in self.built_in)
 
     @contextmanager
-    def lent(self, name: str, value: Value) -> Iterator[None]:
-        """Add a value for the duration of the context.
+    def lent(self, name: str, value: Value, same: Callable[[Value], bool]) -> Iterator[None]:
+        """A further value, as long as the context lasts.
+
+        Args:
+            same: true of an installed value of this name that this one replaces.
 
         Raises:
             ExtensionError: the name is taken.
         """
-        if name in self:
-            message = f"the name `{name}` of the {self.kind.noun} is taken"
-            raise ExtensionError(EXTENSION_CLASH, message, "choose another name")
+        if name in self._values or (name in self and not same(self[name])):
+            found = next((each for each in self.extensions() if each.name == name), None)
+            message = f"the name `{name}` of the {self.kind.noun} is taken" + (f" by {found}" if found else "")
+            help_ = f"give it another name, or uninstall `{found.package}`" if found else "give it another name"
+            raise ExtensionError(EXTENSION_CLASH, message, help_)
         self._values[name] = value
         try:
             yield
@@ -272,16 +304,16 @@ def load(extension: Extension, read: Callable[[str, object], Value]) -> Value:
     Raises:
         ExtensionError: the import fails, or the interface or the value is wrong.
     """
-    of = f"the {extension.kind.noun} `{extension.name}` of {extension}"
+    of = _which(extension.kind, extension.name, extension)
     update = f"update or uninstall `{extension.package}`"
+    notes: tuple[str, ...] = ()
     try:
         interface = getattr(import_module(extension.root), "INTERFACE", None)
         if interface != INTERFACE:
             declares = f"declares interface {interface}" if isinstance(interface, int) else "declares no `INTERFACE`"
             message = f"{of}: its module `{extension.root}` {declares}; this compiler has interface {INTERFACE}"
             raise ExtensionError(EXTENSION_INTERFACE, message, update)
-        if not NAME.fullmatch(extension.name):
-            raise Unfit("its name must begin with a letter and have only lower-case letters, digits and `_`")
+        raise_misnamed(extension.name)
         return read(extension.name, resolved(extension.home))
     except ExtensionError:
         raise
@@ -289,9 +321,20 @@ def load(extension: Extension, read: Callable[[str, object], Value]) -> Value:
         why = f"the module `{error.name}` is missing"
     except Unfit as error:
         why = str(error)
-    except Exception as error:
-        why = failure(error)
-    raise ExtensionError(EXTENSION_UNLOADABLE, f"{of} cannot be loaded: {why}", update)
+    except (Exception, SystemExit) as error:
+        reraise_stop()
+        why, notes, update = _reported(error), _text(error), f"{update}; {TRACEBACK}"
+    raise ExtensionError(EXTENSION_UNLOADABLE, f"{of} cannot be loaded: {why}", update, notes)
+
+
+def raise_misnamed(name: object) -> None:
+    """Raise if a name has not the form of a name of an extension.
+
+    Raises:
+        Unfit: it has not.
+    """
+    if not (isinstance(name, str) and NAME.fullmatch(name)):
+        raise Unfit("its name needs lower-case letters, digits and `_`, a letter first")
 
 
 def resolved(home: str) -> Any:
@@ -300,14 +343,44 @@ def resolved(home: str) -> Any:
     return reduce(getattr, filter(None, attributes.split(".")), import_module(module))
 
 
-def failure(error: BaseException) -> str:
-    """Kind of an error and the line that raised it: ``ZeroDivisionError at check_world.py:42``."""
-    place = error.__traceback__
-    while place and place.tb_next:
+TRACEBACK = "MISSIONC_TRACEBACK=1 shows the traceback"
+
+
+def _text(error: BaseException) -> tuple[str, ...]:
+    """The words of an error, as a note."""
+    text = " ".join(str(error).split())[:200]
+    return (text,) if text else ()
+
+
+def _reported(error: BaseException) -> str:
+    """The kind of an error, and the innermost line that raised it in a package of extensions or in code of the user."""
+    import sysconfig  # for failures alone
+    import traceback
+
+    if os.environ.get("MISSIONC_TRACEBACK"):
+        traceback.print_exception(error)
+    roots = {each.root for each in installed()}
+    libraries = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
+
+    def counts(module: str, file: str) -> bool:
+        root = module.partition(".")[0]
+        return root in roots or (root != "missionc" and not file.startswith(libraries))
+
+    return failure(error, counts)
+
+
+def failure(error: BaseException, counts: Callable[[str, str], bool] = lambda module, file: True) -> str:
+    """The kind of an error and the line that raised it: ``ZeroDivisionError at check_world.py:42``.
+
+    Args:
+        counts: the modules and files of which the innermost line is given.
+    """
+    found, place = "", error.__traceback__
+    while place:
+        file = place.tb_frame.f_code.co_filename
+        if not file.startswith("<") and counts(place.tb_frame.f_globals.get("__name__", ""), file):
+            found = f" at {os.path.basename(file)}:{place.tb_lineno}"
         place = place.tb_next
-    file = place.tb_frame.f_code.co_filename.replace("\\", "/").rpartition("/")[2] if place else ""
-    return (
-        f"{type(error).__name__} at {file}:{place.tb_lineno}"
-        if place
-        else f"{type(error).__name__} at an unknown place"
-    )
+    if isinstance(error, SyntaxError) and error.filename:
+        found = f" at {os.path.basename(error.filename)}:{error.lineno}"
+    return f"{type(error).__name__}{found}"

@@ -62,8 +62,8 @@ def reserve(size: float, what: str) -> None:
         raise MemoryError(f"{what} need about {sized(size)}; {sized(room)} are available")
 
 
-def exhausted(error: Exception) -> bool:
-    """Return whether an error means that memory is exhausted; libraries in C++ have their own wording."""
+def exhausted(error: BaseException) -> bool:
+    """Whether an error says that there is no memory; libraries in C++ say so in words of their own."""
     return isinstance(error, MemoryError) or "bad_alloc" in str(error) or "bad allocation" in str(error)
 
 

@@ -17,6 +17,7 @@ from missionc.base.diagnostics.code import INTERNAL
 from missionc.base.diagnostics.defect import cut_off, defect
 from missionc.base.diagnostics.sanitize import plain
 from missionc.base.diagnostics.suggest import nearest
+from missionc.base.extensions import ExtensionError, Kind, failed
 from missionc.base.memory import exhausted
 from missionc.base.signals import reraise_stop
 from missionc.base.supervision import Cause, Ended
@@ -60,7 +61,10 @@ def _run(words: list[str], began: float | None) -> int:
             return Status.MISSION_ERRORS
         if nowhere():
             return _refused(click.UsageError("the current folder no longer exists; change to another folder"))
-        if os.environ.get("MISSIONC_TRACEBACK"):
+        name = words[0] if words else ""
+        if name in COMMANDS and name not in COMMANDS.built_in and not isinstance(error, ExtensionError):
+            error = failed(Kind.COMMAND, name, error)
+        if os.environ.get("MISSIONC_TRACEBACK") and not isinstance(error, ExtensionError):
             raise
         finding = defect(error)
         say([finding], [], _form(words), {})

@@ -20,7 +20,7 @@ from missionc.base.units import Seconds
 from missionc.compiler import no_plan
 from missionc.compiler.ask_bound import BoundSide
 from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
-from missionc.compiler.provenance import asked_for, data, given, inputs
+from missionc.compiler.provenance import asked_for, data, given, inputs, packages
 from missionc.compiler.results import InvalidMission, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3
@@ -132,6 +132,7 @@ def certify_plan(
             options.stretch,
             data(checked),
             past_json(checked.past) if checked.past else "",
+            packages(mission, planner, exports),
         )
         stops = stops_of(checked, dict(checked.stops)) if checked.stops else None
         written = partial(emit, exports=exports, plan_ways=partial(plan_ways, budget=budget), stops=stops)

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from missionc.backends import api
 from missionc.backends.choose_backend import Choice
+from missionc.backends.foreign_backend import ForeignBackend
 from missionc.backends.load import load_engines as load_backend
 from missionc.backends.options import Options
 from missionc.backends.registry import BACKENDS, is_published, named
@@ -83,7 +84,7 @@ def ask_backend(
     Raises:
         UnusableSnapshot: the run cannot be resumed.
     """
-    now = api.Progress("lower")
+    now = api.Progress("plan" if isinstance(backend, ForeignBackend) else "lower")
 
     def listen(progress: api.Progress) -> None:
         nonlocal now
@@ -165,11 +166,11 @@ def compile(
 
     Args:
         mission: as for ``check``, like ``overrides``, ``vehicle``, ``poses`` and ``limits``.
-        backend: also a backend itself, as one of a ``BackendExtension``.
-        settings: settings of the backends by name, ``{"smt.nodes": 400}``, or the settings of one backend.
-        seed: seed of all random draws.
-        time_limit: limit of the whole compilation, seconds. A search ends with the best plan so far.
-        memory_limit: limit of this process and its solvers, bytes.
+        backend: also an object of a ``BackendExtension``.
+        settings: of the backends by name, ``{"smt.nodes": 400}``, or the settings of one backend.
+        seed: of everything drawn at random.
+        time_limit: seconds, of the whole compilation. A search ends with the best plan so far.
+        memory_limit: bytes, of this process and its solvers.
         explain_limit: seconds of the time limit for explaining why there is no plan.
         continuous_time: whether requirements must be satisfied in continuous time too.
         alternatives: number of plans that differ.
@@ -183,10 +184,9 @@ def compile(
         The outcome, and every finding.
 
     Raises:
-        TypeError: an option is unknown.
-        ValueError: an option has an invalid value.
-        Unfit: the object is not a backend.
-        ExtensionError: its name is taken, or its result is not an outcome.
+        TypeError: there is no such option.
+        ValueError: an option does not have such a value.
+        ExtensionError: the object is no backend, its name is taken, or the code of an extension failed.
     """
     from missionc.frontend.builder.origins import source_of  # loads the builder of missions, for Python only
 

@@ -112,6 +112,8 @@ def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) 
         "NO_ROADMAP": (codes.NO_ROADMAP, "check the starts, the dynamics and the space between obstacles"),
         "SOLVER": (codes.SOLVER_GAVE_UP, "try another seed with `--seed`"),
     }[outcome.reason.name]
+    if outcome.reason not in (Reason.TIME, Reason.MEMORY) and checked.choice and _is_foreign(checked.choice.backend):
+        help_ = "try another seed with `--seed`"
     head, *more = outcome.says
     mission, kernel = checked.mission, checked.kernel
     if outcome.best is not None and mission is not None and kernel is not None:
@@ -127,6 +129,11 @@ def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) 
         notes=(*more, *outcome.report.notes, *_others(checked), "a plan may still exist"),
         help=_smallest(explained) if explained and explained.relaxations else help_,
     )
+
+
+def _is_foreign(backend: str) -> bool:
+    """True for a backend of an extension, which has no presets, solvers or roadmaps."""
+    return backend not in BACKENDS.built_in
 
 
 def _others(checked: Checked) -> list[str]:
@@ -188,10 +195,8 @@ MOST_LATE = 4
 
 
 def not_verified(certificate: Certificate, backend: str) -> Diagnostic:
-    """Diagnostic of a plan that verification rejects: a defect of the compiler, or of the extension
-    with the backend.
-    """
-    ours = backend in BACKENDS.built_in
+    """Report a plan that verification rejects: a defect of the compiler, or of an extension whose backend found it."""
+    ours = not _is_foreign(backend)
     return Diagnostic(
         codes.NOT_VERIFIED if ours else codes.REJECTED_PLAN,
         "internal error: the plan found fails verification"
@@ -199,7 +204,9 @@ def not_verified(certificate: Certificate, backend: str) -> Diagnostic:
         else f"the plan of the backend `{backend}` fails verification",
         None,
         notes=tuple(
-            f"{check.name} {check.subject}: margin {check.margin:g} {check.unit}" for check in certificate.failures[:5]
+            f"{check.name} {check.subject}: margin {check.margin:g} {check.unit}"
+            + (f", {check.detail}" if check.name == "rule" else "")
+            for check in certificate.failures[:5]
         ),
         help="report this bug with the mission and the seed" if ours else f"report this to the authors of `{backend}`",
     )

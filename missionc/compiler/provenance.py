@@ -9,9 +9,15 @@ from typing import TYPE_CHECKING, assert_never
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
 from missionc.backends.registry import AUTO, BACKENDS, is_published
 from missionc.backends.setting import flag_of
+from missionc.base.extensions import Kind, installed
 from missionc.base.source import Source
 from missionc.compiler.front_end import Checked
 from missionc.compiler.results import Compiled
+from missionc.ir import Holds, Mission
+from missionc.ir.dynamics import KINDS
+from missionc.ir.language.walk_formulas import formulas, formulas_bottom_up
+from missionc.ir.predicates import PlacePredicate
+from missionc.output.export.form_names import FORMATS
 from missionc.output.folder.file_names import MANIFEST, MISSION, NEAR_MISS, PROOF, input_name
 
 if TYPE_CHECKING:
@@ -87,6 +93,20 @@ def _is_recorded(option: Described, options: Options, hears: frozenset[str]) -> 
             assert_never(option.recorded)
 
 
+def packages(mission: Mission, backend: str = "", exports: tuple[str, ...] = ()) -> tuple[tuple[str, str], ...]:
+    """The packages of extensions that a mission and its plan use, by name and version."""
+    predicates = (each.predicate for each in formulas_bottom_up(formulas(mission)) if isinstance(each, Holds))
+    words = {
+        Kind.PREDICATE: {each.word for each in predicates if isinstance(each, PlacePredicate)},
+        Kind.DYNAMICS: {agent.dynamics.word for agent in mission.agents} - set(KINDS.built_in),
+        Kind.EXPORT: set(exports) - set(FORMATS.built_in),
+        Kind.BACKEND: {backend} - {"", *BACKENDS.built_in},
+    }
+    used = any(words.values())  # the metadata of packages is read for them alone
+    found = [each for each in installed() if each.name in words.get(each.kind, ())] if used else []
+    return tuple(sorted({(each.package, each.version) for each in found}))
+
+
 def asked_for(exports: tuple[str, ...]) -> tuple[tuple[str, Option], ...]:
     """Command-line options that only select files."""
     return (("export", ",".join(dict.fromkeys(exports))),) if exports else ()
@@ -104,7 +124,7 @@ def with_manifest(compiled: Compiled, options: Options) -> Compiled:
 
     if files == dict(compiled.near_miss_files):
         return replace(compiled, listing=((MANIFEST, without_plan(mission.name, NEAR_MISS, files).encode()),))
-    origin = Provenance(inputs(compiled.checked), given(compiled.checked, options))
+    origin = Provenance(inputs(compiled.checked), given(compiled.checked, options), packages=packages(mission))
     own = tuple((f"{MISSION}/{name}", content) for name, content in origin.inputs)
     text = without_plan(mission.name, PROOF, files | dict(own), origin)
     return replace(compiled, listing=(*own, (MANIFEST, text.encode())))

@@ -1,3 +1,3 @@
-"""Extensions of missionc for carts: a predicate, dynamics, a backend, and an export."""
+"""Extensions of missionc for carts."""
 
 INTERFACE = 1

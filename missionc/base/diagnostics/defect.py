@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from missionc.base.diagnostics.code import IMPROVEMENT_FAILED, INTERNAL, OUT_OF_MEMORY, OUT_OF_TIME
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.extensions import ExtensionError, attributed, failure
+from missionc.base.extensions import ExtensionError, failure
 from missionc.base.memory import exhausted
 from missionc.base.source import Span
 from missionc.base.supervision import Cause, Ended
@@ -18,8 +18,8 @@ TRACEBACK = "set MISSIONC_TRACEBACK=1 to see the traceback"
 
 def defect(error: Exception) -> Diagnostic:
     """Report an error that ends a command."""
-    if (of_extension := attributed(error)) is not None:
-        return extension_error(of_extension)
+    if isinstance(error, ExtensionError):
+        return extension_error(error)
     return Diagnostic(
         INTERNAL,
         f"internal error: {failure(error)}",
@@ -35,7 +35,7 @@ def extension_error(error: ExtensionError, span: Span | None = None) -> Diagnost
     Args:
         span: place in the mission that uses it.
     """
-    return Diagnostic(error.code, error.message, Label(span) if span else None, help=error.help)
+    return Diagnostic(error.code, error.message, Label(span) if span else None, notes=error.notes, help=error.help)
 
 
 def improvement_failed(step: str, error: Exception) -> Diagnostic:
@@ -45,8 +45,8 @@ def improvement_failed(step: str, error: Exception) -> Diagnostic:
         step: step, as the subject of a sentence.
     """
     memory = exhausted(error)
-    of_extension = attributed(error)
-    why = str(of_extension) if of_extension else f"internal error: {failure(error)}"
+    ours = f"internal error: {failure(error)}"
+    why = error.message if isinstance(error, ExtensionError) else ours
     why = "out of memory" if memory else why
     return Diagnostic(
         IMPROVEMENT_FAILED,

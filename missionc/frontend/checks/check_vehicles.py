@@ -28,6 +28,7 @@ from missionc.frontend.checks.free_space import FreeSpace
 from missionc.frontend.resolve.resolve_quantities import SI
 from missionc.geometry.configuration_space import empty
 from missionc.ir import FIGURES, Agent, InitialSet, Mission, Vector
+from missionc.ir.dynamics import at_most
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.vehicle_profiles import profiles
 from missionc.ir.wording import listed, metres, number, speed
@@ -82,7 +83,7 @@ def check_flown_speeds(mission: Mission, kernel: Kernel) -> list[Diagnostic]:
     For missions with vehicles slower than their dynamics only.
     """
     agents = tuple(
-        replace(agent, dynamics=agent.dynamics.at_most(_most(mission, agent), math.inf)) for agent in mission.agents
+        replace(agent, dynamics=at_most(agent.dynamics, _most(mission, agent), math.inf)) for agent in mission.agents
     )
     slower = {
         agent.team: f"the vehicle of `{agent.team}` flies at most {speed(flown.dynamics.top_speed)}"

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
+from dataclasses import fields
 
 from missionc.base.extensions import Kind, Registry, Unfit
 from missionc.frontend.syntax.tokens import SPELLINGS, STATES
 from missionc.ir import About
 from missionc.ir.language.predicates import PREDICATES, Predicate
 from missionc.ir.predicates.place_predicate import PARAMETERS, PlacePredicate
+
+EXAMPLE = re.compile(r"\w+\(.+\)")
+"""The form of an example."""
 
 
 def of_class(name: str, kind: object) -> Predicate:
@@ -23,15 +28,26 @@ def of_class(name: str, kind: object) -> Predicate:
         raise Unfit("its class has no `value`")
     if name in SPELLINGS or name in STATES:
         raise Unfit("its name is a keyword")
-    if not getattr(kind, "says", "") or not getattr(kind, "example", "").startswith(f"{name}("):
-        raise Unfit(f"its class needs `says` and an `example` that begins with `{name}(`")
+    says, example, slope = (getattr(kind, each, None) for each in ("says", "example", "slope"))
+    if not (says and isinstance(says, str) and isinstance(example, str) and EXAMPLE.fullmatch(example)):
+        raise Unfit("its class needs `says` and `example`, texts; the example is a call with all arguments")
+    if not example.startswith(f"{name}("):
+        raise Unfit(f"its `example` does not begin with `{name}(`")
     unknown = [each for each in kind.parameters if each not in PARAMETERS]
     if unknown or not kind.parameters:
         wrong = f"`{unknown[0]}` among" if unknown else "no"
         raise Unfit(f"its class has {wrong} `parameters`; there are {', '.join(PARAMETERS)}")
-    if not 0 < kind.slope < math.inf:
-        raise Unfit("its `slope` is not a number above 0")
+    own = [each.name for each in fields(kind) if not each.kw_only]
+    if len(own) != len(kind.parameters) or any(hasattr(PlacePredicate, each) for each in own):
+        few = f"its class has {len(own)} fields and {len(kind.parameters)} `parameters`"
+        raise Unfit(f"{few}; each needs a field of its own, without a name of the base class")
+    if isinstance(slope, bool) or not isinstance(slope, int | float) or not 0 < slope < math.inf:
+        raise Unfit(f"its `slope` is {_slope(slope)}; it needs a number above 0 in the class, for all arguments")
     return Predicate(name, About.AGENT, kind.parameters, kind.says, kind.example, kind)
+
+
+def _slope(slope: object) -> str:
+    return "missing" if slope is None else "a property" if isinstance(slope, property) else f"`{slope!r:.40}`"
 
 
 CALLED = Registry(Kind.PREDICATE, {predicate.name: predicate for predicate in PREDICATES if predicate.called}, of_class)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
+from missionc.base.extensions import INSTALL
 from missionc.base.figures import counted
 from missionc.frontend.resolve.called_predicates import CALLED
 from missionc.frontend.resolve.context import Context, some_of
@@ -44,9 +45,8 @@ def no_such_call(context: Context, call: ast.Call) -> None:
         )
         return
     message, known = f"unknown predicate `{word}`", list(CALLED)
-    context.report_unknown(
-        code.UNKNOWN_NAME, message, call.name.span, word, known, f"use one of the predicates {some_of(known)}"
-    )
+    otherwise = f"use one of the predicates {some_of(known)}{INSTALL}"
+    context.report_unknown(code.UNKNOWN_NAME, message, call.name.span, word, known, otherwise)
 
 
 def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Graph, strangers: list[int]) -> None:

@@ -18,7 +18,7 @@ from missionc.base.diagnostics import code
 from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.diagnostics.suggest import Nothing
-from missionc.base.extensions import ExtensionError, Unfit
+from missionc.base.extensions import INSTALL, ExtensionError, Unfit
 from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres
@@ -30,7 +30,7 @@ from missionc.frontend.resolve.resolve_settings import known_settings, missing, 
 from missionc.frontend.resolve.resolve_shapes import NOWHERE
 from missionc.frontend.syntax import ast
 from missionc.ir import Vector
-from missionc.ir.dynamics import DYNAMICS, KINDS, Limit
+from missionc.ir.dynamics import DYNAMICS, KINDS, Limit, of_kind
 from missionc.ir.vehicle_profiles import profiles
 
 
@@ -216,12 +216,13 @@ def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
         context.findings.append(extension_error(error, dynamics.name.span))
         return UNMOVED
     if kind is None:
-        unknown_word(context, dynamics.name, tuple(KINDS), "`dynamics`", "kind")
+        unknown_word(context, dynamics.name, tuple(KINDS), "`dynamics`", "kind", INSTALL)
         return UNMOVED
     settings = known_settings(context, dynamics.settings, settings_of(kind), f"`{word}`")
     slowest, fastest = _speeds(context, dynamics, settings)
     if slowest > 0 and not kind.may_be_restless:
-        restless = " or ".join(f"`{each.word}`" for each in DYNAMICS if each.may_be_restless)
+        kinds = filter(None, map(KINDS.usable, KINDS))
+        restless = " or ".join(f"`{each.word}`" for each in kinds if each.may_be_restless)
         context.report(
             code.VALUE_OUT_OF_RANGE,
             f"the lowest speed is {shown(slowest)} m/s; only a {restless} has a lowest speed above 0",
@@ -232,10 +233,12 @@ def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
     if any(map(math.isnan, (slowest, fastest, *limits))):
         return UNMOVED
     try:
-        return kind.of(slowest, fastest, *limits)
+        return of_kind(kind, slowest, fastest, *limits)
     except Unfit as error:
         context.report(code.VALUE_OUT_OF_RANGE, f"`{word}`: {error}", dynamics.span)
-        return UNMOVED
+    except ExtensionError as error:
+        context.findings.append(extension_error(error, dynamics.span))
+    return UNMOVED
 
 
 def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting]) -> tuple[float, float]:

@@ -20,7 +20,8 @@ from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Fix, Label
-from missionc.base.extensions import ExtensionError, Unfit
+from missionc.base.extensions import ExtensionError, Unfit, guard
+from missionc.base.extensions import Kind as Registered
 from missionc.base.source import Span
 from missionc.base.units import Dimension
 from missionc.frontend.resolve.called_predicates import CALLED
@@ -325,9 +326,13 @@ def _call(context: Context, call: ast.Call) -> Typed:
             if not all(map(_is_known, values)):
                 return stand_in(call.span)
             try:
-                predicate = called.meant(*values)
+                with guard(Registered.PREDICATE, called.name, Unfit):
+                    predicate = called.meant(*values)
             except Unfit as error:
                 context.report(code.VALUE_OUT_OF_RANGE, f"`{excerpt(call.span)}`: {error}", call.span)
+                return stand_in(call.span)
+            except ExtensionError as error:
+                context.findings.append(extension_error(error, call.span))
                 return stand_in(call.span)
         case ("graph", "agents?", "a number?"), (graph, *rest):
             number = rest.pop() if rest and _is_number(context, rest[-1]) else None

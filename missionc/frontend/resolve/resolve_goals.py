@@ -12,6 +12,7 @@ from missionc import ir
 from missionc.backends.registry import AUTO, BACKENDS
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.extensions import INSTALL
 from missionc.base.source import Span
 from missionc.base.units import Dimension
 from missionc.frontend.resolve.context import Context
@@ -94,7 +95,7 @@ def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
     if solve is None:
         return ir.SolveWith()
     if solve.backend.text != AUTO and solve.backend.text not in BACKENDS:
-        unknown_word(context, solve.backend, (AUTO, *BACKENDS), "`solve with`", "backend")
+        unknown_word(context, solve.backend, (AUTO, *BACKENDS), "`solve with`", "backend", INSTALL)
     settings = known_settings(context, solve.settings, (*OPTIONS, CONNECTIVITY, ROADMAP), "`solve with`")
     options = []
     connectivity = ir.Connectivity.BOTTLENECK

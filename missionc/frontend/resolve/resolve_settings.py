@@ -77,9 +77,11 @@ def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
 # ------------------------------------------------------------------ messages
 
 
-def unknown_word(context: Context, name: ast.Name, known: Sequence[str], owner: str, noun: str) -> str | Nothing:
+def unknown_word(
+    context: Context, name: ast.Name, known: Sequence[str], owner: str, noun: str, more: str = ""
+) -> str | Nothing:
     """Report an unknown word, and return the one that was probably meant."""
-    listed = f"use one of {some_of(list(known), 10)}" if known else f"delete the {noun}"
+    listed = f"use one of {some_of(list(known), 10)}{more}" if known else f"delete the {noun}"
     message = f"{owner} has no {noun} `{name.text}`"
     return context.report_unknown(code.UNKNOWN_SETTING, message, name.span, name.text, known, listed)
 

@@ -5,7 +5,11 @@ The tuple is the only registration of the built-in kinds.
 
 from __future__ import annotations
 
-from missionc.base.extensions import Kind, Registry, Unfit
+import math
+from dataclasses import fields
+
+from missionc.base.extensions import Kind, Registry, Unfit, guard, rejected
+from missionc.base.units import Dimension
 from missionc.ir.dynamics.double_integrator import DoubleIntegrator as DoubleIntegrator
 from missionc.ir.dynamics.kind import Dynamics as Dynamics
 from missionc.ir.dynamics.kind import Limit as Limit
@@ -23,11 +27,61 @@ def _kind(word: str, kind: object) -> type[Dynamics]:
         raise Unfit(f"its class has no {' and no '.join(f'`{each}`' for each in missing)}")
     if getattr(kind, "word", "") != word:
         raise Unfit(f"its `word` is not `{word}`")
+    own = {each.name for each in fields(kind)}
+    for limit in kind.limits:
+        if not (isinstance(limit, Limit) and isinstance(limit.dimension, Dimension) and limit.setting in own):
+            setting = getattr(limit, "setting", limit)
+            raise Unfit(f"its limit `{setting}` is no `Limit` with a `Dimension` and a field `{setting}` of the class")
+    if not (isinstance(kind.rules, tuple) and all(isinstance(each, str) for each in kind.rules)):
+        raise Unfit("its `rules` are no tuple of names")
     return kind
 
 
 KINDS: Registry[type[Dynamics]] = Registry(Kind.DYNAMICS, {kind.word: kind for kind in DYNAMICS}, _kind)
 """Each kind under its word, including those of extensions."""
+
+
+def of_kind(kind: type[Dynamics], slowest: float, fastest: float, *limits: float) -> Dynamics:
+    """Dynamics of a kind within limits, SI units.
+
+    Raises:
+        Unfit: they cannot be those of this kind.
+        ExtensionError: the kind is of an extension that failed.
+    """
+    with guard(Kind.DYNAMICS, kind.word, Unfit):
+        return _with_sound_facts(kind.word, kind.of(slowest, fastest, *limits))
+
+
+def at_most(dynamics: Dynamics, speed: float, acceleration: float) -> Dynamics:
+    """The same dynamics with smaller bounds, m/s and m/s², as far as the kind has any.
+
+    Raises:
+        ExtensionError: the kind is of an extension that failed.
+    """
+    with guard(Kind.DYNAMICS, dynamics.word):
+        slower = _with_sound_facts(dynamics.word, dynamics.at_most(speed, acceleration))
+        if slower.top_speed < min(speed, dynamics.top_speed) * (1 - ROUNDING) or slower.top_speed > dynamics.top_speed:
+            says = f"has the top speed {slower.top_speed:g} m/s of `at_most({speed:g}, {acceleration:g})`"
+            raise rejected(Kind.DYNAMICS, dynamics.word, says)
+        return slower
+
+
+ROUNDING = 1e-9
+"""Share of a speed."""
+
+
+def _with_sound_facts(word: str, dynamics: object) -> Dynamics:
+    """Dynamics as they are, if all numbers that they state can be used."""
+    if not isinstance(dynamics, Dynamics):
+        raise rejected(Kind.DYNAMICS, word, "returned a value that is no `Dynamics`")
+    for name in ("top_speed", "lowest_speed", "top_acceleration", "top_turn"):
+        value = getattr(dynamics, name)
+        number = isinstance(value, int | float) and not isinstance(value, bool) and value >= 0
+        if not number or (name.endswith("speed") and value == math.inf):
+            raise rejected(Kind.DYNAMICS, word, f"has the {name.replace('_', ' ')} `{value!r:.40}`, which cannot be")
+    if dynamics.lowest_speed > dynamics.top_speed:
+        raise rejected(Kind.DYNAMICS, word, f"has a lowest speed above its top speed, {dynamics.top_speed:g} m/s")
+    return dynamics
 
 
 def velocity_chosen_anew(speed: float) -> Dynamics:

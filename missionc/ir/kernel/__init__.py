@@ -1,1 +1,3 @@
-"""The kernel: the core language to which every operator expands."""
+"""The kernel: the core language that every operator comes down to."""
+
+from missionc.ir.kernel import nodes as nodes

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Self
 
+from missionc.base.extensions import Kind, guard, rejected
 from missionc.base.units import Dimension
 from missionc.ir.places import Beacon, Region
 from missionc.ir.predicates.facts import PredicateFacts
@@ -15,6 +18,12 @@ UNITS = {Dimension.NUMBER: "", Dimension.LENGTH: " m", Dimension.TIME: " s", Dim
 
 PARAMETERS = ("region", "beacon", *(each.value for each in UNITS), Dimension.ANGLE.value)
 """Kinds of parameters."""
+
+SLACK, COARSE = 1e-6, 1e-3
+"""Share of a value, and metres, that rounding may add to its change: of 64 bits, and of 32."""
+
+SAMPLE = 4
+"""Places of an array at which the value is computed twice."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,9 +42,9 @@ class PlacePredicate(PredicateFacts):
     says: ClassVar[str]
     """Meaning, as a clause about an agent: ``the agent is …``."""
     example: ClassVar[str]
-    """The predicate as in a mission."""
-    slope: ClassVar[float] = 1.0
-    """Lipschitz constant of ``value``: its greatest change for each metre of the agent's motion."""
+    """The predicate as a mission writes it."""
+    slope: ClassVar[float]
+    """The Lipschitz constant of ``value``: it changes by at most this for each metre that the agent moves."""
 
     eased: float = 0.0
 
@@ -49,8 +58,55 @@ class PlacePredicate(PredicateFacts):
         raise NotImplementedError
 
     def margin(self, view: Measures) -> Array:
-        """Value over the slope plus ``eased``: (...), metres."""
-        return view.of_place(lambda xp, place: self.value(xp, place) / self.slope) + self.eased
+        return view.of_place(self._margin) + self.eased
+
+    def _margin(self, xp: Any, place: Array) -> Array:
+        """The margin at places, (..., dim) -> (...), metres.
+
+        Raises:
+            ExtensionError: ``value`` failed, or its numbers cannot be used.
+        """
+        with guard(Kind.PREDICATE, self.word), warnings.catch_warnings(action="ignore", category=RuntimeWarning):
+            value = self.value(xp, place)
+            at_one = not hasattr(xp, "isfinite")  # one place in plain numbers
+            value = value.item() if at_one and hasattr(value, "item") else value
+            wrong = self._fault_at(xp, place, value) if at_one else self._fault(xp, place, value)
+        if wrong:
+            raise rejected(Kind.PREDICATE, self.word, wrong)
+        return value / self.slope
+
+    def _fault_at(self, xp: Any, place: Array, value: object) -> str:
+        """Why the value at one place cannot be used; empty if it can be."""
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return f"has a value that is no number: {_excerpt(value)}"
+        if not math.isfinite(value) and all(map(math.isfinite, place)):
+            return f"has the value {value} at {_written(place)}"
+        return f"has two values at {_written(place)}" if self.value(xp, place) != value else ""
+
+    def _fault(self, xp: Any, place: Array, value: Any) -> str:
+        """Why the values at places cannot be used; empty if they can be."""
+        if tuple(getattr(value, "shape", (-1,))) != tuple(place.shape[:-1]):
+            shape = getattr(value, "shape", None)
+            found = f"the shape {tuple(shape)}" if shape is not None else _excerpt(value)
+            return f"has not one value for each place: {found} for places of the shape {tuple(place.shape)}"
+        if not any(kind in str(value.dtype) for kind in ("float", "int")):
+            return f"has values that are no numbers, but `{value.dtype}`"
+        known = xp.isfinite(place).all(-1)
+        places, values = place[known], value[known]
+        finite = xp.isfinite(values)
+        if not finite.all():
+            return f"has the value {float(values[~finite][0])} at {_written(places[~finite][0].tolist())}"
+        slack = COARSE if "32" in str(value.dtype) else SLACK
+        same = xp.isclose(self.value(xp, places[:SAMPLE]), values[:SAMPLE], rtol=slack, atol=slack * self.slope)
+        if not same.all():
+            return f"has two values at {_written(places[:SAMPLE][~same][0].tolist())}"
+        moved = ((places[1:] - places[:-1]) ** 2).sum(-1) ** 0.5
+        change = abs(values[1:] - values[:-1])
+        steep = change > self.slope * (moved * (1 + slack) + slack)
+        if steep.any():
+            first = f"has a value that changes by {float(change[steep][0]):g} over {float(moved[steep][0]):g} m"
+            return f"{first}; its slope is {self.slope:g}"
+        return ""
 
     def rate(self, view: Changes) -> Array:
         """Bound on the rate of change of the margin: (...), m/s."""
@@ -78,6 +134,14 @@ class PlacePredicate(PredicateFacts):
 
     def phrases(self, words: Phrases) -> tuple[str, str]:
         return f"satisfies `{self.show(words)}`", f"does not satisfy `{self.show(words)}`"
+
+
+def _written(place: Any) -> str:
+    return f"({', '.join(f'{each:g}' for each in place)})"
+
+
+def _excerpt(value: object) -> str:
+    return f"`{value!r:.40}`"
 
 
 def _shown(kind: str, argument: Region | Beacon | float, words: Words) -> str:

@@ -8,9 +8,9 @@ from importlib.util import find_spec
 from pathlib import PurePosixPath
 from typing import TypeAlias
 
-from missionc.base.diagnostics.code import EXTENSION_FAILED, EXTRA_MISSING, NOT_EXPORTED
+from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.extensions import ExtensionError
+from missionc.base.extensions import Kind, guard, rejected
 from missionc.output.export.verified_flight import Flight
 
 
@@ -53,14 +53,14 @@ class Format:
         )
 
     def export(self, flight: Flight) -> Exported | Diagnostic:
-        """Files of the export, or the reason why there are none."""
-        made = self.missing() or self.write(flight)
-        if isinstance(made, Diagnostic):
-            return made
-        if isinstance(made, Exported) and all(map(_is_file, made.files, made.files.values())):
-            return made
-        message = f"the export `{self.name}` returned an item that is not a file of its folder"
-        raise ExtensionError(EXTENSION_FAILED, message, f"report it to the authors of the export `{self.name}`")
+        """The files, or why there are none."""
+        with guard(Kind.EXPORT, self.name):
+            made = self.missing() or self.write(flight)
+            if isinstance(made, Diagnostic):
+                return made
+            if isinstance(made, Exported) and all(map(_is_file, made.files, made.files.values())):
+                return made
+        raise rejected(Kind.EXPORT, self.name, "made something that is no file of its folder")
 
 
 def _is_file(name: object, content: object) -> bool:

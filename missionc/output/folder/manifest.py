@@ -28,11 +28,12 @@ class Provenance:
 
     Args:
         inputs: the mission's files, the mission first: names relative to its folder, and contents.
-        options: options that change the plan, by their name on the command line.
-        cut_short: what ended the search early, in two words; empty if nothing did.
-        stretch: factor of the mission's duration.
-        data: names of the inputs that are not missions.
-        past: text of the flight before the plan begins; empty if there was none.
+        options: choices that change the plan, by their name on the command line.
+        cut_short: what ended the search before it was done, in two words; empty where nothing did.
+        stretch: how many times as long as the plan's the mission is.
+        data: the names of those inputs that are no missions.
+        past: the text of what was flown before the plan begins; empty where nothing was.
+        packages: the packages of extensions that were used, by name and version.
     """
 
     inputs: tuple[tuple[str, bytes], ...]
@@ -41,6 +42,7 @@ class Provenance:
     stretch: float = 1.0
     data: frozenset[str] = frozenset()
     past: str = ""
+    packages: tuple[tuple[str, str], ...] = ()
 
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:
@@ -53,7 +55,7 @@ def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> 
         "cut_short": provenance.cut_short or None,
     }
     inputs = {name: sha256(content) for name, content in provenance.inputs}
-    return _text({**head, "inputs": inputs, **_blocks(files), "options": dict(provenance.options)})
+    return _text({**head, "inputs": inputs, **_blocks(files, provenance), "options": dict(provenance.options)})
 
 
 def without_plan(mission: str, holds: str, files: Mapping[str, bytes], provenance: Provenance | None = None) -> str:
@@ -68,7 +70,7 @@ def without_plan(mission: str, holds: str, files: Mapping[str, bytes], provenanc
     if provenance is None:
         return _text({**head, **_blocks(files)})
     inputs = {name: sha256(content) for name, content in provenance.inputs}
-    return _text({**head, "inputs": inputs, **_blocks(files), "options": dict(provenance.options)})
+    return _text({**head, "inputs": inputs, **_blocks(files, provenance), "options": dict(provenance.options)})
 
 
 def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:
@@ -79,10 +81,11 @@ def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:
     return _text({**before, "files": {name: known[name] for name in sorted(known)}}).encode()
 
 
-def _blocks(files: Mapping[str, bytes]) -> dict[str, object]:
+def _blocks(files: Mapping[str, bytes], provenance: Provenance | None = None) -> dict[str, object]:
+    own = {"missionc": __version__, "python": platform.python_version(), **versions()}
     return {
         "files": {name: sha256(files[name]) for name in sorted(files)},
-        "versions": {"missionc": __version__, "python": platform.python_version(), **versions()},
+        "versions": {**own, **dict(provenance.packages if provenance else ())},
     }
 
 

@@ -15,6 +15,7 @@ from dataclasses import replace
 from missionc import ir
 from missionc.base.trace import Array
 from missionc.base.units import Seconds, Steps
+from missionc.ir.dynamics import at_most
 
 NO_PADS: Mapping[str, ir.Pad] = {}
 NOBODY_MOVES: Mapping[str, Array] = {}
@@ -93,7 +94,7 @@ def _no_faster(agent: ir.Agent, speed: float) -> ir.Agent:
     vehicle = agent.vehicle
     return replace(
         agent,
-        dynamics=agent.dynamics.at_most(speed, agent.dynamics.top_acceleration),
+        dynamics=at_most(agent.dynamics, speed, agent.dynamics.top_acceleration),
         vehicle=replace(vehicle, speed=min(vehicle.speed, speed), vertical_speed=min(vehicle.vertical_speed, speed)),
     )
 

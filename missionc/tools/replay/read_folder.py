@@ -22,6 +22,7 @@ from typing import Any, Protocol
 from missionc.backends.options import SLOWEST
 from missionc.base.diagnostics.code import FOLDER_UNREADABLE
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.extensions import installed
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.strict_json import NotJsonError, parse_json, parse_record
@@ -33,8 +34,10 @@ from missionc.frontend.syntax.read_file import cannot_read, data_of, held, too_l
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.vehicle_profiles import profiles
+from missionc.ir.wording import listed
 from missionc.output.documents.whole_flight_json import ways_in
 from missionc.output.folder import file_names
+from missionc.output.folder.manifest import PACKAGES
 from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.planning.progression.past_document import read_past
 from missionc.verification.certificate import Check
@@ -154,6 +157,9 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
         load=load,
         begun=file_names.PAST in found.files,
     )
+    if not checked.ok and (absent := _absent_packages(found.manifest)):
+        message = f"`{printable(str(folder))}` needs a package that is not installed: {listed(absent)}"
+        return Diagnostic(FOLDER_UNREADABLE, message, None, help="install it, in this version")
     if file_names.PAST not in found.files or checked.mission is None or checked.kernel is None:
         return checked
     return _rest(found, checked, limits)
@@ -270,6 +276,13 @@ def _stretch(manifest: Mapping[str, object]) -> float | None:
     except ValueError:
         return None
     return stretch if 1 <= stretch <= SLOWEST else None
+
+
+def _absent_packages(manifest: Mapping[str, object]) -> list[str]:
+    """The packages of extensions that a manifest names and that are not installed, each with its version."""
+    known = {"missionc", "python", *PACKAGES, *(each.package for each in installed())}
+    versions = names_and_hashes(manifest.get("versions"))
+    return [f"`{printable(name)}` {printable(number)}" for name, number in versions.items() if name not in known]
 
 
 def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:

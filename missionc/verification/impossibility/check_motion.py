@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.ir import Agent, Compare, Dynamics, InitialSet, Level, Mission, Speed
+from missionc.ir.dynamics import at_most
 from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
 from missionc.ir.kernel.nodes import Atom, Goal
 from missionc.verification.certificate import MOTION
@@ -65,7 +66,8 @@ def limits_of(mission: Mission, goals: tuple[Goal, ...]) -> tuple[MotionLimits, 
             case _:
                 pass
     return tuple(
-        MotionLimits(agent.dynamics.at_most(speed[agent.index], math.inf), far[agent.index]) for agent in mission.agents
+        MotionLimits(at_most(agent.dynamics, speed[agent.index], math.inf), far[agent.index])
+        for agent in mission.agents
     )
 
 

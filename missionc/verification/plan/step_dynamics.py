@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from missionc.base.extensions import Kind, guard, rejected
 from missionc.base.trace import Array, Trace
 from missionc.geometry.vectors import norm
 from missionc.ir import Agent, Mission
@@ -118,17 +119,21 @@ def _turn(agent: Agent, heading: Array, turn: float, step: float) -> Check:
 
 
 def _rules(agent: Agent, position: Array, heading: Array, step: float) -> list[Check]:
-    """Check each rule of an extension's dynamics; a rule without finite numbers fails.
+    """Each rule of dynamics of an extension.
 
-    ``position`` is (steps + 1, dim), metres; ``heading`` (steps + 1,), rad.
+    Raises:
+        ExtensionError: a rule has no margin of finite numbers with a unit.
     """
-    margins = agent.dynamics.step_margins(position, heading, step)
-    checks = []
-    for name in agent.dynamics.rules:
-        margin, unit = margins.get(name, (np.nan, ""))
-        numbers = np.nan_to_num(np.atleast_1d(np.asarray(margin, dtype=np.float64)), nan=-np.inf)
-        detail = f"the rule `{name}` of `{agent.dynamics.word}`"
-        checks.append(_worst(agent, "rule", numbers, unit, step, detail))
+    word, checks = agent.dynamics.word, []
+    with guard(Kind.DYNAMICS, word):
+        margins = agent.dynamics.step_margins(position, heading, step)
+        for name in agent.dynamics.rules:
+            margin, unit = margins[name] if name in margins and len(margins[name]) == 2 else ((), None)
+            numbers = np.atleast_1d(np.asarray(margin, dtype=np.float64))
+            if not (isinstance(unit, str) and numbers.ndim == 1 and numbers.size and np.isfinite(numbers).all()):
+                says = f"has no margin of the rule `{name}`: it needs finite numbers, one a step, and a unit"
+                raise rejected(Kind.DYNAMICS, word, says)
+            checks.append(_worst(agent, "rule", numbers, unit, step, f"the rule `{name}` of `{word}`"))
     return checks
 
 

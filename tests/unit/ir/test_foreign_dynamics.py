@@ -151,7 +151,7 @@ def test_a_rule_is_verified_of_each_plan(speeds: tuple[float, ...], passes: bool
         assert [round(check.margin, 9) for check in checks] == [0.0]
         return
     assert [each.code.name for each in compiled.findings] == ["MC570"]
-    assert compiled.findings[0].notes == ("rule cart[0]: margin -0.8 m/s",)
+    assert compiled.findings[0].notes == ("rule cart[0]: margin -0.8 m/s, the rule `change of speed` of `gentle`",)
 
 
 @pytest.mark.usefixtures("gentle")

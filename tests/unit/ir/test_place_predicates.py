@@ -10,14 +10,16 @@ import pytest
 
 import missionc
 from missionc.backends.cover.may_labels import margin_range
+from missionc.base.diagnostics.code import EXTENSION_FAILED
 from missionc.base.extensions import ExtensionError
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.app import main
 from missionc.frontend.checks.place_margins import margin_at
+from missionc.frontend.resolve.called_predicates import CALLED
 from missionc.geometry.plain_floats import Place
-from missionc.ir import Mission
+from missionc.ir import Mission, Predicate
 from missionc.ir.kernel.nodes import Atom
 from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.margins.predicate_margins import margin, of_states
@@ -51,6 +53,7 @@ class Near(PlacePredicate):
     parameters: ClassVar = ("a length",)
     says: ClassVar = "the agent is near the origin"
     example: ClassVar = "near(2 m)"
+    slope: ClassVar = 1
 
     reach: float
 
@@ -168,9 +171,15 @@ def test_a_predicate_that_is_not_installed_is_unknown() -> None:
     [
         ("class Near(PlacePredicate)", "class Near", "extends `PlacePredicate`"),
         ("def value", "def worth", "its class has no `value`"),
-        ('"near(2 m)"', '"far(2 m)"', "an `example` that begins with `near(`"),
+        ('"near(2 m)"', '"far(2 m)"', "its `example` does not begin with `near(`"),
         ('("a length",)', '("a colour",)', "`a colour` among `parameters`"),
-        ('example: ClassVar = "near(2 m)"', 'example: ClassVar = "near(2 m)"\n    slope: ClassVar = 0', "its `slope`"),
+        ('"near(2 m)"', '"near(2 m"', "the example is a call"),
+        ("slope: ClassVar = 1", "slope: ClassVar = 0", "its `slope` is `0`"),
+        ("slope: ClassVar = 1", 'slope: ClassVar = "1"', "its `slope` is `'1'`"),
+        ("slope: ClassVar = 1", "slope = property(lambda self: self.reach)", "its `slope` is a property"),
+        ("    slope: ClassVar = 1\n", "", "its `slope` is missing"),
+        ("    reach: float\n", "", "its class has 0 fields and 1 `parameters`"),
+        ("reach", "region", "without a name of the base class"),
     ],
 )
 def test_a_class_that_is_no_predicate_is_refused(before: str, after: str, says: str, tmp_path: Path) -> None:
@@ -189,19 +198,73 @@ def test_a_slope_that_is_too_small_is_found_on_a_trace(tmp_path: Path) -> None:
         position = np.zeros((2, 9, 2))
         position[:, :, 0] = np.arange(9)
         trace = resting_trace(position)
-        with pytest.raises(ExtensionError, match=r"`near` changes by 3 over 1 m; its slope is 1"):
+        with pytest.raises(ExtensionError, match=r"a value that changes by 3 over 1 m; its slope is 1"):
             margin(predicate, mission, trace)
         position[:] = 1.0
         position[0, 3] = np.nan  # not recorded
         assert np.isnan(margin(predicate, mission, resting_trace(position))[0, 3])
 
 
-def test_a_value_that_is_no_number_is_an_error_of_the_extension(tmp_path: Path) -> None:
-    code = NEAR.replace("return self.reach -", "return float('nan') *")
+VALUE = "return self.reach - xp.sqrt(place[..., 0] ** 2 + place[..., 1] ** 2)"
+PLACES = np.array(((0.5, 2.0), (3.0, 4.0), (9.0, 5.0)))
+
+
+def margin_in(library: str, predicate: Predicate, mission: Mission) -> object:
+    """The margin at ``PLACES``, or at the first of them."""
+    if library == "plain":
+        return margin_at(mission, predicate, mission.agents[0], (Place(PLACES[0]), None))
+    if library == "intervals":
+        return predicate.margin(IntervalView(mission, {0: (PLACES, PLACES)}))
+    xp = pytest.importorskip(library)
+    return of_states(predicate, mission, 0, xp.asarray(PLACES), 0 * xp.asarray(PLACES), xp=xp)
+
+
+@pytest.mark.parametrize("library", ["plain", "numpy", "torch", "intervals"])
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        ("return 0 * place[..., 0] + float('nan')", "has the value nan at (0.5, 2)"),
+        ("return place[..., 0] / float('inf') + float('inf')", "has the value inf at (0.5, 2)"),
+        ("return place[..., 0] > 1", "no number"),
+        ("return None", "`None`"),
+        ("return place", ""),
+        ("return place[..., 0] + next(STATE)", "has two values at (0.5, 2)"),
+        ("1 / 0", "failed: ZeroDivisionError at near_robots.py:"),
+        ("exit(0)", "failed: SystemExit at near_robots.py:"),
+    ],
+)
+def test_values_that_cannot_be_used_are_found_in_every_library(
+    value: str, says: str, library: str, tmp_path: Path
+) -> None:
+    code, entries = NEAR.replace(VALUE, value), {"missionc.predicates": {"near": "near_robots:Near"}}
+    with package(tmp_path / "good", "near_robots", entries, NEAR):
+        mission, _ = predicate_of(MISSION.replace("between(dock, gate, 7 m)", "near(7 m)"))
+    with package(tmp_path / "site", "near_robots", entries, f"import itertools\nSTATE = itertools.count()\n{code}"):
+        predicate = CALLED["near"].meant(7.0)  # type: ignore[misc]
+        with pytest.raises(ExtensionError) as raised:
+            margin_in(library, predicate, mission)
+    assert raised.value.code is EXTENSION_FAILED
+    assert f"the predicate `near` of `near_robots` 1.0 {says}" in str(raised.value) or says in raised.value.message
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("goal", ["eventually[0, 8 s] near(7 m)", "always[0, 8 s] not near(7 m)"])
+def test_a_value_that_is_nan_somewhere_proves_nothing(goal: str, tmp_path: Path) -> None:
+    code = NEAR.replace("return self", "import numpy as np\n        return np.sqrt(2 - place[..., 0]) + 0 * self")
     with package(tmp_path / "site", "near_robots", {"missionc.predicates": {"near": "near_robots:Near"}}, code):
-        mission, predicate = predicate_of(MISSION.replace("between(dock, gate, 7 m)", "near(7 m)"))
-        with pytest.raises(ExtensionError, match="a value that is not a number"):
-            margin(predicate, mission, resting_trace(np.zeros((2, 9, 2))))
+        source = Source("corridor.mission", MISSION.replace("eventually[0, 8 s] between(dock, gate, 7 m)", goal))
+        with pytest.raises(ExtensionError, match="has the value nan at"):
+            missionc.compile(source, backend="smt")
+
+
+def test_an_error_of_a_constructor_is_reported_at_the_call(tmp_path: Path) -> None:
+    code = NEAR + "\n    def __post_init__(self):\n        {}['radio']\n"
+    with package(tmp_path / "site", "near_robots", {"missionc.predicates": {"near": "near_robots:Near"}}, code):
+        text = MISSION.replace("between(dock, gate, 7 m)", "near(7 m)")
+        found = next(each for each in missionc.check(Source("m.mission", text)).findings if each.code.name == "MC413")
+    assert found.primary is not None
+    assert found.primary.span.text == "near(7 m)"
+    assert found.notes == ("'radio'",)
 
 
 def resting_trace(position: np.ndarray) -> Trace:

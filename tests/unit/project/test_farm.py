@@ -207,7 +207,7 @@ def test_a_command_that_raises_is_found_and_shrunk_to_what_it_takes(
     ((fault, kept),) = farmed(tmp_path, MUTATED_TEXTS, Case({MISSION: text}))
     assert fault.signature == "mutated_texts: ZeroDivisionError in missionc/cli/commands/explain.py:_mission"
     head, _, body = kept.rpartition("# settings: {}\n")
-    assert head.startswith("# promise: No command ends in an error that nobody foresaw.\n# trial: mutated_texts 0 0\n")
+    assert head.startswith("# promise: No command ends with an unexpected error.\n# trial: mutated_texts 0 0\n")
     assert body.strip() == "obstacle"
 
 

@@ -13,9 +13,11 @@ from contextlib import redirect_stdout
 from importlib.util import find_spec
 from typing import TypeAlias
 
-from missionc.base.diagnostics.code import EXTENSION_FAILED, EXTRA_MISSING
+import numpy as np
+
+from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.extensions import ExtensionError
+from missionc.base.extensions import Kind, guard, rejected
 from missionc.flight.simulation.default_engine import Flown, sample_times
 from missionc.flight.simulation.trial_bounds import ENGINES, OTHERS
 from missionc.geometry.curves.piecewise_polynomials import Pieces
@@ -52,9 +54,15 @@ def fly_with(name: str, pieces: Sequence[Pieces], seconds: float) -> Flown:
             engine: Engine = ENGINES[name]
         except (ImportError, RuntimeError) as error:
             raise EngineError(str(error).partition("\n")[0][:LONGEST]) from error
-        flown = engine(pieces, seconds)
-    shape = (1, len(pieces), sample_times(seconds).size, 3)
-    if not (isinstance(flown, Flown) and flown.position.shape == shape and flown.heading.shape == shape[:3]):
-        message = f"the simulator `{name}` returned no `Flown` with positions of the shape {shape}"
-        raise ExtensionError(EXTENSION_FAILED, message, f"report it to the authors of the simulator `{name}`")
+        with guard(Kind.SIMULATOR, name):
+            flown = engine(pieces, seconds)
+            if name in ENGINES.built_in:
+                return flown
+            shape = (1, len(pieces), sample_times(seconds).size, 3)
+            shapes = {"position": shape, "velocity": shape, "heading": shape[:3], "times": shape[2:3]}
+            arrays = {field: np.asarray(getattr(flown, field, None), dtype=np.float64) for field in shapes}
+            if {field: array.shape for field, array in arrays.items()} != shapes or not isinstance(flown, Flown):
+                raise rejected(Kind.SIMULATOR, name, f"returned no `Flown` with positions of the shape {shape}")
+            if not all(np.isfinite(array).all() for array in arrays.values()):
+                raise rejected(Kind.SIMULATOR, name, "returned a `Flown` with values that are not finite")
     return flown

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.base.diagnostics.code import EXTENSION_FAILED
-from missionc.base.extensions import ExtensionError
 from missionc.base.trace import Trace
 from missionc.ir import Flag, Formation, FormationEdge, Graph, Mission, Predicate, Resource
 from missionc.ir.distances.signed_distance import Array, Namespace
@@ -17,7 +15,6 @@ from missionc.ir.language.margins import connected, formation, resources
 from missionc.ir.language.margins.connected import algebraic_connectivity
 from missionc.ir.language.margins.links import all_links, link_margin
 from missionc.ir.language.margins.view import View
-from missionc.ir.predicates import PlacePredicate
 
 __all__ = [
     "algebraic_connectivity",
@@ -38,37 +35,7 @@ def margin(predicate: Predicate, mission: Mission, trace: Trace) -> Array:
         (agents, steps + 1) for predicates about one agent, (steps + 1,) for
         those about the team; metres, or m/s for comparisons of speed only.
     """
-    margins = predicate.margin(_AlongTrace(mission, trace))
-    if isinstance(predicate, PlacePredicate):
-        _check_slope(predicate, margins, trace)
-    return margins
-
-
-def _check_slope(predicate: PlacePredicate, margins: Array, trace: Trace) -> None:
-    """Compare the change of an extension predicate's margins along a trace with its slope.
-
-    Raises:
-        ExtensionError: the margins are not finite, or change by more than agents move.
-
-    Args:
-        margins: (agents, steps + 1), metres.
-    """
-    word, help_ = predicate.word, "report it to the authors of the extension"
-    known = np.isfinite(trace.position).all(axis=-1)
-    if np.shape(margins) != known.shape or not np.isfinite(np.asarray(margins)[known]).all():
-        message = f"the predicate `{word}` returned a value that is not a number, or not one value for each position"
-        raise ExtensionError(EXTENSION_FAILED, message, help_)
-    steps = np.linalg.norm(np.diff(trace.position, axis=1), axis=-1)
-    excess = np.nan_to_num(np.abs(np.diff(margins, axis=1)) - steps * (1 + SLACK) - SLACK, nan=-np.inf)
-    if excess.size and excess.max() > 0:
-        worst = np.unravel_index(excess.argmax(), excess.shape)
-        value = predicate.slope * np.abs(np.diff(margins, axis=1))[worst]
-        message = f"the value of the predicate `{word}` changes by {value:g} over {steps[worst]:g} m"
-        raise ExtensionError(EXTENSION_FAILED, f"{message}; its slope is {predicate.slope:g}", help_)
-
-
-SLACK = 1e-6
-"""Share of a change, and metres, allowed for rounding."""
+    return predicate.margin(_AlongTrace(mission, trace))
 
 
 def holds(predicate: Predicate, margins: Array) -> Array:

@@ -6,11 +6,12 @@ ranges are checked.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from missionc.backends.api import CutShort
 from missionc.backends.options import DESCRIBED, Recorded, Whole
-from missionc.base.extensions import NAME
+from missionc.base.extensions import NAME, REGISTRIES, Kind, installed
 from missionc.compiler.front_end import Checked
 from missionc.compiler.provenance import POSES, inputs
 from missionc.ir.vehicle_profiles import profiles
@@ -100,16 +101,27 @@ def _wrong(manifest: Mapping[str, object], sound: Mapping[str, bool]) -> str:
     """First entry that is not sound or has impossible versions or options."""
     wrong = next((key for key, right in sound.items() if not right), None)
     if wrong is not None:
-        return f"invalid `{wrong}`: {shown(manifest[wrong])}"
-    return _versions(manifest["versions"]) or _options(manifest["options"])
+        return f"its `{wrong}` is {shown(manifest[wrong])}, which cannot be"
+    foreign = manifest.get("backend", "") not in ("", *REGISTRIES[Kind.BACKEND].built_in)
+    return _versions(manifest["versions"], foreign) or _options(manifest["options"])
 
 
-def _versions(versions: object) -> str:
+PACKAGE = re.compile(r"[A-Za-z0-9]([\w.-]*[A-Za-z0-9])?", re.ASCII)
+"""The form of the name of a package."""
+
+
+def _versions(versions: object, foreign: bool) -> str:
+    """The first version that cannot be.
+
+    Args:
+        foreign: the plan is of a backend of an extension, which need not be installed.
+    """
     if not isinstance(versions, dict) or not {"missionc", "python"} <= set(versions):
-        return "its `versions` do not name the compiler"
+        return "its `versions` do not say which compiler wrote it"
+    known = {"missionc", "python", *PACKAGES, *(each.package for each in installed())}
     for name, number in versions.items():
-        if name not in ("missionc", "python", *PACKAGES) or not is_version(number):
-            return f"invalid version of {shown(name)}: {shown(number)}"
+        if not (name in known or (foreign and PACKAGE.fullmatch(name))) or not is_version(number):
+            return f"its `versions` have {shown(name)} at {shown(number)}, which cannot be"
     return ""
 
 
