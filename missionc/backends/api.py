@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
@@ -20,6 +20,7 @@ from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.figures import counted
 from missionc.base.judgement import Judgement
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.notebook import printed, shown
 from missionc.base.solved import Solved
@@ -76,8 +77,7 @@ ACTIVITIES = {
 """The activity in each stage, in the user's terms."""
 
 
-@dataclass(frozen=True, slots=True)
-class Progress:
+class Progress(Record):
     """Progress of a search.
 
     Args:
@@ -110,8 +110,7 @@ def ignore(progress: Progress) -> None:
     """Listener that ignores progress."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Snapshot:
+class Snapshot(Record, eq=False):
     """State of a run between two steps: arrays of finite numbers by name, and text for JSON."""
 
     arrays: Mapping[str, Array]
@@ -135,8 +134,7 @@ def discard_plan(planned: Planned) -> None:
     """Discard an intermediate plan."""
 
 
-@dataclass(frozen=True, slots=True)
-class Budget:
+class Budget(Record):
     """Limits of a run, and the functions that it calls.
 
     Args:
@@ -168,8 +166,7 @@ class Budget:
     urgent: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Tried:
+class Tried(Record):
     """An engine of a portfolio: its turns, work units and seconds, and its result."""
 
     engine: str
@@ -193,8 +190,7 @@ class Tried:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class Report:
+class Report(Record):
     """Record of a run: seconds by stage, sizes by name (``clauses``, ``nodes``, …), requested texts and proof files."""
 
     seconds: tuple[tuple[str, Seconds], ...] = ()
@@ -222,8 +218,7 @@ class Report:
         return replace(self, notes=(*self.notes, *notes))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Planned:
+class Planned(Record, eq=False):
     trace: Trace
     report: Report
 
@@ -241,8 +236,7 @@ class Scope(Enum):
     """Every motion of the agents, on any roadmap."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Impossible:
+class Impossible(Record, eq=False):
     """No plan in the ``scope``. ``conflict``: names of the requirements of the proof (none: motion alone).
 
     ``smallest``: every proper subset of the conflict is satisfiable on this abstraction. Otherwise this is unknown.
@@ -274,8 +268,7 @@ class Impossible:
     _repr_html_ = shown
 
 
-@dataclass(frozen=True, slots=True)
-class Violation:
+class Violation(Record):
     """A violation other than of a requirement: the agents, the step, and the margin.
 
     Margins are in metres, or in the ``unit`` of the violated limit. A margin of NaN becomes 0.
@@ -308,8 +301,7 @@ class Violation:
         return f"violates {self.what}{much} at {self.step * step:g} s{who}"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Attempt:
+class Attempt(Record, eq=False):
     """A motion with its evaluation: each requirement with its robustness, and all other violations."""
 
     requirements: tuple[Judgement, ...]
@@ -349,8 +341,7 @@ class Attempt:
         return tuple(worst.values())
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NotFound:
+class NotFound(Record, eq=False):
     """No plan was found. ``best`` is the closest infeasible candidate, if there is one."""
 
     reason: Reason

@@ -18,7 +18,7 @@ from missionc.base.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.extensions import ExtensionError
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Metric
 from missionc.ir import Apply, Flagged, Formula, Holds, Length, Mission, Objective, Still
@@ -27,16 +27,14 @@ from missionc.ir.predicates import PlacePredicate
 from missionc.ir.wording import listed
 
 
-@dataclass(frozen=True, slots=True)
-class Need:
+class Need(Record):
     """A feature, with the source text that needs it."""
 
     feature: Feature
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(Record):
     """Backends that can express the mission and will plan it, in the order of their turns.
 
     ``explanation`` gives the reason for these and against the others.

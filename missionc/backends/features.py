@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 
 class Feature(Enum):
@@ -44,8 +44,7 @@ EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION, Feature.PAST_BELOW
 """All features that any built-in backend has."""
 
 
-@dataclass(frozen=True, slots=True)
-class BackendSpec:
+class BackendSpec(Record):
     """Description of a backend before it is loaded.
 
     Args:

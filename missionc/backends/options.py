@@ -10,7 +10,7 @@ import math
 from enum import Enum, auto
 from typing import Final, TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 SOLVERS = ("auto", "z3", "cadical", "race")
 """Solvers of the smt backend; the first is the default."""
@@ -35,8 +35,7 @@ DEVICES = ("cpu", "cuda")
 """Devices for batches of trajectories; the first is the default."""
 
 
-@dataclass(frozen=True, slots=True)
-class Options:
+class Options(Record):
     """Options that change the result of a compilation, most of them for one backend."""
 
     solver: str = SOLVERS[0]
@@ -68,8 +67,7 @@ class Recorded(Enum):
     NEVER = auto()
 
 
-@dataclass(frozen=True, slots=True)
-class OneOf:
+class OneOf(Record):
     """Choice from some words; the first is the default."""
 
     words: tuple[str, ...]
@@ -79,8 +77,7 @@ class OneOf:
         return text in self.words
 
 
-@dataclass(frozen=True, slots=True)
-class Whole:
+class Whole(Record):
     """An integer within a range, both ends included."""
 
     least: int
@@ -94,8 +91,7 @@ class Whole:
         return self.least <= number <= self.most
 
 
-@dataclass(frozen=True, slots=True)
-class Real:
+class Real(Record):
     """A finite number within a range, both ends included."""
 
     least: float
@@ -110,8 +106,7 @@ class Real:
         return math.isfinite(number) and self.least <= number <= self.most and repr(number) == text
 
 
-@dataclass(frozen=True, slots=True)
-class Switch:
+class Switch(Record):
     """A flag that is given or not."""
 
     def admits(self, text: str) -> bool:
@@ -122,8 +117,7 @@ class Switch:
 Kind: TypeAlias = OneOf | Whole | Real | Switch
 
 
-@dataclass(frozen=True, slots=True)
-class Described:
+class Described(Record):
     """Complete description of one option.
 
     Args:

@@ -6,13 +6,11 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RoadmapEdge:
+class RoadmapEdge(Record, eq=False):
     """A motion from node to node.
 
     Args:
@@ -29,8 +27,7 @@ class RoadmapEdge:
     path: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RoadmapGraph:
+class RoadmapGraph(Record, eq=False):
     """Nodes and edges of one kind of agent, before they are unrolled to steps.
 
     Args:

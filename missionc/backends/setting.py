@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, field, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -48,8 +48,7 @@ def setting(default: Figure, unit: str, says: str, low: float = 0.0, high: float
     return made
 
 
-@dataclass(frozen=True, slots=True)
-class Setting:
+class Setting(Record):
     """A setting of a backend.
 
     Args:

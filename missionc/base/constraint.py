@@ -6,14 +6,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
 from missionc.base.figures import counted, decimals
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 MOST_SHOWN = 20
 """Maximum number of violated constraints listed as text; JSON has all of them."""
 
 
-@dataclass(frozen=True, slots=True)
-class Constraint:
+class Constraint(Record):
     """Verdict on one constraint at its smallest margin.
 
     Args:
@@ -57,8 +56,7 @@ class Constraint:
         return f"{self.name} {f'within {self.tolerance:g}' if within else decimals(max(self.margin, 0.0))} {self.unit}"
 
 
-@dataclass(frozen=True, slots=True)
-class NotJudged:
+class NotJudged(Record):
     """Constraints that a recording does not show, with their agents (none: all) and the reason."""
 
     names: tuple[str, ...]

@@ -22,7 +22,7 @@ from missionc.base.diagnostics.code import (
     EXTENSION_UNLOADABLE,
     Code,
 )
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.memory import exhausted
 from missionc.base.signals import reraise_stop
 
@@ -59,8 +59,7 @@ class Kind(Enum):
         return word if self is Kind.DYNAMICS else word.removesuffix("s")
 
 
-@dataclass(frozen=True, slots=True)
-class Extension:
+class Extension(Record):
     """Entry point of an installed package.
 
     Args:

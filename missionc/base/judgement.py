@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 from missionc.base.figures import decimals
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.units import Seconds
 
 
-@dataclass(frozen=True, slots=True)
-class Judgement:
+class Judgement(Record):
     """Verdict of the monitor for one requirement, at step 0.
 
     ``robustness`` is in metres for spatial formulas; ``satisfied`` is the Boolean semantics, which its sign never
@@ -58,8 +57,7 @@ class Judgement:
         return f"violates `{self.name}`{much}" + (f",{when}{by}" if when or by else "")
 
 
-@dataclass(frozen=True, slots=True)
-class Judgements:
+class Judgements(Record):
     """Verdicts of the monitor for all goals."""
 
     requirements: tuple[Judgement, ...]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 MOST = 10**15
 """Maximum value of a limit: whole numbers up to it are exact in floating point."""
@@ -11,8 +11,7 @@ DEEPEST = 256
 """Maximum depth of nesting and includes that every pass supports; some of them recurse."""
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(Record):
     """Maximum sizes of a mission; each field is a ``--limit NAME=VALUE`` of the command line.
 
     Raises:
@@ -62,7 +61,7 @@ class Limits:
     """Numbers in such a proof and in the clauses that it refutes."""
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
+        for name in type(self).__match_args__:
             if not 0 < getattr(self, name) <= most(name):
                 raise ValueError(f"the limit `{name}` must be above 0 and at most {most(name):g}")
 

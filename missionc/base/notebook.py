@@ -11,7 +11,7 @@ import html
 from collections.abc import Sequence
 from typing import Protocol
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.palette import LIGHT
 
 HEIGHT = 760
@@ -64,8 +64,7 @@ def picture(svg: bytes) -> str:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+class Figure(Record):
     """Region or obstacle from above: ``rings`` of corners, or a ``disc`` (x, y, radius); metres.
 
     ``place`` is the position of its name.
@@ -80,8 +79,7 @@ class Figure:
     disc: Sequence[float] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Ground:
+class Ground(Record):
     """Background of paths: corners of the world, (x, y) each in metres, and its contents."""
 
     low: tuple[float, float]
@@ -115,8 +113,7 @@ def paths(motion: Sequence[Sequence[Sequence[float]]], ground: Ground | None = N
     return "\n".join([*lines, "</svg>\n"]).encode("ascii", "xmlcharrefreplace")
 
 
-@dataclass(frozen=True, slots=True)
-class _View:
+class _View(Record):
     """Transformation from metres to pixels."""
 
     left: float

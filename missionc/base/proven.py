@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 SAME = {"s": 1e-6, "m": 1e-3}
 """Tolerance for a plan's value and the bound to count as equal, in their unit."""
@@ -14,8 +14,7 @@ TOURS, COVER = "tours", "cover"
 """Sources of a bound: tours of required places, which anyone can compute from the mission, or a cover."""
 
 
-@dataclass(frozen=True, slots=True)
-class Proven:
+class Proven(Record):
     """Value of a plan (duration or total distance), and the lower bound ``least`` for every plan of the mission.
 
     Args:

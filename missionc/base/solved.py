@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from missionc.base.figures import counted
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 SEARCH, SKETCH, TRANSPORT, POLISH = "search", "sketch", "transport", "polish"
 METHODS = {
@@ -19,8 +19,7 @@ METHODS = {
 """Name of each method, by its word in documents."""
 
 
-@dataclass(frozen=True, slots=True)
-class Solved:
+class Solved(Record):
     """Agents, by name, whose motion one method found."""
 
     by: str

@@ -7,11 +7,10 @@ from dataclasses import field
 from itertools import accumulate, islice
 from typing import NamedTuple
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Source:
+class Source(Record, eq=False):
     """Text of one file, with its name for the user.
 
     ``data`` is the contents of a file that is not a mission; its ``text`` is empty if it is not UTF-8.
@@ -61,8 +60,7 @@ class Turn(NamedTuple):
     high: int
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(Record):
     """Characters of a source from ``start`` to ``end`` (exclusive).
 
     ``turns`` are the current indices of the text in a family or after ``for``, the outermost first.

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 LAST = "the answer"
 """Marker for the end after the last attempt."""
 
 
-@dataclass(frozen=True, slots=True)
-class StageRun:
+class StageRun(Record):
     """One attempt of a stage.
 
     Args:

@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.base.judgement import Judgement, judgement_lines
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.notebook import Ground, paths, picture, preformatted, printed
 from missionc.base.proven import Proven
 from missionc.base.solved import Solved, solved_text
@@ -23,8 +23,7 @@ Flags: TypeAlias = "NDArray[np.bool_]"
 Indices: TypeAlias = "NDArray[np.int64]"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trace:
+class Trace(Record, eq=False):
     """State of every agent at every step, agents in mission order, steps 0 … last.
 
     Args:
@@ -72,8 +71,7 @@ class Trace:
         return int(steps[-1]) + 1 if steps.size else 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class Plan(Record, eq=False):
     """Verified joint plan, ready to be written; a notebook shows its paths and requirements."""
 
     mission: str

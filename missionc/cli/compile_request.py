@@ -17,6 +17,7 @@ from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.defect import improvement_failed, later_not_written
 from missionc.base.diagnostics.model import Diagnostic, has_errors
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.signals import reraise_stop
 from missionc.base.source import Source
@@ -36,8 +37,7 @@ if TYPE_CHECKING:
     from missionc.output.folder.overlap import WrittenPath
 
 
-@dataclass(frozen=True, slots=True)
-class CompileRequest:
+class CompileRequest(Record):
     """Compilation request with its input, options and outputs: the parsed flags of ``compile``."""
 
     file: Path | Source
@@ -104,8 +104,7 @@ class CompileRequest:
         return not self.wanted or self.output is not None
 
 
-@dataclass(frozen=True, slots=True)
-class CompileResult:
+class CompileResult(Record):
     """Result of a request; ``output`` is the written folder, or empty."""
 
     compiled: Compiled

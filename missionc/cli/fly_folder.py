@@ -8,12 +8,13 @@ from __future__ import annotations
 import threading
 import time
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
 from missionc.base.diagnostics.code import SCENARIO_UNUSABLE
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.signals import Stopped
 from missionc.base.source import Source
@@ -102,8 +103,7 @@ class ShownLoop:
             threading.Event().wait()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Opened:
+class Opened(Record, eq=False):
     """Folder that was verified again, with the part of it that is flown."""
 
     flying: Flying

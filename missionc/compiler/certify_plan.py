@@ -7,13 +7,14 @@ says MC604 MC608, and the findings of files and exports
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason
 from missionc.backends.options import Options
 from missionc.base.diagnostics.code import NO_WAY
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.stage_runs import StageRun
 from missionc.base.trace import Plan
 from missionc.base.units import Seconds
@@ -37,8 +38,7 @@ DRAWING = 3.0
 """Seconds to judge, draw and write the closest infeasible candidate."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Certified:
+class Certified(Record, eq=False):
     """Result for a trace; ``checked`` is the mission that judged it, time-scaled if requested."""
 
     checked: Checked

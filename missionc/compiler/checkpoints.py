@@ -10,14 +10,14 @@ from missionc.backends.api import Budget, Snapshot, UnusableSnapshot
 from missionc.backends.options import Options
 from missionc.base.diagnostics.code import CHECKPOINT_UNREADABLE
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.compiler.front_end import Checked
 from missionc.compiler.provenance import given, inputs
 from missionc.frontend.syntax.read_file import read_bytes
 
 
-@dataclass(frozen=True, slots=True)
-class Checkpoints:
+class Checkpoints(Record):
     """Checkpoint options of a run.
 
     Args:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from missionc.backends.api import Budget, discard_snapshot
 from missionc.backends.load import load_repair
 from missionc.backends.registry import is_published
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import NOT_TOLERATED
+from missionc.base.late_dataclass import Record
 from missionc.base.signals import stop_requested
 from missionc.base.units import Metres
 from missionc.compiler import no_plan
@@ -29,8 +30,7 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lower.tighten import tightened_alone
 
 
-@dataclass(frozen=True, slots=True)
-class Short:
+class Short(Record):
     """Shortcomings of an otherwise valid plan, and the notes on them."""
 
     no: str

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from missionc.backends.api import Attempt, Violation
 from missionc.base.judgement import Judgement
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Trace
 from missionc.geometry.dynamics import SPEED
 from missionc.ir import Agent, Mission, Still
@@ -35,8 +35,7 @@ PUSHED = ("separation", "an obstacle")
 """Violations next to which excess speed may come from pushing instead of a lack of time."""
 
 
-@dataclass(frozen=True, slots=True)
-class Late:
+class Late(Record):
     """Agents that lack time: text and amount."""
 
     says: str
@@ -260,8 +259,7 @@ SHOWN = 3
 """Maximum number of sentences of a kind."""
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnosis:
+class Diagnosis(Record):
     """Violations of the candidate, one sentence each, and a suggestion, empty if none follows.
 
     ``late``: the mission's own time is too short, so that a longer search is not the first suggestion.

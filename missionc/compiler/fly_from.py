@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.backends.api import Budget
 from missionc.base.diagnostics.model import Diagnostic, has_errors
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.compiler.plan_ways import plan_ways
 from missionc.frontend.checks.check_pads import check_pads
@@ -33,8 +33,7 @@ PROOF = "whole_flight_certificate.json"
 """Proof of the transfers and the columns."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FlownFrom:
+class FlownFrom(Record, eq=False):
     """``whole`` is None if the flight is impossible from there; ``findings`` have the reason, or warnings."""
 
     mission: Mission

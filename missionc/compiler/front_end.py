@@ -22,7 +22,7 @@ from missionc.base.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.diagnostics.render import counts, render_text
 from missionc.base.diagnostics.turns import once_for_all_turns
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.limits import Limits
 from missionc.base.notebook import printed, shown
 from missionc.base.source import Source, Span
@@ -50,8 +50,7 @@ if TYPE_CHECKING:
     from missionc.planning.progression.stretches import Remaining
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Checked:
+class Checked(Record, eq=False):
     """Result of the front end: every finding, and each intermediate tree.
 
     ``findings`` are in file order. The trees are None from the first stage with errors on; if ``ok``, all are present.

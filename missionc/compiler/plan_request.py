@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from missionc.backends.api import Backend, Budget
 from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
+from missionc.base.late_dataclass import Record
 from missionc.base.units import Seconds
 from missionc.compiler.checkpoints import Checkpoints
 from missionc.compiler.incumbent import discard
@@ -18,8 +19,7 @@ from missionc.ir.kernel.nodes import Kernel
 NO_EXPLANATION = Seconds(0.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlanRequest:
+class PlanRequest(Record, eq=False):
     """Request for a plan of a checked mission.
 
     Args:

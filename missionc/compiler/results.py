@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import Enum
 from importlib import import_module
 from pathlib import Path
@@ -18,6 +18,7 @@ from missionc.base.constraint import Constraint, NotJudged, all_satisfied, const
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.diagnostics.render import counts
 from missionc.base.judgement import judgement_lines
+from missionc.base.late_dataclass import Record
 from missionc.base.notebook import framed, printed, shown
 from missionc.base.source import Source
 from missionc.base.units import Seconds
@@ -32,8 +33,7 @@ if TYPE_CHECKING:
     from missionc.verification.certificate import Between, Certificate
 
 
-@dataclass(frozen=True, slots=True)
-class InvalidMission:
+class InvalidMission(Record):
     """The mission, or the installation that it needs, has errors: they are among the findings.
 
     ``plan`` is the verified but unflyable motion, if any.
@@ -42,8 +42,7 @@ class InvalidMission:
     plan: Trace | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Verified:
+class Verified(Record, eq=False):
     """A plan that passed every check of the certificate."""
 
     plan: Plan
@@ -66,8 +65,7 @@ class Verified:
         return self.files[REPORT].decode("utf-8")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Alternative:
+class Alternative(Record, eq=False):
     """One of several different plans, with its rank.
 
     Args:
@@ -78,16 +76,14 @@ class Alternative:
     verified: Verified
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Unverified:
+class Unverified(Record, eq=False):
     """A plan that failed a check of the certificate: a defect of the compiler, never given out as a plan."""
 
     certificate: Certificate
     report: Report
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+class Change(Record):
     """Lines of a mission's file, from ``line`` on, as they are and as they would be; without line ends.
 
     A value given on the command line is in no file, and on line 0.
@@ -99,8 +95,7 @@ class Change:
     after: str
 
 
-@dataclass(frozen=True, slots=True)
-class Relaxation:
+class Relaxation(Record):
     """A change with which the mission, compiled from its text, has a verified plan.
 
     ``smallest``: the next smaller change of its kind was refused on the roadmap; if False, less may suffice.
@@ -127,16 +122,14 @@ class Blame(Enum):
     UNKNOWN = "unknown"
 
 
-@dataclass(frozen=True, slots=True)
-class Trial:
+class Trial(Record):
     """A solved variant for finding the cause; ``outcome`` is ``planned``, ``impossible`` or ``undecided``."""
 
     says: str
     outcome: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NearMiss:
+class NearMiss(Record, eq=False):
     """Closest infeasible candidate: a motion that is nearly a plan.
 
     For an infeasible mission, it violates one requirement and satisfies everything else. If only no plan was found, it
@@ -150,8 +143,7 @@ class NearMiss:
     """Files that show it: relative path and content."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Explained:
+class Explained(Record, eq=False):
     """Reasons for a missing plan, and suggested fixes. ``relaxations`` have the smallest change first."""
 
     blame: Blame
@@ -166,8 +158,7 @@ class Explained:
 CompileOutcome: TypeAlias = InvalidMission | Verified | Unverified | Impossible | NotFound
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Compiled:
+class Compiled(Record, eq=False):
     """Result of a compilation. ``findings`` are those of ``checked``, and those of planning."""
 
     checked: Checked
@@ -309,8 +300,7 @@ class Compiled:
         return shown(self) + "".join(framed(page, "closest infeasible candidate") for page in missed)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Monitored:
+class Monitored(Record, eq=False):
     """Judgement of a trace. With errors among the findings, nothing was judged.
 
     ``between`` states for each satisfied requirement whether it holds between the steps, if requested. ``constraints``

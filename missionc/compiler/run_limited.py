@@ -7,18 +7,17 @@ out  its result, or Ended
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeVar
 
 from missionc.backends.api import Reason
 from missionc.base.deadline import OutOfTime, interrupted_at
+from missionc.base.late_dataclass import Record
 from missionc.base.memory import exhausted
 
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True, slots=True)
-class Ended:
+class Ended(Record):
     """Limit that ended a piece of work; ``detail`` has additional information, if any."""
 
     reason: Reason

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from missionc.backends.api import Outcome, Planned
+from missionc.base.late_dataclass import Record
 from missionc.base.stage_runs import StageRun
 
 
-@dataclass(frozen=True, slots=True)
-class StageLog:
+class StageLog(Record):
     """Attempts in order.
 
     Args:

@@ -19,7 +19,7 @@ machine. Shares of the remaining time only end stages that would otherwise reach
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 
 from missionc.backends.clot.spec import CLOT
@@ -28,6 +28,7 @@ from missionc.backends.portfolio.backend import FIRST, LONGER
 from missionc.backends.registry import BACKENDS, is_published
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.model import has_errors
+from missionc.base.late_dataclass import Record
 from missionc.base.units import Metres
 from missionc.compiler.front_end import Checked
 from missionc.compiler.plan_request import PlanRequest
@@ -37,8 +38,7 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lower.tighten import tracking_margin, with_flyable_speeds, with_vehicle_room
 
 
-@dataclass(frozen=True, slots=True)
-class SearchStage:
+class SearchStage(Record):
     """Search with a robustness margin, so that a flight may have tracking error; finally without.
 
     Args:
@@ -67,8 +67,7 @@ class SearchStage:
     explanation: float = 0.25
 
 
-@dataclass(frozen=True, slots=True)
-class CoverStage:
+class CoverStage(Record):
     """Covers of the mission, which may prove that no motion satisfies it.
 
     Args:
@@ -84,16 +83,14 @@ class CoverStage:
     time: float = 0.5
 
 
-@dataclass(frozen=True, slots=True)
-class BoundStage:
+class BoundStage(Record):
     """Covers for a lower bound on the duration: work units, and share of the remaining time."""
 
     work: float = 3.0
     time: float = 0.25
 
 
-@dataclass(frozen=True, slots=True)
-class TimeScalingStage:
+class TimeScalingStage(Record):
     """Slower plans, if the first one cannot be flown.
 
     Args:
@@ -114,8 +111,7 @@ class StrengthenedSet(Enum):
     ALL = "all"
 
 
-@dataclass(frozen=True, slots=True)
-class Attempt:
+class Attempt(Record):
     """One search for a plan satisfied in continuous time.
 
     Args:
@@ -144,8 +140,7 @@ class Attempt:
 _NONE, _FAILING, _ALL = StrengthenedSet
 
 
-@dataclass(frozen=True, slots=True)
-class ContinuousTimeStage:
+class ContinuousTimeStage(Record):
     """Further plans, if requirements of the first one fail between its steps.
 
     Args:
@@ -189,8 +184,7 @@ class ContinuousTimeStage:
     least_work: float = 16.0
 
 
-@dataclass(frozen=True, slots=True)
-class RestrictedStage:
+class RestrictedStage(Record):
     """Plans of missions with a choice of the previous plans forbidden.
 
     Args:
@@ -205,7 +199,6 @@ class RestrictedStage:
         return max(self.least_work, self.times * first)
 
 
-@dataclass(frozen=True, slots=True)
 class ComparisonStage(RestrictedStage):
     """Comparison of options; the work is that of all plans together.
 
@@ -220,7 +213,6 @@ class ComparisonStage(RestrictedStage):
     bounded: int = 16
 
 
-@dataclass(frozen=True, slots=True)
 class AlternativesStage(RestrictedStage):
     """Alternative plans; the work is that of each attempt.
 
@@ -242,8 +234,7 @@ SEARCH, COVERS, BOUND = SearchStage(), CoverStage(), BoundStage()
 TIME_SCALING, CONTINUOUS_TIME = TimeScalingStage(), ContinuousTimeStage()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Try:
+class Try(Record, eq=False):
     """One try of the search.
 
     Args:
@@ -341,8 +332,7 @@ def attempts(engine: str, delays: bool, repairable: bool) -> tuple[Attempt, ...]
     return (*CONTINUOUS_TIME.repairs, *anew) if repairable else anew
 
 
-@dataclass(frozen=True, slots=True)
-class Stage:
+class Stage(Record):
     """One stage as printed: its name, its condition, its tries in order, and the actions after outcomes."""
 
     name: str

@@ -18,7 +18,7 @@ import shapely
 from numpy.typing import NDArray
 
 from missionc import ir
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.displacement import displaced
 from missionc.geometry.dynamics import Motions
@@ -47,8 +47,7 @@ CORNERS = 64
 """Number of corners of the polygon for a disc cut by another shape."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Column:
+class Column(Record, eq=False):
     """The points within ``radius`` of a plane geometry, from height ``low`` to ``high``."""
 
     base: shapely.Geometry

@@ -17,7 +17,7 @@ from functools import cache
 from itertools import chain, product
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.geometry import plain_floats
 from missionc.geometry.height_layers import Heights, extent, heights_of
 from missionc.geometry.plain_floats import Place
@@ -44,8 +44,7 @@ Measure: TypeAlias = Callable[[Vector], float]
 """A function of a place, metres."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Area:
+class Area(Record, eq=False):
     """A set of places with inner or outer bounds.
 
     Args:
@@ -168,8 +167,7 @@ def _if_positive(metres: float) -> float:
     return metres if metres > 0 else UNKNOWN
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Atlas:
+class Atlas(Record, eq=False):
     """The layers of a world, and areas of shapes in them.
 
     ``layers`` makes their geometries at its first call.

@@ -12,12 +12,12 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import reduce
 from typing import assert_never
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
 from missionc.ir.distances.signed_distance import signed_distance
@@ -26,8 +26,7 @@ ROUNDING = 1e-12
 """Outward rounding of each operation, relative to the larger bound and absolute; far above errors of doubles."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Range:
+class Range(Record, eq=False):
     """Numbers from ``low`` to ``high``, (...) each."""
 
     low: Array

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.vectors import norm
 from missionc.ir import Dynamics
@@ -20,8 +20,7 @@ SLACK = 1e-9
 """Share by which a motion may exceed a bound on speed or acceleration, for rounding only."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class States:
+class States(Record, eq=False):
     """Positions and velocities of agents.
 
     Args:
@@ -39,8 +38,7 @@ class States:
         return len(self.position)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motions:
+class Motions(Record, eq=False):
     """Motions of one step each, with constant acceleration.
 
     Args:

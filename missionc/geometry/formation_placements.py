@@ -9,7 +9,7 @@ from itertools import pairwise
 import shapely
 from shapely.affinity import translate
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.geometry.height_layers import WIDEN
 
 TURNS = 72
@@ -19,8 +19,7 @@ MOST_PLACES = 2_000
 """Maximum number of agent places tried in all; larger formations use fewer headings."""
 
 
-@dataclass(frozen=True, slots=True)
-class Spot:
+class Spot(Record):
     """Place of an agent relative to the first: within ``slack`` metres of one of these points, without rotation."""
 
     points: tuple[tuple[float, float], ...]

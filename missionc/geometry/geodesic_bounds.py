@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 
 HAIR = 1e-6
@@ -31,8 +31,7 @@ HALVINGS = 16
 Geometries = NDArray[np.object_]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class VisibilityGraph:
+class VisibilityGraph(Record, eq=False):
     """Corners at which shortest paths bend, each with its neighbours, (corners, 2) in metres, and the bodies.
 
     Args:

@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.height_layers import QUARTER, WIDEN, Heights, cross_section, meets
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector, World
@@ -32,8 +32,7 @@ CERTAIN = 1e-9
 NOWHERE = shapely.Polygon()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Layers:
+class Layers(Record, eq=False):
     """The layers of a world, and geometries of shapes in them. ``heights``: (layers, 2), metres."""
 
     world: World

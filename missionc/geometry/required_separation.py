@@ -6,13 +6,12 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 from missionc.ir import Mission
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SpacingTable:
+class SpacingTable(Record, eq=False):
     """Table of ``Mission.spacing``: agents with equal radius, vehicle and drift are of one kind.
 
     Two agents are far enough apart if their difference, each axis times ``metric``, is at least ``between`` long.

@@ -14,11 +14,10 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.configuration_space import Atlas
 from missionc.ir import Mission, Shape, Still
@@ -30,8 +29,7 @@ TURN = np.pi
 """Least difference of angles, radians, for paths on different sides."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StandingPart:
+class StandingPart(Record, eq=False):
     """Part of the static obstacles that paths can circle.
 
     Args:

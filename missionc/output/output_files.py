@@ -8,9 +8,9 @@ says MC703 MC711, and the codes of exports
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Plan
 from missionc.flight.trajectories.required_performance import required_performance
 from missionc.ir import Mission
@@ -44,8 +44,7 @@ from missionc.verification.verify_plan import verify_between, with_delays
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WholeFlight:
+class WholeFlight(Record, eq=False):
     """Transfers of a mission that starts from the floor (none otherwise), safe ends, and their checks."""
 
     ways: Ways
@@ -62,8 +61,7 @@ def no_ways(mission: Mission, files: Mapping[str, str]) -> WholeFlight | Diagnos
     return None
 
 
-@dataclass(frozen=True, slots=True)
-class Output:
+class Output(Record):
     """Files of the folder in a fixed order, and the whole certificate.
 
     ``notes`` inform the user of the flight and of the exports, ``findings`` explain missing ones.

@@ -15,12 +15,12 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.planning.progression.residuals import Letter, Relaxation, Residual, TooComplex
 
@@ -28,8 +28,7 @@ NO_WAY = 1e-12
 """Metres of a move without length: a sparse graph cannot store edges of length 0."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ProductGraph:
+class ProductGraph(Record, eq=False):
     """Product of a graph and the automaton of relaxed residuals. A *spot* is a residual and a state.
 
     Args:

@@ -8,8 +8,9 @@ including one that opens a socket.
 from __future__ import annotations
 
 import hmac
-from dataclasses import dataclass
 from typing import Protocol
+
+from missionc.base.late_dataclass import Record
 
 NAMES = ("127.0.0.1", "localhost")
 OWN_SITES = ("same-origin", "none")
@@ -32,8 +33,7 @@ class Headers(Protocol):
     def get_all(self, name: str, /) -> list[str] | None: ...
 
 
-@dataclass(frozen=True, slots=True)
-class Guard:
+class Guard(Record):
     token: str
     port: int
 

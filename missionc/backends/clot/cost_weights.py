@@ -7,12 +7,13 @@ these are the metres moved within a step; for turning, the lateral metres. Each 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from missionc.backends.clot.settings import Spare, clot_settings
 from missionc.backends.setting import setting
+from missionc.base.late_dataclass import Record
 from missionc.geometry.natural_scale import body
 from missionc.ir import Mission, Objective
 
@@ -48,8 +49,7 @@ SHORT = 0.01
 """Share of the longest step below which the distance of neighbouring control points counts squared."""
 
 
-@dataclass(frozen=True, slots=True)
-class Aim:
+class Aim(Record):
     """Objective of an improvement, while nothing else has a cost."""
 
     length: float = setting(0.0, "/m^2", "between neighbouring control points")

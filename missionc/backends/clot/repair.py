@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, NotFound, Outcome, Planned, Reason, Report, Turns
@@ -29,6 +29,7 @@ from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import polish_work, run_to_end
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.signals import stop_requested
 from missionc.base.solved import then_polished
 from missionc.base.trace import Trace
@@ -36,8 +37,7 @@ from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Repair:
+class Repair(Record, eq=False):
     """Backend that starts at a motion, and searches a plan near it."""
 
     motion: Trace

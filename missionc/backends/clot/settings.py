@@ -9,15 +9,14 @@ from typing import ClassVar
 
 from missionc.backends.clot.spec import CLOT
 from missionc.backends.setting import Pairs, own_values, setting, with_values
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.ir import Mission
 
 MOST = 10**6
 """Maximum value of settings that are array sizes."""
 
 
-@dataclass(frozen=True, slots=True)
-class AttemptSettings:
+class AttemptSettings(Record):
     """Settings of attempts: schedules tried one after the other, each with a polish of its motion."""
 
     schedules: int = setting(40, "schedules", "tried before the answer is that no plan was found", 1, MOST)
@@ -31,8 +30,7 @@ class AttemptSettings:
     repair_polish: int = setting(80, "iterations", "of one polish in a repair", 1, 10_000)
 
 
-@dataclass(frozen=True, slots=True)
-class ScheduleSettings:
+class ScheduleSettings(Record):
     """Settings of schedules: tasks, the order of visits, and places to visit."""
 
     cells: int = setting(12_000, "cells", "of the grid for distances; more find narrower paths", 16, MOST)
@@ -49,8 +47,7 @@ class ScheduleSettings:
     stops: int = setting(60, "schedules", "tried with stops to refill a resource", 1, MOST)
 
 
-@dataclass(frozen=True, slots=True)
-class GuessSettings:
+class GuessSettings(Record):
     """Settings of initial configurations and sketches: the motion with which a polish begins."""
 
     iterations: int = setting(40, "iterations", "of the polish of one configuration", 1, 10_000)
@@ -65,8 +62,7 @@ class GuessSettings:
     meeting: float = setting(60.0, "", "cost of a meeting, in squares of cells", 0)
 
 
-@dataclass(frozen=True, slots=True)
-class PolishSettings:
+class PolishSettings(Record):
     """Settings of joint polish: Levenberg-Marquardt on the violated or nearly violated constraints."""
 
     damping: float = setting(0.001, "", "against the length term, to begin with", 1e-9, 1000)
@@ -80,8 +76,7 @@ class PolishSettings:
     gap: float = setting(0.1, "m", "between points where obstacles count; less cuts fewer corners", 0.001, 100)
 
 
-@dataclass(frozen=True, slots=True)
-class ShorteningSettings:
+class ShorteningSettings(Record):
     """Settings for shortening and smoothing a plan."""
 
     iterations: int = setting(40, "iterations", "of the polish of a shorter motion", 1, 10_000)
@@ -108,8 +103,7 @@ class ShorteningSettings:
     retiming: int = setting(40_000_000, "numbers", "of nodes, times steps, times agents, for other paces", 0)
 
 
-@dataclass(frozen=True, slots=True)
-class Weights:
+class Weights(Record):
     """Weights of the costs of a joint motion."""
 
     title: ClassVar[str] = "weight"
@@ -122,8 +116,7 @@ class Weights:
     metres: float = setting(0.0, "/m", "of way between neighbouring control points, in a descent")
 
 
-@dataclass(frozen=True, slots=True)
-class Spare:
+class Spare(Record):
     """Margins beyond what is required."""
 
     title: ClassVar[str] = "spare"
@@ -136,8 +129,7 @@ class Spare:
     scaled: float = setting(0.0, "", "of the natural scale of a margin, if that is more than `task`", 0, 1)
 
 
-@dataclass(frozen=True, slots=True)
-class ProbeWeights:
+class ProbeWeights(Record):
     """Weights of a moved waypoint's costs in Algorithm 1, which only compares them."""
 
     title: ClassVar[str] = "probe"
@@ -151,8 +143,7 @@ class ProbeWeights:
     later: float = setting(0.3, "", "of what a goal lacks, where agents still to come may see to it")
 
 
-@dataclass(frozen=True, slots=True)
-class SearchSettings:
+class SearchSettings(Record):
     """Parameters of Algorithm 2. The paper prints only the number of trajectories. [clot] (9), (11), IV-C.
 
     The paper prints only the number of trajectories. [clot] (9), (11), IV-C.
@@ -193,8 +184,7 @@ class Coupling(Enum):
     """Every direction receives the same mass, as in equation (7)."""
 
 
-@dataclass(frozen=True, slots=True)
-class TransportSettings:
+class TransportSettings(Record):
     """Algorithm 1 on a batch, for trajectories drawn from the prior in a world of about 10 m. [clot]
 
     Radii and widths run from their first to their last value over the iterations.
@@ -214,8 +204,7 @@ class TransportSettings:
     check_every: int = setting(5, "iterations", "between two checks whether enough candidates hold", 1, 100_000)
 
 
-@dataclass(frozen=True, slots=True)
-class ClotSettings:
+class ClotSettings(Record):
     """Settings of the clot backend. A preset has values of its own for ``search`` and ``transport``."""
 
     attempts: AttemptSettings = field(default_factory=AttemptSettings)

@@ -28,6 +28,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from missionc import ir
 from missionc.backends.cover.bodies import SLACK, bodies, standing_room
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.geometry.distance_ranges import Range, length_range, signed_distance_range
 from missionc.ir.kernel.nodes import Atom, Kernel, Not
@@ -37,8 +38,7 @@ BEYOND = 3e-5
 """Distance of a cut from its border, metres: above the tolerance of a predicate."""
 
 
-@dataclass(frozen=True, slots=True)
-class Border:
+class Border(Record):
     """All places ``away`` metres outside of a shape; inside if negative."""
 
     shape: ir.Shape

@@ -10,7 +10,6 @@ cover contains all motions, and more.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from missionc.backends.cover.bodies import SLACK, standing_room
 from missionc.backends.cover.cells import Border, Cells, borders_asked, borders_of_obstacles, cells_of, with_points
 from missionc.backends.cover.may_moves import furthest, may_move, nearest
 from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.distance_ranges import signed_distance_range
 from missionc.ir import Agent, InitialSet, Mission
@@ -27,8 +27,7 @@ TOUCH = 1e-5
 """Metres by which a start or finish may be off its region or point."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cover:
+class Cover(Record, eq=False):
     """A cover; ``cells`` are the meaning of each roadmap's states.
 
     ``strides``: for each roadmap, numbers of steps and the cells reachable in them, (cells, cells) each, if stricter

@@ -9,15 +9,15 @@ On a cover, each step may gain the size of a cell. Bounds on the whole motion ap
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from missionc.base.late_dataclass import Record
 from missionc.ir import Compare, Level, Mission, Speed
 from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
 from missionc.ir.kernel.nodes import Atom, Kernel
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Caps:
+class Caps(Record, eq=False):
     """Caps.
 
     ``mission`` has the speed limits over the whole time; ``lengths``: maximum path lengths of some agents, metres.

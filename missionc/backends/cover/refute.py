@@ -40,6 +40,7 @@ from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap_answers import cannot_hold
 from missionc.backends.smt.sat.solve import Satisfiable, Solvers, Unsatisfiable, for_refusals
 from missionc.backends.work import CLAUSE, conflicts_of, question_work
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 from missionc.ir import Mission
 from missionc.ir.kernel.conjuncts import conjuncts
@@ -183,8 +184,7 @@ SQUARED = 1 / 10_000_000
 """Units of work for a pair of cells: their distance, and the chain between them."""
 
 
-@dataclass(frozen=True, slots=True)
-class Refuted:
+class Refuted(Record):
     """Proof that no motion satisfies these requirements at its steps.
 
     Without requirements, the agents cannot move at all.
@@ -201,8 +201,7 @@ class Refuted:
         return f"{cannot_hold(self.conflict)} by any motion (over-approximation with {self.cells} cells)"
 
 
-@dataclass(frozen=True, slots=True)
-class Inconclusive:
+class Inconclusive(Record):
     """A cover with this many cells admits a motion, which proves nothing about plans."""
 
     cells: int
@@ -211,8 +210,7 @@ class Inconclusive:
         return f"an over-approximation with {self.cells} cells does not exclude other motions"
 
 
-@dataclass(frozen=True, slots=True)
-class Open:
+class Open(Record):
     """No cover was asked about the whole mission within the budget, and none refused a part of it."""
 
     def __str__(self) -> str:

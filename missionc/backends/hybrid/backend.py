@@ -36,6 +36,7 @@ from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.work import run_to_end
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.solved import Solved, then_polished
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds, Steps
@@ -51,8 +52,7 @@ SLACK = 1e-9
 """Rounding tolerance of a whole number of steps, as a share of a step."""
 
 
-@dataclass(frozen=True, slots=True)
-class Clock:
+class Clock(Record):
     """``ticks`` of the roadmap for the ``steps`` of the mission.
 
     ``careful``: windows may grow by rounding.
@@ -77,8 +77,7 @@ class Clock:
         return begin, end
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Discrete:
+class Discrete(Record, eq=False):
     """Discrete requirements. ``whole``: by name, those without metric conditions."""
 
     kernel: Kernel
@@ -183,8 +182,7 @@ class HybridBackend:
 BACKEND = HybridBackend()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Start:
+class Start(Record, eq=False):
     """First motion, (agents, steps + 1, dim), metres, and its choices."""
 
     position: Array

@@ -20,6 +20,7 @@ from missionc.backends.options import Options
 from missionc.backends.work import run_to_end
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.figures import counted
+from missionc.base.late_dataclass import Record
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -35,8 +36,7 @@ WORST = (api.Reason.TIME, api.Reason.MEMORY, api.Reason.SIZE, api.Reason.SOLVER,
 """Reasons without an answer: the portfolio reports the first of these that an engine gave."""
 
 
-@dataclass(frozen=True, slots=True)
-class Engine:
+class Engine(Record):
     """A backend in turns: its name, its loader, and whether it also makes the attempts of another."""
 
     name: str

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from missionc.backends.smt.encode.clauses import Clauses
+from missionc.base.late_dataclass import Record
 from missionc.ir import Lanes
 from missionc.ir.wording import all_listed
 
 
-@dataclass(frozen=True, slots=True)
-class NoPlan:
+class NoPlan(Record):
     """Proof that these roadmaps contain no plan, with its requirements and the refused goals."""
 
     conflict: tuple[str, ...]
@@ -27,13 +25,11 @@ class TimeOver(Exception):
     """No time is left for the next stage."""
 
 
-@dataclass(frozen=True, slots=True)
-class TooFewLinks:
+class TooFewLinks(Record):
     """No plan was found with routes shorter than the mission allows."""
 
 
-@dataclass(frozen=True, slots=True)
-class Inconclusive:
+class Inconclusive(Record):
     """Neither a plan nor a refusal within the work, or because a solver cannot express the problem."""
 
     why: str = ""

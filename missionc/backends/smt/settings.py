@@ -7,15 +7,14 @@ from functools import lru_cache
 
 from missionc.backends.setting import Pairs, own_values, setting, with_values
 from missionc.backends.smt.spec import SMT
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.ir import Mission
 
 MOST = 10**6
 """Maximum value of settings that are array sizes."""
 
 
-@dataclass(frozen=True, slots=True)
-class RoadmapSettings:
+class RoadmapSettings(Record):
     """Settings of sampled roadmaps."""
 
     nodes: int = setting(110, "nodes", "of the first roadmap; more find narrow paths, and need more clauses", 1, MOST)
@@ -40,8 +39,7 @@ class RoadmapSettings:
     speed_samples: int = setting(8, "points", "of an edge for each step, at which the speed limit is read", 1, 1000)
 
 
-@dataclass(frozen=True, slots=True)
-class ShortestPathSettings:
+class ShortestPathSettings(Record):
     """Settings of the roadmap of shortest paths between named places."""
 
     clearance: float = setting(0.006, "", "spare clearance of paths, as a share of the longest side of the world", 0, 1)
@@ -65,8 +63,7 @@ class ShortestPathSettings:
     all_pairs: int = setting(400, "nodes", "up to which every pair is tried", 0, 100_000)
 
 
-@dataclass(frozen=True, slots=True)
-class WorkSettings:
+class WorkSettings(Record):
     """Work of each method, in units of about one second of one core. More work finds better plans."""
 
     shortest_paths: float = setting(20.0, "units", "on the roadmap of shortest paths, before sampled ones")
@@ -85,8 +82,7 @@ class WorkSettings:
     makespan_share: float = setting(2.0, "", "work for a shorter duration, as a multiple of the plan's own")
 
 
-@dataclass(frozen=True, slots=True)
-class SolverSettings:
+class SolverSettings(Record):
     """Settings of questions to the SAT solver."""
 
     all_agents: int = setting(100_000, "moves", "in all, below which an objective is solved for all agents at once", 0)
@@ -106,8 +102,7 @@ class SolverSettings:
     relaxation_moves: int = setting(20_000_000, "moves", "in all, above which no agent is refused alone")
 
 
-@dataclass(frozen=True, slots=True)
-class PrioritizedSettings:
+class PrioritizedSettings(Record):
     """Settings of prioritized planning: one agent, or a few, at a time."""
 
     group: int = setting(8, "agents", "planned together; more find tighter plans, and take longer", 1, MOST)
@@ -132,8 +127,7 @@ class PrioritizedSettings:
     first_window: int = setting(16, "steps", "of the first windows; each next one is twice as long", 1, MOST)
 
 
-@dataclass(frozen=True, slots=True)
-class SearchSettings:
+class SearchSettings(Record):
     """Settings of single-agent search, and joint search of two agents. Costs are in longest moves."""
 
     haste: float = setting(0.25, "moves", "that a step costs; more makes agents wait at their goals", 0, 100)
@@ -152,8 +146,7 @@ class SearchSettings:
     joint_bounds: int = setting(4, "searches", "of two agents with a bound on the cost", 0, 1000)
 
 
-@dataclass(frozen=True, slots=True)
-class ShorteningSettings:
+class ShorteningSettings(Record):
     """Settings for shortening a plan."""
 
     rounds: int = setting(4, "paths", "tried for each agent; more find shorter plans", 0, MOST)
@@ -163,8 +156,7 @@ class ShorteningSettings:
     undecided: int = setting(2, "questions", "without an answer, after which no shorter duration is tried", 1, 1000)
 
 
-@dataclass(frozen=True, slots=True)
-class PaperSettings:
+class PaperSettings(Record):
     """Settings of the presets `paper` and `paper-apart`, with the nodes of `roadmap`. [strel]"""
 
     neighbors: int = setting(10, "states", "that a state is connected to", 1, 10_000)
@@ -172,8 +164,7 @@ class PaperSettings:
     draws: int = setting(200, "draws", "before a region counts as empty", 1, MOST)
 
 
-@dataclass(frozen=True, slots=True)
-class SmtSettings:
+class SmtSettings(Record):
     """Settings of the smt backend."""
 
     roadmap: RoadmapSettings = field(default_factory=RoadmapSettings)

@@ -30,17 +30,16 @@ from missionc.backends.smt.roadmap_answers import NoPlan
 from missionc.backends.smt.sat.solve import Solvers, Unsatisfiable
 from missionc.backends.smt.settings import smt_settings
 from missionc.backends.work import CLAUSE
+from missionc.base.late_dataclass import Record
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Goal, Kernel
 
 
-@dataclass(frozen=True, slots=True)
-class Holds:
+class Holds(Record):
     """A roadmap contains a plan."""
 
 
-@dataclass(frozen=True, slots=True)
-class Unknown:
+class Unknown(Record):
     """Neither a plan nor a refusal within the work."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 
 class Severity(Enum):
@@ -12,8 +12,7 @@ class Severity(Enum):
     WARNING = "warning"
 
 
-@dataclass(frozen=True, slots=True)
-class Code:
+class Code(Record):
     """Stable name of a kind of finding, with the title of its page.
 
     ``about_planning``: the mission has a meaning, and only a plan for it is impossible. For a recorded flight, which

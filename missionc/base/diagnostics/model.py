@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 from missionc.base.diagnostics.code import Code, Severity
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.notebook import printed, shown
 from missionc.base.source import Span
 
 
-@dataclass(frozen=True, slots=True)
-class Label:
+class Label(Record):
     """Place with the text next to it (may be empty at the primary place)."""
 
     span: Span
     message: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Fix:
+class Fix(Record):
     """Text that may replace a span to fix the finding."""
 
     span: Span
     replacement: str
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Record):
     """Single finding.
 
     ``message`` is one phrase in the user's numbers and units, without a final stop; ``labels`` are the other places

@@ -17,7 +17,7 @@ from typing import Protocol
 
 from missionc.base.diagnostics.code import Code, Severity
 from missionc.base.diagnostics.sanitize import plain, plain_line
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Source, Span
 
 TAB = 4
@@ -67,8 +67,7 @@ class Finding(Protocol):
     def help(self) -> str: ...
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(Record):
     """Underline on one line: display columns from ``start`` to ``end`` (exclusive)."""
 
     start: int
@@ -77,8 +76,7 @@ class Mark:
     message: str
 
 
-@dataclass(frozen=True, slots=True)
-class Paint:
+class Paint(Record):
     """Colouring of words; ``colour`` False disables it."""
 
     colour: bool

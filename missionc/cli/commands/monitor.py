@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import click
 
 from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_LISTENING
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.cli import sample_lines, summary
 from missionc.cli.exit_status import Status, say
@@ -125,8 +126,7 @@ def command(
     return {True: Status.DONE, False: Status.VIOLATED, None: Status.UNDECIDED}[judged.satisfied]
 
 
-@dataclass(frozen=True, slots=True)
-class Live:
+class Live(Record):
     """Options of ``--live``, each under the name of its flag."""
 
     udp: tuple[str, int] | None = None

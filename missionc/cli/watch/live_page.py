@@ -10,13 +10,14 @@ import base64
 import hashlib
 import json
 import threading
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import cached_property
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 from typing import Literal, Self
 
+from missionc.base.late_dataclass import Record
 from missionc.cli.page_server import PageServer, Quiet
 from missionc.tools.guard import NAMES
 
@@ -31,8 +32,7 @@ SILENCE = 10.0
 State = Literal["checking", "planning", "planned", "wrong"]
 
 
-@dataclass(frozen=True, slots=True)
-class News:
+class News(Record):
     """Content of a page: status, findings, and report."""
 
     mission: str

@@ -11,7 +11,6 @@ import os
 import signal
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import TYPE_CHECKING, Self
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Self
 from missionc.base.diagnostics.defect import defect
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.diagnostics.render import render_text
+from missionc.base.late_dataclass import Record
 from missionc.base.signals import Stopped, end_with_parent, stoppable
 from missionc.base.supervision import HANDLED
 from missionc.base.units import Seconds
@@ -33,8 +33,7 @@ PATIENCE = (0.5, 2.0)
 """Seconds for cleanup after a first SIGTERM, and for the end after a second one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ended:
+class Ended(Record):
     """End of a request: status, findings as text and as values, and the written folder.
 
     ``lines`` is the summary of the plan or of its absence, without the files.

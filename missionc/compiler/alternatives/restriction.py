@@ -13,12 +13,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TypeAlias
 
 import numpy as np
 import shapely
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.winding import StandingPart, least_room, outline
 from missionc.ir import Mission, Obstacle, Polygon, Prism, Shape, Still
@@ -46,8 +47,7 @@ Bar: TypeAlias = tuple[tuple[float, float], ...]
 """Corners of a barred area, metres."""
 
 
-@dataclass(frozen=True, slots=True)
-class Restriction:
+class Restriction(Record):
     """A set of forbidden decisions.
 
     Args:

@@ -29,6 +29,7 @@ from missionc.base.continuous_time import ContinuousTime
 from missionc.base.deadline import last_call
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.figures import counted
+from missionc.base.late_dataclass import Record
 from missionc.base.signals import stop_requested
 from missionc.base.trace import Trace
 from missionc.compiler.alternatives.restriction import Restriction, restrictions
@@ -104,8 +105,7 @@ def plan_restricted(
     return within(moment, partial(plan_with_margin, backend, *narrower, options, short))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
+class Candidate(Record, eq=False):
     """A different plan; ``verified`` for the first one, which is already written."""
 
     planned: Planned
@@ -115,8 +115,7 @@ class Candidate:
     verified: Verified | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class Found(Record, eq=False):
     """Plans with their signatures, the best first; ``note`` explains a smaller number than requested."""
 
     plans: tuple[tuple[Verified, Signature], ...]

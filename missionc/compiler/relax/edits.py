@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import TypeVar
 
 from missionc.base.diagnostics.model import Fix
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS
@@ -21,8 +21,7 @@ ROUND = 9
 """Decimals of a new number, so that no text has 2.0000000000000004 m."""
 
 
-@dataclass(frozen=True, slots=True)
-class Edit:
+class Edit(Record):
     """Replacements of spans of the main file, and values of external parameters.
 
     ``says`` is the change in the mission's terms; ``to`` the new value, if a single number changes.
@@ -37,8 +36,7 @@ class Edit:
         return Edit(", ".join((self.says, other.says)), self.fixes + other.fixes, self.overrides + other.overrides)
 
 
-@dataclass(frozen=True, slots=True)
-class Spot:
+class Spot(Record):
     """A number of the mission at its place: in the text, or on the command line as ``parameter``."""
 
     value: float

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import PurePath
 
 from missionc.backends.api import Attempt, Scope
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Plan, Trace
 from missionc.compiler.front_end import Checked
 from missionc.compiler.provenance import texts
@@ -29,16 +29,14 @@ MOST_PLAYED = 12
 """Maximum number of changes with replayable plans; others are shown as text only."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Remedy:
+class Remedy(Record, eq=False):
     """A relaxed mission, with its verified plan."""
 
     checked: Checked
     trace: Trace
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Advice:
+class Advice(Record, eq=False):
     """Explanation of the refusal for the page: the conflicting requirements, and the trials."""
 
     conflict: tuple[str, ...] = ()

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from missionc.base.late_dataclass import Record
 from missionc.compiler.relax.edits import Edit, Spot
 
 DOUBLINGS = 2
 """Maximum number of doublings of a number without another bound."""
 
 
-@dataclass(frozen=True, slots=True)
-class RelaxationParameter:
+class RelaxationParameter(Record):
     """Edits of one kind, in increasing size.
 
     Args:

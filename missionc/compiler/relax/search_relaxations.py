@@ -24,6 +24,7 @@ from dataclasses import dataclass, field, replace
 
 from missionc.backends import api
 from missionc.backends.options import Options
+from missionc.base.late_dataclass import Record
 from missionc.base.signals import stop_requested
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
@@ -161,8 +162,7 @@ RELAXED_COVERS, PROOFS = 4, 0.1
 """Maximum number of covers for smaller changes of a parameter, and the share of the time left for them."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Tried:
+class Tried(Record, eq=False):
     """Result of a variant: ``planned`` with a verified motion, ``impossible``, ``undecided``, or ``wrong``."""
 
     outcome: str

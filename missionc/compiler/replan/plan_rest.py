@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from missionc.backends.choose_backend import choose_backend
 from missionc.backends.load import load_engines, load_repair, load_roadmaps, load_straighten
 from missionc.backends.registry import BACKENDS
 from missionc.backends.smt.spec import SMT
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.compiler import driver
@@ -127,8 +128,7 @@ ROADMAPS, REPAIR = 0.6, 0.4
 """Share of the time for roadmaps; and of the remaining time for repair, before all engines are used."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RestPlanner:
+class RestPlanner(Record, eq=False):
     """Planner of the rest.
 
     Args:

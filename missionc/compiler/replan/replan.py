@@ -16,12 +16,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from missionc.backends.choose_backend import choose_backend
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.compiler.front_end import Checked
@@ -45,8 +46,7 @@ from missionc.verification.monitoring.read_trace import ON_TIME, FlownSoFar
 from missionc.verification.verify_plan import verify, verify_polynomials
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FlyOn:
+class FlyOn(Record, eq=False):
     """All agents continue.
 
     Args:

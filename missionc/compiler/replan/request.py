@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 
 from missionc.backends.api import Impossible
 from missionc.backends.options import Options
 from missionc.base.diagnostics.model import Diagnostic, has_errors
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import Checked
@@ -22,8 +23,7 @@ IN_TIME = Seconds(3.0)
 """Default seconds until another plan has to be ready."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flying:
+class Flying(Record, eq=False):
     """A plan in flight.
 
     Args:
@@ -39,8 +39,7 @@ class Flying:
     ways: Ways | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Request:
+class Request(Record, eq=False):
     """Event and request for replanning.
 
     Args:
@@ -86,8 +85,7 @@ class Way(Enum):
     NONE = "no plan"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Replanned:
+class Replanned(Record, eq=False):
     """Result of replanning.
 
     Args:

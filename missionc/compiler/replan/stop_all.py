@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.flight.trajectories.stop_and_hover import state_at, stop_and_hover, stop_together
 from missionc.geometry.curves.piecewise_polynomials import Pieces, curves_of, refined, shifted, values
@@ -88,8 +88,7 @@ SPARE = 1.25
 """Factor of a stop's present duration for its later duration."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stopped:
+class Stopped(Record, eq=False):
     """Stops of a team.
 
     Args:

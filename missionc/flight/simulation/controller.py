@@ -9,11 +9,10 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.flight.simulation import disturbance, quadrotor
 from missionc.flight.simulation.disturbance import GRAVITY
@@ -29,8 +28,7 @@ def _torque(about_xy: float, about_z: float, vehicle: Vehicle = Vehicle()) -> tu
     return level, level, about_z / MASS_THRUST * vehicle.twist
 
 
-@dataclass(frozen=True, slots=True)
-class Gains:
+class Gains(Record):
     """Gains of the controller for x, y and z; by default the firmware's.
 
     Args:

@@ -18,11 +18,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.flight.simulation import quadrotor
 from missionc.flight.simulation.controller import Controller, Gains
@@ -110,8 +110,7 @@ CHUNK = 100
 """Number of ticks whose setpoints are evaluated together."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flown:
+class Flown(Record, eq=False):
     """Flown trajectories at ``SETPOINTS_PER_SECOND`` samples a second.
 
     Args:

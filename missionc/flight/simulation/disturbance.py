@@ -10,11 +10,11 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
@@ -100,8 +100,7 @@ NOISE_SECONDS = 0.2
 """Time constant of the estimator's error, seconds: chosen, since a filtered estimate drifts and does not jump."""
 
 
-@dataclass(frozen=True, slots=True)
-class Disturbance:
+class Disturbance(Record):
     """Magnitudes of all disturbances; 0 by default.
 
     Args:
@@ -145,8 +144,7 @@ class Disturbance:
 UNDISTURBED = Disturbance()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
+class Drawn(Record, eq=False):
     """Random draws of some flights. A tick is the time between two setpoints.
 
     Args:

@@ -10,11 +10,12 @@ motion between samples.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from missionc.base.judgement import Judgement
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres
 from missionc.geometry.curves.piecewise_polynomials import Curves
@@ -29,8 +30,7 @@ USUAL = 0.95
 """Share of the time that counts as usual; larger errors are rare."""
 
 
-@dataclass(frozen=True, slots=True)
-class Error:
+class Error(Record):
     """Tracking error of an agent, m: mean, ``USUAL`` quantile, and maximum with its time."""
 
     mean: float
@@ -39,8 +39,7 @@ class Error:
     at: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flight:
+class Flight(Record, eq=False):
     """One flight.
 
     Args:

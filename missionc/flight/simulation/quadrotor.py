@@ -7,10 +7,9 @@ right, back right, back left, front left.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.flight.simulation.disturbance import GRAVITY
 
@@ -21,8 +20,7 @@ TURNS = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0], [-1.0, 1.0, -1
 """Direction of rotation by each motor's thrust about x, y and z."""
 
 
-@dataclass(frozen=True, slots=True)
-class Vehicle:
+class Vehicle(Record):
     """Figures of a quadrotor; by default those of a Crazyflie 2.1.
 
     Args:

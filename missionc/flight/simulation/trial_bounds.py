@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from missionc.base.extensions import Kind, Registry, Unfit
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 QUADROTOR = "quadrotor"
 """Name of the built-in engine."""
@@ -49,8 +49,7 @@ MOST_LOST = 1000
 """Maximum number of lost agents."""
 
 
-@dataclass(frozen=True, slots=True)
-class Amount:
+class Amount(Record):
     """One disturbance, from 0 to its maximum.
 
     Args:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from missionc.base.figures import counted
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.flight.simulation import disturbance
 from missionc.flight.simulation.default_engine import Flown, fly, sample_times
@@ -30,8 +30,7 @@ from missionc.verification.certificate import Check
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True, slots=True)
-class Fraction:
+class Fraction(Record):
     """``held`` of ``flights``, with exact bounds of the true share at a confidence of 95 %.
 
     ``least`` is the one-sided lower bound. ``low`` and ``high`` are the two-sided interval.
@@ -77,8 +76,7 @@ TRACKING = 0.05
 """Tracking tolerance without a vehicle, metres: that of a Crazyflie's profile."""
 
 
-@dataclass(frozen=True, slots=True)
-class Trial:
+class Trial(Record):
     """Settings of trials.
 
     Args:
@@ -97,8 +95,7 @@ class Trial:
     first: int = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trials:
+class Trials(Record, eq=False):
     """Results of trials.
 
     Args:

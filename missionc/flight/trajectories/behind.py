@@ -7,10 +7,10 @@ out  its present time on the flight; Progress; its state
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.flight.trajectories.stop_and_hover import ORDERS, state_at
 from missionc.geometry.curves.piecewise_polynomials import Pieces, curves_of
@@ -26,8 +26,7 @@ NEAR = 0.02
 """Metres: times with at most this much more distance than the nearest count as equal."""
 
 
-@dataclass(frozen=True, slots=True)
-class Progress:
+class Progress(Record):
     """Progress of an agent on its path.
 
     Args:

@@ -25,13 +25,14 @@ direction of flight.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import assert_never
 
 import numpy as np
 from scipy.sparse import block_diag, csr_array, eye_array, kron
 
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices, Trace
 from missionc.flight.trajectories.fit_polynomials import (
     REST,
@@ -187,24 +188,21 @@ HALVINGS, SHORTEST = 3, 0.1
 """Maximum number of halvings of a step's pieces; and their least duration, seconds, after the first time."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flyable:
+class Flyable(Record, eq=False):
     """Text of each agent's file, by agent name, and its verification."""
 
     files: dict[str, str]
     certificate: Certificate
 
 
-@dataclass(frozen=True, slots=True)
-class _Stuck:
+class _Stuck(Record):
     """No polynomials were found: their violations, if any, and the steps with too little room."""
 
     failed: Check | None
     steps: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Beyond:
+class _Beyond(Record):
     """Polynomials beyond some vehicle limits, by agent name."""
 
     peaks: tuple[tuple[str, Peak], ...]
@@ -214,8 +212,7 @@ class _Beyond:
         return max(peak.stretch for _, peak in self.peaks)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Tight:
+class _Tight(Record, eq=False):
     """Polynomials without contact, but ``short`` metres closer than required: used if there are no better ones."""
 
     flyable: Flyable

@@ -14,13 +14,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import comb, factorial, sqrt
 
 import numpy as np
 import piqp
 from scipy.sparse import block_array, block_diag, coo_array, csc_matrix, csr_array, eye_array, hstack, kron
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.curves.smooth_splines import DEGREE, control_points_of, effort, part_of
 
@@ -28,8 +28,7 @@ PENALTY = 1e5
 """Penalty of a metre beyond a bound if not all bounds are feasible, in units of effort."""
 
 
-@dataclass(frozen=True, slots=True)
-class NoFit:
+class NoFit(Record):
     """The solver found no solution."""
 
     status: str
@@ -81,8 +80,7 @@ class Rows:
         return Bounds(weight[free], low[free], high[free], np.concatenate(self.leg)[free])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bounds:
+class Bounds(Record, eq=False):
     """``low <= weight @ numbers <= high``; each row belongs to a ``leg``."""
 
     weight: csr_array
@@ -91,8 +89,7 @@ class Bounds:
     leg: Indices
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solution:
+class Solution(Record, eq=False):
     """Solution vector; its excess over bounds: (legs,).
 
     ``kept`` is the number of fully satisfied groups of bounds.
@@ -103,8 +100,7 @@ class Solution:
     kept: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Program:
+class Program(Record, eq=False):
     """Minimise ``numbers @ quadratic @ numbers / 2 + linear @ numbers`` with ``pins @ numbers == target``.
 
     ``bounds`` come in groups; if not all are feasible, the last ones are exceeded first.
@@ -177,8 +173,7 @@ ROUNDING_OFF = 0.02
 faster then."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class Course(Record, eq=False):
     """Course of each agent.
 
     Args:
@@ -217,8 +212,7 @@ class Course:
         return max(SAFE, ROUNDED * float(np.abs(self.joint).max()))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plane:
+class Plane(Record, eq=False):
     """Constraint ``normal @ (first - second) >= offset`` for each of the 8 control points of a part of ``leg``.
 
     ``part`` has two shares of the leg's duration. If ``second`` equals ``first``, it stands for the origin: the plane
@@ -233,8 +227,7 @@ class Plane:
     offset: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cut:
+class Cut(Record, eq=False):
     """Constraint: ``weight``, (dim, 8), times the control points of an agent's piece is at most 1.
 
     Each axis of ``weight`` has sum 0: a cut is about a derivative, independent of the place.
@@ -245,8 +238,7 @@ class Cut:
     weight: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fitted:
+class Fitted(Record, eq=False):
     """Control points of an agent's pieces, with the satisfied bounds.
 
     Args:
@@ -260,8 +252,7 @@ class Fitted:
     kept: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Splines:
+class Splines(Record, eq=False):
     """Common matrices of all coordinates and agents of a course, over a spline's coefficients.
 
     Args:

@@ -10,11 +10,12 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TypeAlias
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.flight.trajectories.fit_polynomials import Course, Plane
 from missionc.geometry.curves.piecewise_polynomials import Curves, extents, refined, values
@@ -35,8 +36,7 @@ SMALLEST = 1 / 8
 """Smallest part of a leg for a moving obstacle's planes, except parts from its own turns."""
 
 
-@dataclass(frozen=True, slots=True)
-class Near:
+class Near(Record):
     """Two agents, or an agent and an obstacle, too close in a leg, from ``begin`` to ``end`` (seconds)."""
 
     leg: int

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 from missionc.flight.trajectories.fit_polynomials import Course, Cut
 from missionc.geometry.curves.piecewise_polynomials import Curves, speed_bounds, values
@@ -32,8 +32,7 @@ EXACT = 1e-3
 """Relative precision of a peak beyond a limit."""
 
 
-@dataclass(frozen=True, slots=True)
-class Limit:
+class Limit(Record):
     """One limit of a vehicle on a derivative of an order; vectors (..., 3) in SI units.
 
     Args:
@@ -54,8 +53,7 @@ class Limit:
     reading: Callable[[Array], float]
 
 
-@dataclass(frozen=True, slots=True)
-class Peak:
+class Peak(Record):
     """An exceeded limit: its largest gauge, the value there, and the time (seconds)."""
 
     limit: Limit

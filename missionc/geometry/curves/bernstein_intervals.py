@@ -14,13 +14,13 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from math import comb
 from typing import Any
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 
 ROUNDING = 2.0**-52
@@ -33,8 +33,7 @@ GROWN = 1.0 + 2.0**-48
 """Factor that makes a bound valid in spite of rounding in a few operations."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Enclosed:
+class Enclosed(Record, eq=False):
     """Polynomials of a share from 0 to 1, with error bounds.
 
     Args:

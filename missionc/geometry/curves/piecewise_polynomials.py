@@ -11,18 +11,17 @@ written in float32, as in the firmware.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import comb
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices, Trace
 from missionc.geometry.vectors import norm
 from missionc.ir import Mission
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Curves:
+class Curves(Record, eq=False):
     """Joint motion: the position of each agent at every time.
 
     Args:
@@ -190,8 +189,7 @@ def motion(mission: Mission, trace: Trace) -> Curves:
 COLUMNS = ("duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") for power in range(8)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pieces:
+class Pieces(Record, eq=False):
     """Content of one file: (pieces,) seconds and (pieces, 4, 8) coefficients of x, y, z, yaw.
 
     Float32 values.

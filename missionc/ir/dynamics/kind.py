@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from missionc.base.late_dataclass import Record
 from missionc.base.units import Dimension
 
 
-@dataclass(frozen=True, slots=True)
-class Limit:
+class Limit(Record):
     """An upper bound that a mission sets: ``acceleration <= 3 m/s^2``.
 
     ``setting`` is the word and the name of the field; ``name`` is for messages. ``default`` is the bound if the mission

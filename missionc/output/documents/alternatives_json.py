@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.output.folder.file_names import ALTERNATIVES_FOLDER
@@ -26,8 +26,7 @@ ROOM = frozenset(("requirement", "separation", "obstacle"))
 """Kinds of checks of a plan at its steps whose margins in metres are clearances."""
 
 
-@dataclass(frozen=True, slots=True)
-class AlternativeRow:
+class AlternativeRow(Record):
     """One plan of the table.
 
     Args:

@@ -15,11 +15,11 @@ Source:
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 
 import numpy as np
 
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.piecewise_polynomials import (
     Curves,
@@ -44,8 +44,7 @@ PADDING = 1e-9
 """Margin in metres for the rounding of float64 in a bound."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Compressed:
+class Compressed(Record, eq=False):
     """Trajectory of one vehicle.
 
     Args:
@@ -112,8 +111,7 @@ KINDS = ("raw", "compressed")
 """Kinds in the order of the firmware's numbers."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Packed:
+class _Packed(Record):
     """Bytes of every vehicle, one kind for all.
 
     ``within`` is the maximum distance from its raw polynomials, mm.

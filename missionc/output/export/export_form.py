@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import PurePosixPath
 from typing import TypeAlias
@@ -11,11 +10,11 @@ from typing import TypeAlias
 from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.extensions import Kind, guard, rejected
+from missionc.base.late_dataclass import Record
 from missionc.output.export.verified_flight import Flight
 
 
-@dataclass(frozen=True, slots=True)
-class Exported:
+class Exported(Record):
     """Files by name relative to the export's own folder, and notes for the user."""
 
     files: Mapping[str, bytes]
@@ -25,8 +24,7 @@ class Exported:
 Write: TypeAlias = Callable[[Flight], Exported | Diagnostic]
 
 
-@dataclass(frozen=True, slots=True)
-class Format:
+class Format(Record):
     """Export format.
 
     Args:

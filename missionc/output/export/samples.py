@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.output.export.verified_flight import Flight
 from missionc.verification.certificate import CLOCK
@@ -15,8 +15,7 @@ RATE = 20
 """Samples per second."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Samples:
+class Samples(Record, eq=False):
     """State of every agent at some times.
 
     Args:

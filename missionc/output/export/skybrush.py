@@ -20,12 +20,12 @@ import io
 import json
 import math
 import zipfile
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.palette import DARK
 from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.piecewise_polynomials import (
@@ -51,8 +51,7 @@ PADDING = 1e-9
 """Margin in metres for the rounding of float64 in a bound."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cubics:
+class Cubics(Record, eq=False):
     """Flight of one agent.
 
     Args:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, curves_of, read, values, written
 from missionc.ir import Agent, Mission
@@ -19,8 +19,7 @@ from missionc.verification.flight.way_missions import Stage, Ways
 from missionc.verification.verify_plan import verify_polynomials
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class Part(Record, eq=False):
     """Part of one agent in a flight.
 
     Args:
@@ -54,8 +53,7 @@ class Part:
         return float(self.pieces.coefficients[0, 3, 0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flight:
+class Flight(Record, eq=False):
     """Polynomials of every agent, in mission order, on one grid of times.
 
     Args:

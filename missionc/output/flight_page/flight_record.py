@@ -15,7 +15,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.figures import decimals
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Formation, Graph, Mission
 from missionc.ir.kernel.analysis import robustness_unit
@@ -71,8 +72,7 @@ def couplings_data(mission: Mission) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Links:
+class Links(Record, eq=False):
     """Linked pairs of each graph at a step: (pairs,), boolean."""
 
     step: int
@@ -259,8 +259,7 @@ EFFECT = {LiveVerdict.SATISFIED: HELPS, LiveVerdict.VIOLATED: HARMS, LiveVerdict
 Tone = Literal["plain", "good", "risk", "bad"]
 
 
-@dataclass(frozen=True, slots=True)
-class News:
+class News(Record):
     """Message that is shown once; ``t`` in seconds of the mission, or None without a time."""
 
     number: int
@@ -269,8 +268,7 @@ class News:
     says: str
 
 
-@dataclass(frozen=True, slots=True)
-class Seen:
+class Seen(Record):
     """State of a page: its columns, news, world and plan."""
 
     columns: int = 0

@@ -8,9 +8,9 @@ from __future__ import annotations
 import hashlib
 import platform
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Plan
 from missionc.output.folder.file_names import MANIFEST_SCHEMA
 from missionc.output.json_layout import compact, record
@@ -22,8 +22,7 @@ PACKAGES = ("numpy", "scipy", "shapely", "piqp", "z3-solver", "python-sat", "tor
 Option = str | int | float | bool
 
 
-@dataclass(frozen=True, slots=True)
-class Provenance:
+class Provenance(Record):
     """Origin of a plan.
 
     Args:

@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenPath:
+class WrittenPath(Record):
     """File that will be written, or folder that will be written as a whole; ``flag`` names another."""
 
     flag: str

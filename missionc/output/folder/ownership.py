@@ -17,12 +17,12 @@ import os
 import stat
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
 
 from missionc.base.diagnostics.code import CANNOT_WRITE, FOLDER_UNREADABLE, OUTPUT_EXISTS
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.frontend.syntax.read_file import nowhere, read_bytes
@@ -79,8 +79,7 @@ MOST_LOOKED_AT = 1_000_000
 """Maximum number of items in a folder that are checked; our folders have fewer."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ours:
+class Ours(Record):
     """Folder whose contents are all the compiler's.
 
     Args:
@@ -94,8 +93,7 @@ class Ours:
     manifest: bytes
 
 
-@dataclass(frozen=True, slots=True)
-class Foreign:
+class Foreign(Record):
     """Folder with foreign contents: ``why`` ends a sentence, ``strange`` lists the contents."""
 
     why: str

@@ -23,9 +23,9 @@ import secrets
 import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 
+from missionc.base.late_dataclass import Record
 from missionc.base.strict_json import parse_record
 from missionc.output.folder.file_names import MANIFEST
 from missionc.output.folder.ownership import Ours, listed_files, ownership, remove, remove_folders
@@ -40,8 +40,7 @@ LONGEST_NAME = 255
 """Maximum length of a name in common file systems, bytes."""
 
 
-@dataclass(frozen=True, slots=True)
-class Staging:
+class Staging(Record):
     """Staging folder at ``path`` for the content of ``target``."""
 
     path: Path

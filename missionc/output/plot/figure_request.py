@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from missionc.base.late_dataclass import Record
 
 MAP, ROADMAP, ROBUSTNESS, DISTANCES, TIMELINE = KINDS = ("map", "roadmap", "robustness", "distances", "timeline")
 """Kinds of figures; the first is the default."""
@@ -18,8 +18,7 @@ MOST_MOMENTS = 24
 """Maximum number of snapshots in a strip."""
 
 
-@dataclass(frozen=True, slots=True)
-class FigureRequest:
+class FigureRequest(Record):
     """Request for a figure.
 
     Args:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -23,6 +22,7 @@ from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.judgement import Judgement
+from missionc.base.late_dataclass import Record
 from missionc.base.palette import LIGHT, MARKS
 from missionc.base.trace import Array, Trace
 from missionc.geometry.curves.piecewise_polynomials import motion, values
@@ -80,8 +80,7 @@ SAME = 6
 """Decimals in metres to which two places are equal."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Use:
+class _Use(Record, eq=False):
     """Segment in the direction of its first user (so that sides do not change along its path), and its users."""
 
     along: Array

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Ball, Box, Disc, Polygon, Prism, Shape, World
 from missionc.verification.plan.obstacle_bodies import solid
@@ -20,8 +20,7 @@ GRID, DEPTH = 360, 24
 """Number of samples across the world for shapes without an outline in closed form, and along the line of sight."""
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+class View(Record):
     """Coordinates for the horizontal and the vertical axis."""
 
     across: int

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Trace
 from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, curves_of, motion, read
 from missionc.ir import Mission
@@ -19,8 +19,7 @@ MOST_NUMBERS = 60_000
 RATES = (8, 5, 4, 2, 1)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flights:
+class Flights(Record, eq=False):
     """Motions; ``flown`` is None without readable polynomials, ``simulated`` without a simulation.
 
     For a flight in a closed loop, ``told`` has the positions commanded by the uploads, and ``worlds`` the worlds of the

@@ -9,11 +9,12 @@ Lost agents need no separation.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.output.report.sample_tracks import Placed
@@ -21,8 +22,7 @@ from missionc.output.report.simulated_tracks import Simulated, fewer, straight
 from missionc.verification.certificate import Check
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LoopFlights:
+class LoopFlights(Record, eq=False):
     """Flights in a closed loop, of which the first one is drawn.
 
     Args:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import PurePath
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import Record
 from missionc.base.solved import solved_text
 from missionc.base.source import Span
 from missionc.base.stage_runs import stage_records
@@ -46,8 +47,7 @@ POINTS = 25
 """Number of points in the line of each agent before and after the mission."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plotted:
+class Plotted(Record, eq=False):
     """Contents of a report.
 
     Args:

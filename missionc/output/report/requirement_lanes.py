@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.trace import Flags, Trace
 from missionc.ir import Formula, Mission, Without
@@ -30,8 +30,7 @@ MOST_LANES = 240
 """Maximum number of lanes; shared subformulas are repeated wherever they are used, and the rest is omitted."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Lane:
+class _Lane(Record):
     """Formula at its place in a goal: its depth, and its effect, as in ``Blame.sign``."""
 
     formula: Formula

@@ -9,11 +9,11 @@ The text is not trusted: errors are computed from its positions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.strict_json import parse_json
 from missionc.base.trace import Array
@@ -29,8 +29,7 @@ MOST_ERRORS = 2_000
 """Maximum number of errors in a chart; neighbours are merged by their maximum."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Simulated:
+class Simulated(Record, eq=False):
     """Simulated flight.
 
     Args:

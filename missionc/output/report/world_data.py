@@ -7,9 +7,10 @@ out  a dict for JSON
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from missionc.base.late_dataclass import Record
 from missionc.ir import Agent, Mission, Obstacle, Path, Region
 from missionc.ir.kernel.nodes import Kernel
 from missionc.output.region_roles import region_roles
@@ -17,8 +18,7 @@ from missionc.output.report.outlines import inner_point, solids
 from missionc.output.report.pack import PER_METRE
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Span:
+class Span(Record, eq=False):
     """Item of the world with its start and end times, s; None for the end of the mission."""
 
     thing: Region | Obstacle

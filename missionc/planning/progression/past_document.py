@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.strict_json import NotJsonError, is_finite_number, parse_record
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
@@ -30,8 +31,7 @@ STAYS = "stays"
 """Key of a stretch after which no agent returns to its pad; present only in that case."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flown:
+class Flown(Record, eq=False):
     """A completed stretch in the document.
 
     Args:
@@ -48,8 +48,7 @@ class Flown:
     begins: Mapping[str, Array] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Past:
+class Past(Record, eq=False):
     """All completed stretches, in order."""
 
     flown: tuple[Flown, ...]

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from missionc.base.late_dataclass import Record
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
 from missionc.ir.kernel.walk import window_of
 
@@ -26,8 +27,7 @@ class TooComplex(ValueError):
     """The formulas are about other agents too, or have too many residuals."""
 
 
-@dataclass(frozen=True, slots=True)
-class Open:
+class Open(Record):
     """A temporal operator with a window over these steps; ``first`` is 0 once it has begun."""
 
     node: Node
@@ -35,36 +35,31 @@ class Open:
     last: int
 
 
-@dataclass(frozen=True, slots=True)
-class NextResidual:
+class NextResidual(Record):
     """A formula at the next step."""
 
     node: Node
 
 
-@dataclass(frozen=True, slots=True)
-class EventuallyResidual:
+class EventuallyResidual(Record):
     """A formula at some step from the next on."""
 
     node: Node
 
 
-@dataclass(frozen=True, slots=True)
-class AlwaysResidual:
+class AlwaysResidual(Record):
     """A formula at every step from the next on."""
 
     node: Node
 
 
-@dataclass(frozen=True, slots=True)
-class UntilResidual:
+class UntilResidual(Record):
     """An ``until`` whose end may be at any step from the next on."""
 
     node: UntilNode
 
 
-@dataclass(frozen=True, slots=True)
-class Joined:
+class Joined(Record):
     """Conjunction of the parts, or at least ``count`` of them."""
 
     count: int

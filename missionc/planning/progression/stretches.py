@@ -7,11 +7,12 @@ out  Remaining: the remaining mission and kernel, and the requirements that are 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from missionc import ir
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Goal, Kernel, Node
@@ -22,8 +23,7 @@ from missionc.planning.progression.rest_of_mission import rest_of, slowed
 from missionc.planning.progression.symbol_map import SymbolMap
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
+class Stretch(Record, eq=False):
     """A completed sequence of steps.
 
     Args:
@@ -47,8 +47,7 @@ class Stretch:
         return int(self.trace.position.shape[1]) - 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Remaining:
+class Remaining(Record, eq=False):
     """A mission after some of its steps.
 
     Args:

@@ -15,11 +15,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from missionc import Checked, Diagnostic, Limits, Source
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
 from missionc.compiler.remaining import earlier
@@ -41,8 +42,7 @@ from missionc.verification.monitoring.live.first_violations import first_violati
 from missionc.verification.monitoring.monitor import monitor
 
 
-@dataclass(frozen=True, slots=True)
-class Cut:
+class Cut(Record):
     """Step from which an agent is lost or files of the mission are changed."""
 
     time: float
@@ -50,8 +50,7 @@ class Cut:
     texts: Mapping[str, str] | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Epoch:
+class Epoch(Record, eq=False):
     """Mission and remaining team from a time on, s."""
 
     time: float
@@ -59,8 +58,7 @@ class Epoch:
     team: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class Outcome(Record, eq=False):
     """Result of a flight.
 
     Args:
@@ -164,8 +162,7 @@ def nobody(time: float, position: Array, ground: GroundStation, lines: list[str]
     """Listener that ignores everything."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LoopFlight:
+class LoopFlight(Record, eq=False):
     """Result of a flight.
 
     Args:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from missionc import Checked, Limits, Source, Verified
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
 from missionc.compiler.remaining import earlier
@@ -149,8 +150,7 @@ GIVE_UPS = 3
 """Maximum number of times that requirements are dropped for one cause."""
 
 
-@dataclass(frozen=True, slots=True)
-class GroundEvent:
+class GroundEvent(Record):
     """Action of ground control: time in seconds of the flight, reason, and planning time."""
 
     time: float

@@ -12,12 +12,12 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from missionc import Diagnostic, Limits, Source
 from missionc.base.diagnostics.code import SCENARIO_UNUSABLE
 from missionc.base.diagnostics.model import Label
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.strict_json import is_finite_number
 from missionc.flight.simulation.trial_bounds import MOST_CLOCK_ERROR, MOST_WIND
@@ -25,8 +25,7 @@ from missionc.flight.simulation.trial_bounds import MOST_CLOCK_ERROR, MOST_WIND
 MOST_EVENTS = 100
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(Record):
     """Event at a time in seconds: one of ``lose``, ``slow`` and ``change``.
 
     Args:
@@ -42,8 +41,7 @@ class Event:
     change: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(Record):
     """Conditions of a flight.
 
     Args:

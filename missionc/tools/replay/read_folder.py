@@ -23,6 +23,7 @@ from missionc.backends.options import SLOWEST
 from missionc.base.diagnostics.code import FOLDER_UNREADABLE
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.extensions import installed
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.strict_json import NotJsonError, parse_json, parse_record
@@ -63,8 +64,7 @@ class Listed(Protocol):
     def unlisted(self) -> tuple[str, ...]: ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FolderFiles:
+class FolderFiles(Record, eq=False):
     """Contents of a folder of the compiler.
 
     Args:

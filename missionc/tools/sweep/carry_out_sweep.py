@@ -15,7 +15,7 @@ import shlex
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from missionc.backends.options import DESCRIBED
@@ -23,6 +23,7 @@ from missionc.backends.setting import flag_of
 from missionc.base.diagnostics.code import NOT_TO_BE_LOST
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.figures import counted
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.source import Source
@@ -49,8 +50,7 @@ SHOWN = 4
 """Maximum number of combinations in a finding."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CheckedGrid:
+class CheckedGrid(Record, eq=False):
     """Results of the checks of all combinations, in the grid's order, and all findings."""
 
     each: Mapping[Combination, Checked]
@@ -175,8 +175,7 @@ def unheard(*told: object) -> None:
     """Listener that ignores everything."""
 
 
-@dataclass(frozen=True, slots=True)
-class SweepRequest:
+class SweepRequest(Record):
     """Request for a sweep.
 
     Args:
@@ -201,8 +200,7 @@ class SweepRequest:
     ended: Callable[[Row, int], None] = unheard
 
 
-@dataclass(frozen=True, slots=True)
-class SweepResult:
+class SweepResult(Record):
     """Result of a sweep.
 
     Args:
@@ -333,8 +331,7 @@ def _at_work(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Outputs:
+class _Outputs(Record):
     """Outputs made from the rows: tables, page, separate figure, and comparison."""
 
     request: SweepRequest

@@ -17,12 +17,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from missionc.base.diagnostics.code import NOT_COMPARABLE
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.output.folder.ownership import shown
 from missionc.tools.sweep.results_table import Measure, measures
 from missionc.tools.sweep.run_answer import ERROR
@@ -35,8 +36,7 @@ MCNEMAR, WILCOXON = "McNemar's exact test", "Wilcoxon's signed-rank test"
 SUCCESS = Measure("planned", "runs with a plan", "", True)
 
 
-@dataclass(frozen=True, slots=True)
-class Comparison:
+class Comparison(Record):
     """Comparison of one quantity over the runs of one combination, or of all.
 
     Args:

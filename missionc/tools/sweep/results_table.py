@@ -9,21 +9,20 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
 
 import numpy as np
 
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import Record
 from missionc.flight.simulation.trials import Fraction, fraction
 from missionc.tools.sweep.run_answer import ERROR, OUTCOMES, Value
 from missionc.tools.sweep.run_grid import Combination, Run, number_of
 from missionc.tools.sweep.sweep_folder import Row
 
 
-@dataclass(frozen=True, slots=True)
-class Measure:
+class Measure(Record):
     """Quantity of a run: its name, title and unit, and whether higher is better."""
 
     name: str
@@ -60,8 +59,7 @@ MEASURES = (
 """Quantities in display order; those without values are omitted."""
 
 
-@dataclass(frozen=True, slots=True)
-class Spread:
+class Spread(Record):
     """Median and quartiles of some values."""
 
     count: int
@@ -70,8 +68,7 @@ class Spread:
     high: float
 
 
-@dataclass(frozen=True, slots=True)
-class Group:
+class Group(Record):
     """Runs of one combination.
 
     Args:

@@ -11,10 +11,11 @@ import json
 import platform
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from typing import Any, TypeAlias
 
+from missionc.base.late_dataclass import Record
 from missionc.base.strict_json import parse_record
 from missionc.output.folder.manifest import versions
 
@@ -26,8 +27,7 @@ OUTCOMES = ("planned", "impossible", "undecided", "unverified", "refused", ERROR
 Value: TypeAlias = str | int | float | None
 
 
-@dataclass(frozen=True, slots=True)
-class RunResult:
+class RunResult(Record):
     """Result of a run.
 
     Args:
@@ -65,8 +65,7 @@ def received(files: Mapping[str, str]) -> dict[str, bytes]:
 SCHEMA = "missionc.answer/1"
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
+class Answer(Record):
     """Result of a run, or a refusal by a worker with other versions.
 
     Args:

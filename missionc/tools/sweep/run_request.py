@@ -6,11 +6,12 @@ It contains only data: the mission's files, texts, numbers and names, and no Pyt
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from typing import Any
 
 from missionc.backends.options import DESCRIBED, Options
 from missionc.base.continuous_time import ContinuousTime
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.strict_json import parse_record
 from missionc.base.units import Seconds
@@ -21,8 +22,7 @@ TIME_LIMIT = Seconds(600.0)
 """Default time limit of a run."""
 
 
-@dataclass(frozen=True, slots=True)
-class Flights:
+class Flights(Record):
     """Flights of a plan.
 
     Args:
@@ -36,8 +36,7 @@ class Flights:
     lost: tuple[tuple[str, float], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Settings:
+class Settings(Record):
     """Settings that all runs of a sweep share.
 
     Args:
@@ -78,8 +77,7 @@ class Settings:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(Record):
     """One run: its shared settings, parameter values and seed.
 
     Args:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import torch
 from torch import Tensor
 
+from missionc.base.late_dataclass import Record
 from missionc.ir import Mission
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class States:
+class States(Record, eq=False):
     """Candidates at the steps.
 
     Args:
@@ -23,8 +21,7 @@ class States:
     velocity: Tensor
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Team:
+class Team(Record, eq=False):
     """The mission's agents as tensors on the planner's device.
 
     Args:

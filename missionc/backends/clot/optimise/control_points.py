@@ -12,11 +12,11 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from missionc.backends.clot.optimise.pursuit import followed, pursued
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices, Trace
 from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Mission
@@ -25,8 +25,7 @@ SPARE = 3
 """Control points beyond the number of steps, so that every argument reads three; unneeded ones stay fixed."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Arguments:
+class Arguments(Record, eq=False):
     """Points, velocities or accelerations of motions, each a weighted sum of three neighbouring control points.
 
     Args:
@@ -50,8 +49,7 @@ class Arguments:
         return Arguments(self.agent[which], self.first[which], self.weight[which])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Splines:
+class Splines(Record, eq=False):
     """Map from control points of a mission's agents to motions.
 
     Args:

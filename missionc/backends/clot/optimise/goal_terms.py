@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 import torch
@@ -13,6 +13,7 @@ from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
@@ -20,8 +21,7 @@ from missionc.ir.kernel.nodes import Atom, Node, UntilNode, WindowNode
 from missionc.ir.kernel.walk import children, graph_of, postorder
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Demand:
+class Demand(Record, eq=False):
     """Goals of motions with positions and velocities (agents, steps, dim) each, metres and m/s.
 
     Args:

@@ -9,7 +9,7 @@ only if it is a better plan.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.retiming import retime
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
@@ -29,8 +30,7 @@ from missionc.verification.monitoring.monitor import monitor
 from missionc.verification.monitoring.normalised_margins import normalised_margins
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Shortened:
+class Shortened(Record, eq=False):
     """A plan's control points, motion, costs for changes of the same duration, and notes."""
 
     control: Array
@@ -95,8 +95,7 @@ def _starts(position: Array, lasts: int, target: int) -> Iterator[Array]:
     yield position[:, np.minimum(step, target)]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Improved:
+class Improved(Record, eq=False):
     """A plan's control points, motion, and notes on its origin."""
 
     control: Array
@@ -260,8 +259,7 @@ def widened(
     return control, made, costs
 
 
-@dataclass(frozen=True, slots=True)
-class Margins:
+class Margins(Record):
     """Normalised margins of a plan, each as far as it counts: at most that of the settings.
 
     Args:

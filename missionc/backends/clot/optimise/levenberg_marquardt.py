@@ -10,7 +10,6 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,11 +18,11 @@ from missionc.backends.clot.optimise.candidate import Look, System
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Polished:
+class Polished(Record, eq=False):
     """Result of a polish.
 
     Args:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import torch
@@ -22,6 +22,7 @@ from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
 from missionc.backends.clot.optimise.turning import TURN, Turns, turns
 from missionc.backends.clot.settings import Spare, Weights, clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 from missionc.geometry.dynamics import speeds
 from missionc.geometry.natural_scale import body
@@ -35,8 +36,7 @@ OBSTACLES, SEPARATION = "obstacles", "separation"
 """Names of residuals."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Samples:
+class Samples(Record, eq=False):
     """Points of a motion for obstacle checks.
 
     Args:
@@ -51,8 +51,7 @@ class Samples:
     obstacles: Obstacles
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Costs:
+class Costs(Record, eq=False):
     """Costs of motions of a mission.
 
     ``start`` is the motion's first step in the mission: 0, or that of a single configuration. Control points are

@@ -12,13 +12,14 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.bounding_box import box_around
 from missionc.geometry.displacement import displaced
@@ -66,8 +67,7 @@ def _without(box: Box, taken: Box) -> Iterator[Box]:
             high[axis] = end
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pairs:
+class Pairs(Record, eq=False):
     """Points and obstacles that may be near each other.
 
     Args:
@@ -83,8 +83,7 @@ class Pairs:
     grown: Tensor
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Cells:
+class _Cells(Record, eq=False):
     """Static obstacles within reach of each cell, row by row."""
 
     low: Tensor

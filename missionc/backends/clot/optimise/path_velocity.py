@@ -17,15 +17,14 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Nodes:
+class Nodes(Record, eq=False):
     """Nodes of a path.
 
     Args:
@@ -108,8 +107,7 @@ SOON = 1e-6
 """Cost of each step with one full-speed step still to go: of equal paths the earlier wins."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bounds:
+class Bounds(Record, eq=False):
     """Constraints of a motion along a path.
 
     Args:

@@ -7,21 +7,20 @@ by these points is a row of a sparse matrix, from one backward pass over all res
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from missionc.backends.clot.optimise.control_points import Arguments
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 
 Function = Callable[..., Tensor]
 """Function from points, (residuals, dim) each, to the margin's shortfall, (residuals,); only positive parts count."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Group:
+class Group(Record, eq=False):
     """Residuals of one kind.
 
     Args:
@@ -38,8 +37,7 @@ class Group:
     spare: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class Rows(Record, eq=False):
     """Relevant residuals of a group, linearised.
 
     Args:

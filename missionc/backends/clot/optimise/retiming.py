@@ -35,6 +35,7 @@ from missionc.backends.clot.optimise.path_velocity import (
 from missionc.backends.clot.optimise.residuals import Rows
 from missionc.backends.clot.optimise.turning import TURN
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices, Trace
 from missionc.geometry.dynamics import can_wait, turn_in_step
 from missionc.geometry.required_separation import SpacingTable
@@ -91,8 +92,7 @@ def retime(
     return control, made
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Asked:
+class _Asked(Record, eq=False):
     """A single-step formula that must hold: flags (agents, some) at these steps, (some,).
 
     Args:
@@ -145,8 +145,7 @@ def _creeps(pace: Array) -> bool:
     return bool(((pace > 0) & (pace < creep)).sum() >= share * len(pace))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Need:
+class _Need(Record, eq=False):
     """A goal, its satisfying single-step conditions, and its robustness, metres."""
 
     demand: Demand

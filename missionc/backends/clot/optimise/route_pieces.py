@@ -7,13 +7,13 @@ and one violation may serve many.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import pairwise
 from typing import Literal, TypeAlias
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.verification.monitoring.graph_routes import shortest
 
@@ -28,8 +28,7 @@ Piece: TypeAlias = tuple[Literal["link", "through", "end", "shorter", "longer"],
 below, or above, its bound."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RoutePoint:
+class RoutePoint(Record, eq=False):
     """A graph at one step, for routes of ``low`` to ``high`` metres.
 
     Args:

@@ -7,13 +7,13 @@ height. Combined shapes are folded level by level. The values equal ``world.sign
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, assert_never
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
 
@@ -23,8 +23,7 @@ OPERATIONS = {Union: (1.0, 1.0), Intersection: (-1.0, -1.0), Difference: (-1.0, 
 """Signs of the fold of two distances, ``own * min(own * left, other * right)``: ``own`` and ``other``."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Leaves:
+class Leaves(Record, eq=False):
     """Plain shapes of similar numbers of sides.
 
     Args:
@@ -37,8 +36,7 @@ class Leaves:
     own: Tensor
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Lists:
+class Lists(Record, eq=False):
     """A list of rows for each shape: rows, (rows,), in sequence; first index and count, (shapes,)."""
 
     rows: Tensor

@@ -7,7 +7,6 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import reduce
 from itertools import groupby, pairwise
 from typing import Any
@@ -22,6 +21,7 @@ from missionc.backends.clot.optimise.control_points import Arguments, Splines
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces, level_groups
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.settings import Spare, Weights, clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.natural_scale import natural_scale
 from missionc.ir import (
@@ -44,8 +44,7 @@ from missionc.ir.language.margins.view import View
 from missionc.ir.pair_ranges import directed
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TaskCosts:
+class TaskCosts(Record, eq=False):
     """Costs of a mission's formulas for motions of ``splines``."""
 
     mission: Mission

@@ -11,7 +11,6 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -19,6 +18,7 @@ from torch import Tensor
 
 from missionc.backends.clot.optimise.control_points import Arguments, Splines
 from missionc.backends.clot.optimise.task_residuals import norm
+from missionc.base.late_dataclass import Record
 from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Mission
 
@@ -26,8 +26,7 @@ TURN = "turn"
 """Name of its residuals."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Turns:
+class Turns(Record, eq=False):
     """Pairs of steps of one agent with a maximum turn between them.
 
     Args:

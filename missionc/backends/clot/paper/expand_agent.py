@@ -34,6 +34,7 @@ from missionc.backends.clot.run.child_processes import Children, children
 from missionc.backends.clot.run.presets import Preset
 from missionc.backends.clot.settings import ProbeWeights, TransportSettings, clot_settings
 from missionc.backends.clot.torch_device import seeded
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.ir.kernel import nodes as kernel
@@ -47,8 +48,7 @@ def scale(mission: Mission) -> float:
     return float(min(np.array(mission.world.high)[:2] - np.array(mission.world.low)[:2])) / TYPICAL
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class Piece(Record, eq=False):
     """A node, the agent to expand it by, the number of trajectories, and their distribution."""
 
     node: Node
@@ -57,8 +57,7 @@ class Piece:
     seed: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Crowd:
+class Crowd(Record, eq=False):
     """Pieces with the same agents and the same one to plan: one cost serves all.
 
     ``planned`` are the motions of ``others``, (1 or batch, others, steps + 1, dim), metres.

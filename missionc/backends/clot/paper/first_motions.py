@@ -7,7 +7,6 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -17,13 +16,13 @@ from torch import Tensor
 from missionc.backends.clot.paper.prior import Fixed, Free, prior
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.visits import KeyFrame, Schedule
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.polylines import at_shares
 from missionc.ir import Mission
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FirstMotions:
+class FirstMotions(Record, eq=False):
     """Generator of initial candidates.
 
     Args:

@@ -9,7 +9,6 @@ phase beside that of all pairs together.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 from math import inf
@@ -18,6 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.ir import Formation, Graph, Mission, Predicate
 from missionc.ir.kernel.analysis import relevance
@@ -36,8 +36,7 @@ NEARLY = 1e-6
 """Difference, metres, up to which edges of a formation count as equally long."""
 
 
-@dataclass(frozen=True, slots=True)
-class Phase:
+class Phase(Record):
     """Steps ``first`` … ``last``, both included, and the coupled pairs at each of them.
 
     ``neighbours`` and ``part`` are by agent: the agents with a common edge, and the index of its connected component.
@@ -67,8 +66,7 @@ class Phase:
         return all(self.part[other] != self.part[agent] for other in planned)
 
 
-@dataclass(frozen=True, slots=True)
-class Couplings:
+class Couplings(Record):
     """Dependency graph of a mission over time; ``whole`` has the edges of all phases.
 
     Source:

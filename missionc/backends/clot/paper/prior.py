@@ -6,31 +6,29 @@ turn and accelerate gently. Known values (ends, places to pass through) hold exa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias, assert_never
 
 import torch
 from torch import Tensor
 
+from missionc.base.late_dataclass import Record
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fixed:
+
+class Fixed(Record, eq=False):
     """A given end: ``position`` is (dim,) or (batch, dim), metres; at rest, or at any velocity."""
 
     position: Tensor
     at_rest: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Free:
+class Free(Record):
     """A free end, at any place and velocity."""
 
 
 End: TypeAlias = Fixed | Free
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Prior:
+class Prior(Record, eq=False):
     """A distribution over trajectories, one for each candidate.
 
     Args:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import torch
@@ -26,6 +26,7 @@ from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, sparsity_pattern
 from missionc.backends.clot.settings import ProbeWeights
 from missionc.backends.clot.torch_device import places as at
+from missionc.base.late_dataclass import Record
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Node
@@ -43,8 +44,7 @@ PLACES = ((1.0, 0), (0.5, -1), (0.5, 1))
 """Places of a moved waypoint's evaluation: itself, half-way to the previous and to the next; with weights."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ProbeCost:
+class ProbeCost(Record, eq=False):
     """``Cost`` of ``transport`` for one agent.
 
     Args:

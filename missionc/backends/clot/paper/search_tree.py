@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Node:
+class Node(Record, eq=False):
     """Planned agents with their motions.
 
     ``planned`` is in the order of planning; ``trajectories`` are in the same order, (planned, steps + 1, dim), metres.

@@ -7,12 +7,13 @@ formula at a step therefore changes only for waypoints at small offsets, and onl
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
 
 from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Predicate
 from missionc.ir.kernel.analysis import same_for_all
@@ -23,8 +24,7 @@ Rows: TypeAlias = tuple[int, ...] | None
 """Agents whose value changes; None for a value of the team."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NodePattern:
+class NodePattern(Record, eq=False):
     """Sparsity pattern of one formula: its values that a moved waypoint can change.
 
     Args:
@@ -49,8 +49,7 @@ class NodePattern:
         return self.low + int(self.nonzero.shape[2]) - 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SparsityPattern:
+class SparsityPattern(Record, eq=False):
     """Sparsity pattern of ``goals`` for moved waypoints of ``agent``.
 
     Args:

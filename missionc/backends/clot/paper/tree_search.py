@@ -19,11 +19,11 @@ import numpy as np
 from missionc.backends.clot.paper.planning_sequence import Offers
 from missionc.backends.clot.paper.search_tree import Node, Tree, similar_nodes
 from missionc.backends.clot.settings import SearchSettings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
+class Candidate(Record, eq=False):
     """Motion of one agent, (steps + 1, dim), metres.
 
     ``cost`` is its cost beside those of the previous motions, (6) and (2). ``feasible`` is True if it violates no
@@ -64,8 +64,7 @@ class Ending(Enum):
     EXHAUSTED = "every node has been expanded by every agent as often as it may be"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solution:
+class Solution(Record, eq=False):
     """Joint motion of all agents.
 
     ``sequence`` is the order of planning; ``trajectories`` are in mission order, (agents, steps + 1, dim), metres.
@@ -79,8 +78,7 @@ class Solution:
     cost: float
 
 
-@dataclass(frozen=True, slots=True)
-class TreeSearchResult:
+class TreeSearchResult(Record):
     """Solutions, pairwise further apart than ``delta``, the cheapest first.
 
     An empty result proves nothing.

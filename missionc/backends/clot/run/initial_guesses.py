@@ -11,7 +11,6 @@ recurrences. Later attempts use them occasionally, since polish can close small 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from missionc.backends.clot.schedule.own_state_stops import with_stops
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Outline
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -30,8 +30,7 @@ from missionc.ir.kernel.walk import postorder
 from missionc.verification.monitoring.monitor import monitor
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class InitialGuesses:
+class InitialGuesses(Record, eq=False):
     """Initial guesses of attempts at a mission.
 
     Args:

@@ -7,7 +7,7 @@ attempt. Answers are merged by index; the first plan, by index, ends them all.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Protocol, TypeAlias
 
@@ -16,6 +16,7 @@ from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import Nearest, Reached, RunCandidate, State, from_snapshot, to_snapshot
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
+from missionc.base.late_dataclass import Record
 from missionc.base.signals import defer_stop, stop_requested
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -43,8 +44,7 @@ class WorkerRun(Protocol):
     def consider(self, nearest: Nearest, come_to: Attempt) -> None: ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AttemptResult:
+class AttemptResult(Record, eq=False):
     """Result of an attempt from its child.
 
     Args:

@@ -24,13 +24,14 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import Enum, auto
 
 from missionc.backends.clot.settings import ClotSettings, Coupling, SearchSettings, TransportSettings, clot_settings
 from missionc.backends.clot.spec import CLOT
 from missionc.backends.options import Options
 from missionc.backends.setting import own_values, with_values
+from missionc.base.late_dataclass import Record
 from missionc.ir import Mission
 
 
@@ -45,8 +46,7 @@ class SequenceChoice(Enum):
     """Every valid sequence may be tried."""
 
 
-@dataclass(frozen=True, slots=True)
-class Preset:
+class Preset(Record):
     """Method of making candidates.
 
     Args:

@@ -7,7 +7,7 @@ saved as its index, and the result of a sketch as the sketch's index and the mot
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from missionc.backends.api import Attempt, Snapshot, UnusableSnapshot
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
+from missionc.base.late_dataclass import Record
 from missionc.base.solved import Solved, read_solved
 from missionc.base.strict_json import is_finite_number
 from missionc.base.trace import Array
@@ -26,8 +27,7 @@ UNUSABLE = (ValueError, KeyError, IndexError, TypeError, OverflowError, Recursio
 """Errors that an invalid snapshot may cause."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Nearest:
+class Nearest(Record, eq=False):
     """Best candidate: control points, shortfall in metres, and origin.
 
     ``sketch`` is the attempt with its schedule and key frames, and ``motion`` the first motion of its polish, (agents,
@@ -40,8 +40,7 @@ class Nearest:
     motion: Array | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RunCandidate:
+class RunCandidate(Record, eq=False):
     """A motion that is not a plan, with its evaluation."""
 
     nearest: Nearest
@@ -53,8 +52,7 @@ class RunCandidate:
         return self.nearest.shortfall, self.attempt.wrong
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Searching:
+class Searching(Record, eq=False):
     """A search between two rounds: ``to_arrays``, and its progress (``run_algorithm_2.Searched``)."""
 
     arrays: Mapping[str, Array]
@@ -63,8 +61,7 @@ class Searching:
     margin: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reached:
+class Reached(Record, eq=False):
     """A plan: control points, (agents, points, dim), metres, and choices.
 
     ``final`` if it is not improved further.
@@ -76,8 +73,7 @@ class Reached:
     solved: tuple[Solved, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
+class State(Record, eq=False):
     """State of a run.
 
     Args:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from missionc.backends.api import Attempt, Violation
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.walk import postorder
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Searched:
+class Searched(Record, eq=False):
     """Joint motions, each (agents, steps + 1, dim), metres, the cheapest first; possibly empty.
 
     ``planned`` is the largest number of agents planned together, and ``margin`` the best margin of such a candidate,

@@ -19,13 +19,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, cells_of, middles
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.geometry.clearance import distance_to_obstacle
 from missionc.geometry.polylines import at_lengths
@@ -55,8 +55,7 @@ def deconflict_space_time(
     return _GiveWay(mission, position, begin, alone, geodesics, layers).moved()
 
 
-@dataclass(frozen=True, slots=True)
-class _Layers:
+class _Layers(Record):
     """Layers of time and their grid.
 
     Args:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,12 +13,12 @@ from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.schedule.visits import KeyFrame, Schedule
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Mission
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WarmStart:
+class WarmStart(Record, eq=False):
     """Beginning of planning: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
 
     ``number`` is the index of the attempt that made the schedule.

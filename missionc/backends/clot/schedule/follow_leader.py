@@ -7,20 +7,19 @@ out  route of every agent
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.visits import Schedule
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.geometry.polylines import at_lengths, length, lengths_to, part
 from missionc.ir import FormationEdge
 from missionc.ir.kernel.nodes import Atom
 
 
-@dataclass(frozen=True, slots=True)
-class File:
+class File(Record):
     """Agents in a file, with each agent's distance from the previous one, metres (the first: 0)."""
 
     agents: tuple[int, ...]
@@ -38,8 +37,7 @@ class File:
         return File(self.agents[::-1], (0.0, *self.gaps[:0:-1]))
 
 
-@dataclass(frozen=True, slots=True)
-class FormationSlot:
+class FormationSlot(Record):
     """Target of some agents of a file.
 
     Args:

@@ -21,6 +21,7 @@ from missionc.backends.clot.schedule.geodesics import Geodesics, slowed
 from missionc.backends.clot.settings import clot_settings
 from missionc.backends.point_margins import PointMargins
 from missionc.backends.speed_limits import slowness
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.dynamics import speeds
 from missionc.geometry.required_separation import SpacingTable
@@ -36,8 +37,7 @@ BEYOND = 1.5
 """Ratio of an assumed path to the straight line, if the grid has no path."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class GoalSet:
+class GoalSet(Record, eq=False):
     """Goal set of one formula.
 
     Args:

@@ -8,11 +8,11 @@ weigh)`` is a *capacity* of two, and ``always not (a and b)`` a capacity of one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias
 
 from missionc.backends.clot.schedule.tasks import Hold, Outline, conjuncts
+from missionc.base.late_dataclass import Record
 from missionc.ir import Predicate
 from missionc.ir.kernel.nodes import Any, At, AtLeast, Atom, Node, Not
 
@@ -28,8 +28,7 @@ ROUNDING = 1e-6
 """Seconds below which differences do not count."""
 
 
-@dataclass(frozen=True, slots=True)
-class TimedLiterals:
+class TimedLiterals(Record):
     """Literals that a hold requires at all times from ``low`` to ``high``, both included; seconds.
 
     ``gap``: seconds before and after in which they also hold.
@@ -56,8 +55,7 @@ def _opposites(literals: frozenset[Literal]) -> frozenset[Literal]:
     return frozenset((agent, what, not holds) for agent, what, holds in literals)
 
 
-@dataclass(frozen=True, slots=True)
-class Capacity:
+class Capacity(Record):
     """At most ``most`` of some literals hold at once from ``low`` to ``high``, seconds.
 
     ``passing``: seconds before and after one of them in which it may also hold.

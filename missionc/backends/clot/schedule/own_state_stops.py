@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,6 +29,7 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option
 from missionc.backends.clot.schedule.visits import Appointment, Key
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Compare, Flagged, Inside, Level, Mission, Predicate, Region
 from missionc.ir.kernel.nodes import Always, At, Atom, Kernel, Node
@@ -40,8 +40,7 @@ ROUNDING = 1e-6
 """Seconds of rounding."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class UnmetResource:
+class UnmetResource(Record, eq=False):
     """First failing condition on an agent's own state: the condition, and its step."""
 
     leaf: Node
@@ -49,8 +48,7 @@ class UnmetResource:
     step: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Draft:
+class _Draft(Record, eq=False):
     """A first motion, its scheduler, and its failing conditions by agent."""
 
     scheduler: Scheduler

@@ -10,12 +10,12 @@ maximum distance between two agents is a meeting. If a number of several agents 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from missionc.backends.clot.schedule.mutex_literals import Literal, literals
 from missionc.backends.clot.schedule.tasks import Hold, conjuncts
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
 from missionc.ir.kernel.nodes import (
@@ -34,24 +34,21 @@ from missionc.ir.kernel.walk import children
 from missionc.ir.language.margins.predicate_margins import of_pair
 
 
-@dataclass(frozen=True, slots=True)
-class Meeting:
+class Meeting(Record):
     """All of these agents must be within ``reach``, metres, of each other."""
 
     agents: tuple[int, ...]
     reach: float
 
 
-@dataclass(frozen=True, slots=True)
-class CardinalityGoal:
+class CardinalityGoal(Record):
     """``count`` of these goals, each of one agent, must be reached."""
 
     count: int
     goals: tuple[tuple[int, tuple[Node, ...]], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class PresenceConstraints:
+class PresenceConstraints(Record):
     """``goals``: conditions on each agent's own place. ``apart``: pairs and their least distance, metres."""
 
     goals: tuple[tuple[int, tuple[Node, ...]], ...] = ()

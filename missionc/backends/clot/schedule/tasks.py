@@ -14,12 +14,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, cycle, islice, product
 from math import comb, prod
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, WindowNode
 from missionc.ir.kernel.walk import bottom_up, children, window_of
 
@@ -27,8 +28,7 @@ MOST_OPTIONS = 256
 """Maximum number of options of one task; if there are more, a fixed sample is used."""
 
 
-@dataclass(frozen=True, slots=True)
-class Hold:
+class Hold(Record):
     """``node`` holds for ``agent`` at every step from ``low`` to ``high``, counted from the event or from step 0.
 
     ``timeless`` if it has no temporal operator, so that one configuration decides it.
@@ -41,8 +41,7 @@ class Hold:
     timeless: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Decision:
+class Decision(Record):
     """A chosen part, by index, of a node at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
 
     node: Node
@@ -52,8 +51,7 @@ class Decision:
     high: int
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(Record):
     """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``.
 
     ``before`` holds at each step up to it.
@@ -76,8 +74,7 @@ class Event:
     again: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Option:
+class Option(Record):
     holds: tuple[Hold, ...] = ()
     decisions: tuple[Decision, ...] = ()
     events: tuple[Event, ...] = ()
@@ -92,16 +89,14 @@ class Option:
             left.extend(event.then)
 
 
-@dataclass(frozen=True, slots=True)
-class Task:
+class Task(Record):
     """One of the options must hold."""
 
     name: str
     options: tuple[Option, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Outline:
+class Outline(Record):
     """``holds``: unconditional conditions."""
 
     holds: tuple[Hold, ...]

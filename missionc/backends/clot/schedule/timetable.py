@@ -25,14 +25,14 @@ from missionc.backends.clot.schedule.mutex_literals import (
 from missionc.backends.clot.schedule.presence import PresenceConstraints
 from missionc.backends.clot.schedule.tasks import Event, Option
 from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Visit, VisitRun
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.dynamics import can_wait, speeds
 from missionc.ir import Dynamics, Mission, Predicate
 from missionc.ir.kernel.nodes import Node
 
 
-@dataclass(frozen=True, slots=True)
-class PerturbedDistances:
+class PerturbedDistances(Record):
     """Perturbed distances and delays for one schedule; the true ones if ``noise`` is 0.
 
     ``stretch`` is the factor of the path length to each event; ``delay`` is the share of the available time by which an

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +21,7 @@ from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
 from missionc.backends.clot.schedule.visits import Escort, KeyFrame, Schedule
 from missionc.backends.clot.settings import clot_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.polylines import length
 from missionc.geometry.required_separation import SpacingTable
@@ -29,8 +30,7 @@ from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stop:
+class Stop(Record, eq=False):
     """Stay of an agent at a point, (dim,), metres, from one step to another, both included."""
 
     begin: int
@@ -38,8 +38,7 @@ class Stop:
     point: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Along:
+class Along(Record, eq=False):
     """Path beside another agent's, (steps, dim), metres, from a step on."""
 
     begin: int

@@ -14,6 +14,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
 )
 from missionc.backends.clot.schedule.presence import NOBODY, Meeting, PresenceConstraints
 from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Predicate, Region
 from missionc.ir.kernel.nodes import Node
@@ -22,8 +23,7 @@ Key = tuple[int, int]
 """A visit: the index of its task, -1 for none, and its index within it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Visit:
+class Visit(Record):
     """An event, its agents' regions, and the visit that it follows (``then``).
 
     ``shapes`` are the required formations and graphs, ``kept`` the formations up to it. ``says`` has its exclusive
@@ -49,8 +49,7 @@ class Visit:
         return self.come.agents | {agent for shape in self.shapes for agent in shape.others}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class Place(Record, eq=False):
     """Target of an agent, (dim,), metres.
 
     ``goal``: alternative targets, if known. ``sure``: a path is known. ``leaves``: position at the end of the visit,
@@ -64,8 +63,7 @@ class Place:
     leaves: Array | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Appointment:
+class Appointment(Record, eq=False):
     """A visit at a step of the mission; ``places``: its agents' targets."""
 
     visit: Visit
@@ -73,8 +71,7 @@ class Appointment:
     places: tuple[Place, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Escort:
+class Escort(Record):
     """A meeting from one step to another, both included, while its agents move."""
 
     meeting: Meeting
@@ -82,8 +79,7 @@ class Escort:
     high: int
 
 
-@dataclass(frozen=True, slots=True)
-class Schedule:
+class Schedule(Record):
     """Complete decision: conditions with their steps, and the choices for the cost graph.
 
     ``late`` is its estimated delay, seconds; ``company``: permanent companions; ``escorts``: temporary ones.
@@ -163,8 +159,7 @@ NO_TOURS: Mapping[int, Array] = MappingProxyType({})
 """No agent on a tour of its own."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class KeyFrame:
+class KeyFrame(Record, eq=False):
     """Configuration of all agents at a step.
 
     Args:

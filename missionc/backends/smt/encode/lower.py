@@ -16,7 +16,6 @@ import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
@@ -29,6 +28,7 @@ from missionc.backends.smt.encode.lower_places import Places, cheap_first, leads
 from missionc.backends.smt.encode.lower_windows import Windows
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Labels
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Indices
 from missionc.ir.kernel.analysis import same_for_all
 from missionc.ir.kernel.nodes import (
@@ -49,8 +49,7 @@ from missionc.ir.kernel.nodes import (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Lowered:
+class Lowered(Record):
     """Literals to assume, one for each goal in order; if true, the goal holds.
 
     ``infeasible``: some goal cannot hold for any motion. ``shortened``: some route has fewer links than the mission

@@ -8,7 +8,6 @@ routes of at most one link are exact.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -19,6 +18,7 @@ from missionc.backends.smt.encode.lower_on_demand import choose
 from missionc.backends.smt.encode.lower_routes import OfPlaces, Route
 from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.roadmap_links import BLOCK
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 from missionc.geometry.vectors import distinct
 from missionc.ir import Graph
@@ -35,8 +35,7 @@ ROUNDING = 1e-9
 """Rounding error of summed lengths, as a share."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MeasuredLinks:
+class MeasuredLinks(Record, eq=False):
     """For each place, the places linked to it within a bound, excluding itself.
 
     Args:

@@ -13,7 +13,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from typing import overload
 
@@ -22,13 +22,13 @@ import numpy as np
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
+from missionc.base.late_dataclass import Record
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Graph
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class Motion(Record, eq=False):
     """Variables of the roadmaps' states.
 
     A *place* is a state of some roadmap; places are numbered through all roadmaps, in their order.

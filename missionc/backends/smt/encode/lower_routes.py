@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
@@ -13,6 +12,7 @@ from missionc.backends.smt.encode.clauses import NOTHING, TRUE, Literals
 from missionc.backends.smt.encode.kinds_of_links import kinds_of, links_from
 from missionc.backends.smt.encode.lower_on_demand import choose, join
 from missionc.backends.smt.encode.occupancy import Agents, Define, Occupancy, Tables
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Indices
 from missionc.ir import Graph
 from missionc.ir.kernel.nodes import Node
@@ -21,8 +21,7 @@ Ahead = Callable[[Agents, Indices, Indices], Literals]
 """Condition on agents of a kind at cells."""
 
 
-@dataclass(frozen=True, slots=True)
-class Route:
+class Route(Record):
     """A route over ``through`` agents of the graph to an ``end`` agent."""
 
     graph: Graph

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -18,6 +17,7 @@ from missionc.backends.smt.paper.specify import Specification
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import OUT_OF_MEMORY, Stopped, package_folder
 from missionc.backends.smt.sat.solver_process import Process, wait
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Indices
 from missionc.ir import Graph
 from missionc.ir.language.margins.links import places_linked
@@ -28,8 +28,7 @@ Pairs: TypeAlias = list[tuple[int, int, list[list[int]]]]
 """For every two agents, the first with the lower index, pairs of their states or moves."""
 
 
-@dataclass(frozen=True, slots=True)
-class NoModel:
+class NoModel(Record):
     """The encoding has no model."""
 
 

@@ -11,21 +11,20 @@ literals over time intervals instead (``mutex_literals``), since it has no agent
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
 
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 from missionc.ir.kernel.conjuncts import Conjunct
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node
 from missionc.ir.kernel.walk import children, postorder, rebuilt
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Exclusion:
+class Exclusion(Record, eq=False):
     """Team formula that requires each agent to avoid some states unless enough others do.
 
     Args:

@@ -25,6 +25,7 @@ from missionc.backends.smt.prioritized.reservations import ReservationTable
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.settings import smt_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.vectors import distinct
 from missionc.ir import Compare, Flag, Flagged, Level, Predicate, Resource
@@ -46,8 +47,7 @@ from missionc.planning.progression.residuals import (
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Carried:
+class Carried(Record, eq=False):
     """Labels of paths: ``flags``, (rows, flags), and ``levels``, (rows, resources)."""
 
     flags: Flags
@@ -284,8 +284,7 @@ class Task:
         return self.places[states] if self.places.ndim == 1 else self.places[step, states]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Mover:
+class Mover(Record, eq=False):
     """An agent with its task and its allowed states.
 
     Args:

@@ -14,13 +14,13 @@ from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, Part, agents_named_by
 from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.ir.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode
 from missionc.ir.kernel.walk import awaited, children, postorder
 
 
-@dataclass(frozen=True, slots=True)
-class Need:
+class Need(Record):
     """Agents that can make a formula true together, and the steps until each can reach its states."""
 
     steps: int = 0

@@ -11,12 +11,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from missionc.backends.smt.prioritized.exclusions import Exclusion
 from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 from missionc.ir.kernel.analysis import helped_by_more
 from missionc.ir.kernel.conjuncts import conjuncts
@@ -27,8 +28,7 @@ Agents = frozenset[int]
 NOBODY: Agents = frozenset()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class Part(Record, eq=False):
     """A formula required as a whole at step 0.
 
     Args:
@@ -41,8 +41,7 @@ class Part:
     monotone: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RequirementParts:
+class RequirementParts(Record, eq=False):
     """The requirements as conjuncts.
 
     ``never``: for some agents, forbidden states, (steps + 1, states). These conditions and those of ``exclusions`` are

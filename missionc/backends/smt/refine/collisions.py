@@ -12,6 +12,7 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion, add_at_most_one
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 from missionc.geometry.dynamics import Motions, States, motions_between
 from missionc.geometry.relative_motion import closest_approach
@@ -22,8 +23,7 @@ CUSHION = 1e-6
 """Additional separation, metres, so that rounding causes no contact."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Near:
+class Near(Record, eq=False):
     """Pairs of agents that come too near within a step, (pairs,) each."""
 
     first: Indices

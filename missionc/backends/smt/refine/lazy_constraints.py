@@ -17,12 +17,12 @@ from missionc.backends.smt.sat.solve import Answer, Satisfiable, Solvers, Stoppe
 from missionc.backends.smt.settings import smt_settings
 from missionc.backends.work import conflicts_of, question_work
 from missionc.base.figures import counted
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags, Indices
 from missionc.ir import Mission
 
 
-@dataclass(frozen=True, slots=True)
-class Effort:
+class Effort(Record):
     """Effort of one question, counted so that it is equal on every machine.
 
     ``conflicts`` is the limit of each call of the solver.
@@ -41,8 +41,7 @@ class Effort:
         return Effort(fewer, int(min(self.rounds, max(least_rounds, rounds))))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JointMotion:
+class JointMotion(Record, eq=False):
     """Joint motion without conflicts: each agent's state in its roadmap, (agents, steps + 1)."""
 
     states: Indices

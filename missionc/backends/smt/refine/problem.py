@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,13 +17,13 @@ from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.work import CLAUSE
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Goal
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Problem:
+class Problem(Record, eq=False):
     """A SAT problem; ``lowered`` has a literal for each goal."""
 
     motion: Motion
@@ -32,8 +31,7 @@ class Problem:
     search: LazyConstraints
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Setting:
+class Setting(Record, eq=False):
     """Setting shared by all problems of a run."""
 
     mission: Mission

@@ -7,19 +7,18 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.clearance import clear_motions, clear_of
 from missionc.geometry.dynamics import Motions, States, motions_between, path_between
 from missionc.ir import Dynamics
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Edges:
+class Edges(Record, eq=False):
     """Motions between nodes.
 
     Args:

@@ -12,7 +12,6 @@ out.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -24,6 +23,7 @@ from missionc.backends.smt.roadmap.grow import both_ways
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, exact_places
 from missionc.backends.smt.roadmap.visibility_graph import Visibility
 from missionc.backends.smt.settings import smt_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 from missionc.geometry.clearance import clear_of, solids
 from missionc.geometry.dynamics import States, steer
@@ -43,8 +43,7 @@ SPHERE = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-
 """Directions in which paths around a ball may bend."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Goal:
+class Goal(Record, eq=False):
     """Predicate that one agent's place decides, and free points at which it holds, (points, dim), deepest first."""
 
     predicate: Predicate

@@ -7,7 +7,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeAlias
 
 import numpy as np
@@ -20,6 +20,7 @@ from missionc.backends.smt.roadmap.passages import passage_nodes
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes, spacing
 from missionc.backends.smt.roadmap.slow_paths import always_slow, slow_paths
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
+from missionc.base.late_dataclass import Record
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.clearance import clear_of_movers, clear_places
@@ -35,8 +36,7 @@ OwnRoadmap: TypeAlias = tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | 
 """Nodes, edges, names of the nodes, and paths of vehicles."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Roadmap:
+class Roadmap(Record, eq=False):
     """States and one-step moves of every agent in ``agents``.
 
     Args:

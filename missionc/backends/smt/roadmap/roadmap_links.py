@@ -10,10 +10,9 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.vectors import distinct
 from missionc.ir import Graph
@@ -29,8 +28,7 @@ WIDTH = 4
 """Number of places, or groups, in a group."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Links:
+class Links(Record, eq=False):
     """For each place, the places linked to it, excluding itself.
 
     No two agents are ever at one point. Places at the same point therefore have equal links, and none to each other.
@@ -84,8 +82,7 @@ def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
     return float(linked.sum() / max(1, len(some)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LinkPlaces:
+class LinkPlaces(Record, eq=False):
     """Places and their points.
 
     Args:

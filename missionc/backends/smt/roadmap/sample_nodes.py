@@ -10,13 +10,13 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
 from missionc.backends.smt.settings import smt_settings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.geometry.clearance import ROUNDING, Solid, clear_of, clear_places, standing_solids
 from missionc.geometry.sampling import far_apart, packed, points_in, scatter
@@ -25,15 +25,13 @@ from missionc.ir import Agent, Mission, Region, Vector
 from missionc.ir.distances.signed_distance import signed_distance
 
 
-@dataclass(frozen=True, slots=True)
-class NoRoadmap:
+class NoRoadmap(Record):
     """Reason for a missing roadmap, in the mission's terms."""
 
     statement: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ground:
+class Ground(Record, eq=False):
     """Free space of one kind of agent, without moving obstacles."""
 
     mission: Mission
@@ -73,8 +71,7 @@ class Ground:
         return within
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Crowd:
+class Crowd(Record, eq=False):
     """Agents that are all in one region at one step."""
 
     step: int

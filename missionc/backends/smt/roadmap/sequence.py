@@ -7,7 +7,6 @@ out  an iterator of Attempts, each built in its turn
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -20,14 +19,14 @@ from missionc.backends.smt.roadmap.roadmap import (
     build_roadmaps,
 )
 from missionc.backends.smt.settings import smt_settings
+from missionc.base.late_dataclass import Record
 from missionc.geometry.dynamics import can_wait
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Atom, Kernel, NeighbourNode, PathLength, ReachNode, RouteNode
 from missionc.ir.kernel.walk import postorder
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Attempt:
+class Attempt(Record, eq=False):
     """One roadmap to try.
 
     Args:

@@ -16,19 +16,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from missionc.backends.smt.roadmap.edges import Edges, paths
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.dynamics import States, can_wait, headings_along, turn_in_step
 from missionc.geometry.vectors import distinct
 from missionc.ir import Beacon, Dynamics
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Unrolled:
+class Unrolled(Record, eq=False):
     """All possible states of an agent at a step, and its one-step moves.
 
     Args:

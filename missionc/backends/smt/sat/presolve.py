@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import sysconfig
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -19,13 +18,13 @@ from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.dimacs import lines
 from missionc.backends.smt.sat.solver_process import Process, wait
 from missionc.backends.smt.sat.worker import PARAMETERS
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 
 YES, NO = b"s SATISFIABLE", b"s UNSATISFIABLE"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PresolveAnswer:
+class PresolveAnswer(Record, eq=False):
     """Answer of a presolve.
 
     ``model`` has the truth of every variable, (variables + 1,), with index 0 unused; None without a model. ``refused``:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import subprocess
 import time
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,20 +16,19 @@ from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.dimacs import dimacs
 from missionc.backends.smt.sat.solve import worker
+from missionc.base.late_dataclass import Record
 
 CNF, DRAT = "impossible.cnf", "impossible.drat"
 
 
-@dataclass(frozen=True, slots=True)
-class Proof:
+class Proof(Record):
     """The clauses, with assumptions as unit clauses, and the proof."""
 
     cnf: bytes
     drat: bytes
 
 
-@dataclass(frozen=True, slots=True)
-class Unproved:
+class Unproved(Record):
     """Reason for a missing proof."""
 
     statement: str

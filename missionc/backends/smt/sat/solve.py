@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import sys
-from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,6 +18,7 @@ from missionc.backends.smt.encode.dimacs import dimacs
 from missionc.backends.smt.sat.presolve import Presolver, program
 from missionc.backends.smt.sat.solver_process import Process, is_over, wait
 from missionc.backends.smt.settings import SolverSettings
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 
 DEFAULTS = SolverSettings()
@@ -48,20 +48,17 @@ OUT_OF_MEMORY = {-signal.SIGABRT, -signal.SIGKILL, -signal.SIGSEGV, 101}
 """Exit statuses of a child without memory: a signal, or Z3's own status."""
 
 
-@dataclass(frozen=True, slots=True)
-class Satisfiable:
+class Satisfiable(Record):
     """There is a model; ``Solvers.values`` reads it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Unsatisfiable:
+class Unsatisfiable(Record):
     """There is no model; with the assumptions of the core."""
 
     core: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Stopped:
+class Stopped(Record):
     """There is no answer, with the reason."""
 
     reason: Reason

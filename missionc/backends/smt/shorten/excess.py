@@ -15,21 +15,20 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.shorten.slack import Goals
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import Any, Node
 from missionc.ir.kernel.walk import awaited
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SingleAgentTask:
+class SingleAgentTask(Record, eq=False):
     """Task of one agent alone: allowed states, and visits.
 
     Args:
@@ -51,8 +50,7 @@ class SingleAgentTask:
         return SingleAgentTask(self.room & more.room, np.concatenate([self.visits, more.visits])[:visits])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CostToGo:
+class CostToGo(Record, eq=False):
     """Cost-to-go of one agent.
 
     Args:

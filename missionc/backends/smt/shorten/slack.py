@@ -15,6 +15,7 @@ import numpy as np
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags, Indices, Trace
 from missionc.geometry.vectors import distinct
 from missionc.ir import Graph, Mission, Predicate
@@ -75,8 +76,7 @@ class Goals:
         return int(any(self.labels.of_moves(predicate, number) for number in range(len(self.motion.roadmaps))))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EvaluatedMotion:
+class EvaluatedMotion(Record, eq=False):
     """A joint motion, (agents, steps + 1), with the truth of every node below the goals, (agents, steps + 1)."""
 
     states: Indices
