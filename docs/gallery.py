@@ -155,7 +155,7 @@ def shows(mission: ir.Mission) -> Iterator[str]:
     if mission.solve.roadmap is not None:
         yield "a roadmap of its own"
     if mission.objective is not ir.Objective.NONE:
-        yield f"`minimize {mission.objective.value}`"
+        yield f"`{mission.objective}`"
 
 
 def picture(path: Path, seed: int = 0) -> bytes | str:

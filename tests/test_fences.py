@@ -159,7 +159,7 @@ def agree(shown: Any, written: Any) -> None:
     ("text", "says"),
     [
         ("missionc compile a.mission --speed 3", "No such option"),
-        ("missionc sail a.mission", "there is no command"),
+        ("missionc sail a.mission", "unknown command `sail`; run `missionc --help` to list all commands"),
         ("missionc compile missions/tea.mission", "tea"),
         ("missionc compile a.mission --preset tea", "tea"),
         ("make tea", "tea"),

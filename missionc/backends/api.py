@@ -295,7 +295,7 @@ class Violation(Record):
         }
 
     def violation(self, step: Seconds) -> str:
-        """``breaks separation by 0.2 m at 3 s by drone[0], drone[1]``; ``step`` is the mission's, seconds."""
+        """``violates separation by 0.2 m at 3 s by drone[0], drone[1]``; ``step`` is the mission's, seconds."""
         much = f" by {self.short}" if self.short else ""
         who = f" by {', '.join(self.agents)}" if self.agents else ""
         return f"violates {self.what}{much} at {self.step * step:g} s{who}"

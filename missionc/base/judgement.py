@@ -50,7 +50,7 @@ class Judgement(Record):
         return f"{words}  first at {self.step * step:g} s{by}"
 
     def violation(self, step: Seconds) -> str:
-        """Violation as text: ``misses `relay` by 1.8 m, at 2 s by drone[0]``; ``step`` is in seconds."""
+        """Violation as text: ``violates `relay` by 1.8 m, at 2 s by drone[0]``; ``step`` is in seconds."""
         much = f" by {self.short}" if math.isfinite(self.robustness) else ""
         when = "" if self.step is None else f" at {self.step * step:g} s"
         by = f" by {', '.join(self.agents)}" if self.agents else ""

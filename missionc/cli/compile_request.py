@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from missionc.output.folder.overlap import WrittenPath
 
 
-class CompileRequest(Record):
+@dataclass(frozen=True, slots=True)  # ``Record`` takes no ``KW_ONLY``
+class CompileRequest:
     """Compilation request with its input, options and outputs: the parsed flags of ``compile``."""
 
     file: Path | Source

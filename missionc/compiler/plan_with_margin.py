@@ -245,6 +245,6 @@ def _after(planned: api.Planned, late: bool) -> api.Planned:
 
 
 def _noted(planned: api.Planned, margin: Metres, part: float) -> api.Planned:
-    achieved = f"; this plan was planned with {part * margin * 100:g} cm" if part else ""
+    achieved = f"; this plan was found with {part * margin * 100:g} cm" if part else ""
     note = f"no plan was found with a robustness margin of {margin * 100:g} cm{achieved}"
     return replace(planned, report=replace(planned.report.noting(note), kept=part))

@@ -8,9 +8,8 @@ including one that opens a socket.
 from __future__ import annotations
 
 import hmac
+from dataclasses import dataclass
 from typing import Protocol
-
-from missionc.base.late_dataclass import Record
 
 NAMES = ("127.0.0.1", "localhost")
 OWN_SITES = ("same-origin", "none")
@@ -33,7 +32,8 @@ class Headers(Protocol):
     def get_all(self, name: str, /) -> list[str] | None: ...
 
 
-class Guard(Record):
+@dataclass(frozen=True, slots=True)
+class Guard:
     token: str
     port: int
 

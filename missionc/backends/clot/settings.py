@@ -91,7 +91,9 @@ class ShorteningSettings(Record):
     straighten: int = setting(60_000, "numbers", "of control points, times steps, for a plan from a roadmap", 0)
     straighten_polish: int = setting(40, "iterations", "of a polish for more clearance", 0, 10_000)
     longer: float = setting(0.02, "", "share by which a plan with more clearance may be longer", 0, 10)
-    wider: float = setting(0.005, "", "least gain of the normalised margin for which a plan may be longer", 0, 1)
+    wider: float = setting(
+        0.01, "", "least gain of the square roots of normalised margins, for which a plan may be longer", 0, 1
+    )
     margin: float = setting(0.15, "", "normalised margin above which a plan is not made longer for more", 0, 1)
     longer_margin: float = setting(0.1, "", "share by which a plan with a wider margin may be longer", 0, 10)
     wide: float = setting(

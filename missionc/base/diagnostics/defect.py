@@ -76,7 +76,7 @@ def later_not_written(wrong: Diagnostic) -> Diagnostic:
     """Report that a better plan could not replace the verified one in the folder."""
     return Diagnostic(
         IMPROVEMENT_FAILED,
-        f"a better plan could not be written: {wrong.message}",
+        f"a better plan was found but not written: {wrong.message}",
         None,
         notes=(*wrong.notes, "the folder contains the previous verified plan"),
         help="name another folder with `-o`",

@@ -87,7 +87,7 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
     default=1,
     show_default=True,
     metavar="K",
-    help="Write up to K plans that differ in options, order of tasks or sides of obstacles.",
+    help="Write up to K plans that differ in the option of an `or`, the order of tasks, or the side of an obstacle.",
 )
 @options.explain_limit
 @options.quiet

@@ -37,7 +37,7 @@ from missionc.ir import Mission
     metavar="METRES",
     help="Largest position error of the recording; constraints are relaxed by it.",
 )
-@click.option("--live", is_flag=True, help="Check samples as they arrive, by default as JSON lines on standard input.")
+@click.option("--live", is_flag=True, help="Check samples as they arrive, by default JSON lines on standard input.")
 @click.option(
     "--udp",
     type=sample_lines.port_of,

@@ -46,7 +46,7 @@ def speed(value: str) -> tuple[str, float]:
     type=options.existing,
     shell_complete=options.files,
     metavar="PATCH",
-    help="Read changed declarations of the mission from a file, such as a new obstacle.",
+    help="Read changed declarations, such as a new obstacle, from a file.",
 )
 @click.option("--lost", multiple=True, metavar="AGENT", help="Plan without this agent; repeatable.")
 @click.option(

@@ -261,6 +261,7 @@ def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Se
             help=f"write `speed {shown(fastest)}..{shown(slowest)} m/s`",
             fix=Fix(speed.span, f"speed {shown(fastest)}..{shown(slowest)} m/s"),
         )
+        return REPORTED, REPORTED
     return slowest, fastest
 
 

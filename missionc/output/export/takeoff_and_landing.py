@@ -158,7 +158,8 @@ def _too_long(name: str, flight: Flight, whole: float) -> Diagnostic | None:
         if whole > flies:
             return refused(
                 name,
-                f"the flight lasts {whole:g} s, but the endurance of `{part.agent.name}` is {flies:g} s",
+                f"the flight lasts {whole:g} s from takeoff to landing, but the endurance of `{part.agent.name}` is "
+                f"{flies:g} s",
                 f"the trajectories alone last {flight.duration:g} s",
                 help="shorten the `horizon`",
             )

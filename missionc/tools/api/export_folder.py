@@ -8,10 +8,10 @@ says MC404 MC703 MC709, and the codes of ``reverify`` and ``fly_from``
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.output.export.formats import FORMATS, flight
 from missionc.output.folder.file_names import EXPORT, MANIFEST
@@ -19,7 +19,8 @@ from missionc.output.folder.manifest import without_plan
 from missionc.tools.replay.reverify import Reverified, reverify
 
 
-class FolderExport(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class FolderExport:
     """Files of an export by relative path, none if there are findings.
 
     ``notes`` are for the users of the files.

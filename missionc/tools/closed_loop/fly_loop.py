@@ -15,12 +15,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from missionc import Checked, Diagnostic, Limits, Source
-from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
 from missionc.compiler.remaining import earlier
@@ -42,7 +41,8 @@ from missionc.verification.monitoring.live.first_violations import first_violati
 from missionc.verification.monitoring.monitor import monitor
 
 
-class Cut(Record):
+@dataclass(frozen=True, slots=True)
+class Cut:
     """Step from which an agent is lost or files of the mission are changed."""
 
     time: float
@@ -50,7 +50,8 @@ class Cut(Record):
     texts: Mapping[str, str] | None = None
 
 
-class Epoch(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class Epoch:
     """Mission and remaining team from a time on, s."""
 
     time: float
@@ -58,7 +59,8 @@ class Epoch(Record, eq=False):
     team: tuple[str, ...]
 
 
-class Outcome(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
     """Result of a flight.
 
     Args:
@@ -162,7 +164,8 @@ def nobody(time: float, position: Array, ground: GroundStation, lines: list[str]
     """Listener that ignores everything."""
 
 
-class LoopFlight(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopFlight:
     """Result of a flight.
 
     Args:

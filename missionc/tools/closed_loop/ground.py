@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from missionc import Checked, Limits, Source, Verified
-from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
 from missionc.compiler.remaining import earlier
@@ -150,7 +149,8 @@ GIVE_UPS = 3
 """Maximum number of times that requirements are dropped for one cause."""
 
 
-class GroundEvent(Record):
+@dataclass(frozen=True, slots=True)
+class GroundEvent:
     """Action of ground control: time in seconds of the flight, reason, and planning time."""
 
     time: float

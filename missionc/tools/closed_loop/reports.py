@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.tools.closed_loop.scenario import Scenario
 
@@ -12,7 +13,8 @@ PERIOD = 0.1
 """Seconds between two reports of an agent."""
 
 
-class Report(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class Report:
     """State of an agent at a time (s): position and velocity, (3,) in metres and m/s, and heading, rad."""
 
     agent: int

@@ -12,12 +12,12 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from missionc import Diagnostic, Limits, Source
 from missionc.base.diagnostics.code import SCENARIO_UNUSABLE
 from missionc.base.diagnostics.model import Label
-from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.strict_json import is_finite_number
 from missionc.flight.simulation.trial_bounds import MOST_CLOCK_ERROR, MOST_WIND
@@ -25,7 +25,8 @@ from missionc.flight.simulation.trial_bounds import MOST_CLOCK_ERROR, MOST_WIND
 MOST_EVENTS = 100
 
 
-class Event(Record):
+@dataclass(frozen=True, slots=True)
+class Event:
     """Event at a time in seconds: one of ``lose``, ``slow`` and ``change``.
 
     Args:
@@ -41,7 +42,8 @@ class Event(Record):
     change: str = ""
 
 
-class Scenario(Record):
+@dataclass(frozen=True, slots=True)
+class Scenario:
     """Conditions of a flight.
 
     Args:

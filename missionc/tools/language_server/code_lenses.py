@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
 
 from lsprotocol import types
 
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.read_file import read_bytes, strange
@@ -28,7 +28,8 @@ MOST_INPUTS = 100
 """Maximum number of files that are compared; a mission with more counts as changed."""
 
 
-class LastPlan(Record):
+@dataclass(frozen=True, slots=True)
+class LastPlan:
     """Last plan; ``robustness`` by the names of requirements.
 
     ``changed``: a file of the mission has changed since.

@@ -10,13 +10,13 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 
 from lsprotocol import types
 
 from missionc import ir
 from missionc.backends.registry import AUTO, BACKENDS
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS, Dimension
@@ -44,7 +44,8 @@ _IN_COMMENT = re.compile(r'(?:[^"#\n]|"[^"\n]*")*(?:#|"[^"\n]*\Z)')
 _OPENING, _CLOSING = frozenset("([{"), frozenset(")]}")
 
 
-class Spot(Record):
+@dataclass(frozen=True, slots=True)
+class Spot:
     """Position for completion; ``start`` is the start of the current word, or the position itself.
 
     ``taken`` are the words of the declaration before it, ``opened`` the open brackets among them, ``expected`` the
@@ -179,7 +180,8 @@ ICONS = {
 }
 
 
-class Fit(Record):
+@dataclass(frozen=True, slots=True)
+class Fit:
     """Completion candidate; ``order`` sorts names before words before units."""
 
     word: str

@@ -22,7 +22,6 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.diagnostics.sanitize import plain_line
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.compiler.front_end import Checked
@@ -53,7 +52,8 @@ KEYWORDS = {
 """Kind of declaration for each keyword."""
 
 
-class Name(Record):
+@dataclass(frozen=True, slots=True)
+class Name:
     """Place of a name; ``kind`` is None for a label, an index or an undeclared name.
 
     ``index`` is the declaration of an index, whose meaning is local to it.
@@ -203,7 +203,8 @@ def _indices(indices: tuple[ast.Index, ...]) -> dict[str, Span]:
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
 
-class Places(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
     """Lines of a text as in the protocol, which end in ``\n``, ``\r\n`` or a lone ``\r``."""
 
     text: str

@@ -23,7 +23,6 @@ from missionc.backends.options import SLOWEST
 from missionc.base.diagnostics.code import FOLDER_UNREADABLE
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.extensions import installed
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.strict_json import NotJsonError, parse_json, parse_record
@@ -64,7 +63,8 @@ class Listed(Protocol):
     def unlisted(self) -> tuple[str, ...]: ...
 
 
-class FolderFiles(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class FolderFiles:
     """Contents of a folder of the compiler.
 
     Args:

@@ -11,11 +11,11 @@ No backend and no polynomial fit is imported here.
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.base.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED, PROVES_NOTHING
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.compiler.remaining import stops_of, whole_checks
 from missionc.ir.wording import all_listed
@@ -53,7 +53,8 @@ MOST_REASONS = 8
 """Maximum number of failed checks in a message."""
 
 
-class Reverified(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class Reverified:
     """Verification of a folder's files; ``certificate`` is None if they are unreadable.
 
     ``flown`` is the part about the plan and its flight, without the checks of files.

@@ -8,6 +8,7 @@ says MC404 MC708 MC709 MC730
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
@@ -16,7 +17,6 @@ import numpy as np
 from missionc.base.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED, NOT_TO_BE_LOST
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.judgement import Judgements
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.flight.simulation import engines
 from missionc.flight.simulation.default_engine import sample_times
@@ -31,7 +31,8 @@ SHOWN = 5
 """Maximum number of agent names in a message."""
 
 
-class Simulated(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
     """Result of a folder's flights; ``trials`` is None if its files could not be flown.
 
     ``planned`` has the verdicts on the plan.

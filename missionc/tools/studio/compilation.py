@@ -13,12 +13,11 @@ import queue
 import shutil
 import threading
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
 from missionc import Diagnostic, Source
-from missionc.base.late_dataclass import Record
 from missionc.output.folder.file_names import REPORT
 from missionc.output.folder.write_folder import write_folder
 from missionc.tools.studio.planner import LOOK_EVERY, Ended, NewPlanner, Planner
@@ -88,7 +87,8 @@ class Planning:
         return order(planner)
 
 
-class Kept(Record):
+@dataclass(frozen=True, slots=True)
+class Kept:
     """Finished compilation: its files, and the name of its mission."""
 
     folder: Path

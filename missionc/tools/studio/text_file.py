@@ -10,16 +10,16 @@ from __future__ import annotations
 
 import codecs
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from missionc import Diagnostic, Limits
-from missionc.base.late_dataclass import Record
 from missionc.frontend.syntax.read_file import read_bytes, text_of
 from missionc.output.folder.write_file import write_file
 
 
-class TextFile(Record):
+@dataclass(frozen=True, slots=True)
+class TextFile:
     """Text with its path.
 
     ``disk`` is the last known content of its file, None without a file; ``named`` means that the user chose the path,

@@ -15,7 +15,7 @@ import shlex
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from missionc.backends.options import DESCRIBED
@@ -23,7 +23,6 @@ from missionc.backends.setting import flag_of
 from missionc.base.diagnostics.code import NOT_TO_BE_LOST
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.figures import counted
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.source import Source
@@ -50,7 +49,8 @@ SHOWN = 4
 """Maximum number of combinations in a finding."""
 
 
-class CheckedGrid(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckedGrid:
     """Results of the checks of all combinations, in the grid's order, and all findings."""
 
     each: Mapping[Combination, Checked]
@@ -175,7 +175,8 @@ def unheard(*told: object) -> None:
     """Listener that ignores everything."""
 
 
-class SweepRequest(Record):
+@dataclass(frozen=True, slots=True)
+class SweepRequest:
     """Request for a sweep.
 
     Args:
@@ -200,7 +201,8 @@ class SweepRequest(Record):
     ended: Callable[[Row, int], None] = unheard
 
 
-class SweepResult(Record):
+@dataclass(frozen=True, slots=True)
+class SweepResult:
     """Result of a sweep.
 
     Args:
@@ -331,7 +333,8 @@ def _at_work(
     )
 
 
-class _Outputs(Record):
+@dataclass(frozen=True, slots=True)
+class _Outputs:
     """Outputs made from the rows: tables, page, separate figure, and comparison."""
 
     request: SweepRequest

@@ -17,13 +17,12 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from missionc.base.diagnostics.code import NOT_COMPARABLE
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 from missionc.output.folder.ownership import shown
 from missionc.tools.sweep.results_table import Measure, measures
 from missionc.tools.sweep.run_answer import ERROR
@@ -36,7 +35,8 @@ MCNEMAR, WILCOXON = "McNemar's exact test", "Wilcoxon's signed-rank test"
 SUCCESS = Measure("planned", "runs with a plan", "", True)
 
 
-class Comparison(Record):
+@dataclass(frozen=True, slots=True)
+class Comparison:
     """Comparison of one quantity over the runs of one combination, or of all.
 
     Args:

@@ -9,20 +9,21 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
 
 import numpy as np
 
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 from missionc.flight.simulation.trials import Fraction, fraction
 from missionc.tools.sweep.run_answer import ERROR, OUTCOMES, Value
 from missionc.tools.sweep.run_grid import Combination, Run, number_of
 from missionc.tools.sweep.sweep_folder import Row
 
 
-class Measure(Record):
+@dataclass(frozen=True, slots=True)
+class Measure:
     """Quantity of a run: its name, title and unit, and whether higher is better."""
 
     name: str
@@ -59,7 +60,8 @@ MEASURES = (
 """Quantities in display order; those without values are omitted."""
 
 
-class Spread(Record):
+@dataclass(frozen=True, slots=True)
+class Spread:
     """Median and quartiles of some values."""
 
     count: int
@@ -68,7 +70,8 @@ class Spread(Record):
     high: float
 
 
-class Group(Record):
+@dataclass(frozen=True, slots=True)
+class Group:
     """Runs of one combination.
 
     Args:

@@ -11,11 +11,10 @@ import json
 import platform
 import zlib
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, TypeAlias
 
-from missionc.base.late_dataclass import Record
 from missionc.base.strict_json import parse_record
 from missionc.output.folder.manifest import versions
 
@@ -27,7 +26,8 @@ OUTCOMES = ("planned", "impossible", "undecided", "unverified", "refused", ERROR
 Value: TypeAlias = str | int | float | None
 
 
-class RunResult(Record):
+@dataclass(frozen=True, slots=True)
+class RunResult:
     """Result of a run.
 
     Args:
@@ -65,7 +65,8 @@ def received(files: Mapping[str, str]) -> dict[str, bytes]:
 SCHEMA = "missionc.answer/1"
 
 
-class Answer(Record):
+@dataclass(frozen=True, slots=True)
+class Answer:
     """Result of a run, or a refusal by a worker with other versions.
 
     Args:

@@ -14,11 +14,11 @@ import hashlib
 import itertools
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 
 from missionc.base.diagnostics.code import SWEPT_VALUES
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 
 MOST_VALUES = 10_000
 """Maximum number of values of one parameter."""
@@ -31,7 +31,8 @@ DIGITS = 40
 """Maximum characters of a value in a message."""
 
 
-class Varied(Record):
+@dataclass(frozen=True, slots=True)
+class Varied:
     """Parameter with the texts of its values."""
 
     name: str
@@ -136,7 +137,8 @@ Combination = tuple[tuple[str, str], ...]
 """Parameters with the texts of their values."""
 
 
-class Run(Record):
+@dataclass(frozen=True, slots=True)
+class Run:
     """One compilation of a sweep, identified by its values and its seed."""
 
     values: Combination
@@ -158,7 +160,8 @@ def _short(value: str) -> str:
     return value if number_of(value) is None else "".join(value.split())
 
 
-class Grid(Record):
+@dataclass(frozen=True, slots=True)
+class Grid:
     """All runs: the last parameter varies first, and within a combination the seed."""
 
     varied: tuple[Varied, ...]

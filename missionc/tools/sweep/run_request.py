@@ -6,12 +6,11 @@ It contains only data: the mission's files, texts, numbers and names, and no Pyt
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from missionc.backends.options import DESCRIBED, Options
 from missionc.base.continuous_time import ContinuousTime
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.strict_json import parse_record
 from missionc.base.units import Seconds
@@ -22,7 +21,8 @@ TIME_LIMIT = Seconds(600.0)
 """Default time limit of a run."""
 
 
-class Flights(Record):
+@dataclass(frozen=True, slots=True)
+class Flights:
     """Flights of a plan.
 
     Args:
@@ -36,7 +36,8 @@ class Flights(Record):
     lost: tuple[tuple[str, float], ...] = ()
 
 
-class Settings(Record):
+@dataclass(frozen=True, slots=True)
+class Settings:
     """Settings that all runs of a sweep share.
 
     Args:
@@ -77,7 +78,8 @@ class Settings(Record):
         }
 
 
-class Request(Record):
+@dataclass(frozen=True, slots=True)
+class Request:
     """One run: its shared settings, parameter values and seed.
 
     Args:

@@ -36,7 +36,6 @@ from typing import TYPE_CHECKING, Any
 
 from missionc.base.diagnostics.code import CLUSTER_UNREACHABLE, EXTRA_MISSING, OTHER_VERSIONS
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 from missionc.output.folder.ownership import cannot_write, reason
 from missionc.output.folder.write_file import linked
 from missionc.output.folder.write_folder import write_folder
@@ -176,7 +175,8 @@ CONNECTION_PATIENCE = 10.0
 """Seconds to reach a scheduler, and then for its first worker."""
 
 
-class Pool(Record):
+@dataclass(frozen=True, slots=True)
+class Pool:
     """Executor, the function that it calls, and its current number of parallel runs."""
 
     executor: Executor

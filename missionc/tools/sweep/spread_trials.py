@@ -14,11 +14,10 @@ import math
 from collections import Counter
 from collections.abc import Callable, Container, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.extension import Pieces
 from missionc.flight.simulation.judge_flight import Flight
@@ -50,7 +49,8 @@ class NotFlown(Exception):
         self.finding = finding
 
 
-class SpreadTrials(Record):
+@dataclass(frozen=True, slots=True)
+class SpreadTrials:
     """Flight function for ``simulate_folder.simulate`` on the workers of a pool.
 
     Args:

@@ -12,12 +12,12 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from missionc.base.diagnostics.code import OTHER_SWEEP, SWEEP_UNREADABLE
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import Record
 from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.frontend.syntax.read_file import Absent, read_bytes
 from missionc.output.folder.ownership import cannot_write, exists, reason, shown
@@ -39,7 +39,8 @@ SHOWN = 3
 """Maximum number of differences in a message."""
 
 
-class Row(Record):
+@dataclass(frozen=True, slots=True)
+class Row:
     """Finished run with its result and machine."""
 
     run: Run
@@ -61,7 +62,8 @@ class Row(Record):
         return run_answer.one_line(self.as_record()).encode("ascii")
 
 
-class SweepFolder(Record):
+@dataclass(frozen=True, slots=True)
+class SweepFolder:
     """Sweep read from its folder: its definition, and the finished runs, the last of each duplicate."""
 
     path: Path

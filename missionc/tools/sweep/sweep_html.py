@@ -9,10 +9,10 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.base.figures import counted, decimals
-from missionc.base.late_dataclass import Record
 from missionc.flight.simulation.trials import Fraction
 from missionc.output.report.render_page import asset
 from missionc.tools.sweep.compare_sweeps import LEVEL, Comparison
@@ -31,7 +31,8 @@ DARK = ':root[data-theme="dark"]'
 HEAD = re.compile(rb"^.*?(?=<svg)", re.DOTALL)
 
 
-class Page(Record):
+@dataclass(frozen=True, slots=True)
+class Page:
     """Contents of the page.
 
     Args:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.strict_json import parse_record
 from missionc.flight.simulation.disturbance import Disturbance
@@ -18,7 +17,8 @@ SECONDS = 3600.0
 """Time limit of a request in seconds; then its process is killed."""
 
 
-class TrialRequest(Record):
+@dataclass(frozen=True, slots=True)
+class TrialRequest:
     """Some flights of a folder.
 
     Args:

@@ -129,7 +129,7 @@ def _end(mission: Mission, agent: Agent, own: Pieces) -> Check:
     place = end[0, : mission.dimension]
     off = float(np.linalg.norm(place - agent.start.point)) if agent.start.point is not None else np.inf
     margin = min(WAYPOINT - off, ENDS - _jump(agent, end))
-    motion = "with the velocity with which" if agent.begins else "at rest where"
+    motion = "in the state in which" if agent.begins else "at rest where"
     detail = f"it ends {motion} the plan begins"
     return Check("stop", agent.name, margin, "m", 0.0, margin >= 0, 0.0, (agent.name,), detail)
 

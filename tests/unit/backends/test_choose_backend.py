@@ -107,7 +107,7 @@ def test_a_backend_that_cannot_express_the_mission_is_refused_with_the_words_in_
     finding = only(text(HOPS, "solve with clot"), CANNOT_EXPRESS)
     assert finding.message == "the backend `clot` cannot express a route bounded in hops"
     assert words(finding) == [("somewhere[hops 1..2]", ""), ("solve with clot", "`clot` chosen here")]
-    assert finding.help == "choose `smt` or `hybrid`"
+    assert finding.help == "write `solve with auto`, or choose `smt` or `hybrid`, which can"
 
 
 @pytest.mark.parametrize(

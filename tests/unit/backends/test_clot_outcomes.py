@@ -240,7 +240,7 @@ def test_what_else_a_candidate_breaks_is_told_once_for_each_kind() -> None:
     assert {fault.what for fault in best.worst_faults()} == {"its start", "an obstacle", "separation"}
     lines = attempt_lines("together", best, mission.step)
     assert [line for line in lines if line.startswith("  separation")] == [
-        "  separation   violated  margin -0.200 m  at 0 s by drone[0], drone[1]"
+        "  separation   violated  margin -0.200 m  at 0 s (drone[0], drone[1])"
     ]
 
 

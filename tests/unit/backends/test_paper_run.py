@@ -138,7 +138,7 @@ def test_the_time_limit_ends_an_encoding() -> None:
     outcome = planned(MANY_ROUTES, limit=4.0).outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.TIME
-    assert "`encode`" in outcome.statement
+    assert outcome.statement == "time limit reached while encoding the mission"
 
 
 @pytest.mark.slow

@@ -110,7 +110,7 @@ def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkey
     outcome = compiled(GO + NEAR + "solve with smt { nodes = 110 }\n").outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.NO_ROADMAP
-    assert outcome.statement == "no way out of `base`; roadmaps of 110 and 187 nodes contain no plan"
+    assert outcome.statement == "no path from `base`; roadmaps of 110 and 187 nodes contain no plan"
 
 
 def checked_mission() -> tuple[Mission, Kernel]:

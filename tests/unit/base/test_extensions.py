@@ -387,7 +387,7 @@ def test_a_simulator_of_an_extension_flies_and_its_record_verifies(
     assert main(["simulate", folder, "--engine", "exact"]) == 2
     with package(tmp_path / "site", "exact_robots", entries, SIMULATOR):
         assert main(["simulate", folder, "--engine", "exact"]) == 0
-        assert "flown by exact" in capsys.readouterr().out
+        assert "1 agent for 4 s, engine exact, seed 0\n" in capsys.readouterr().out
         assert main(["verify", folder]) == 0
         assert main(["simulate", folder, "--engine", "exact", "--trials", "2"]) == 2
     lost = SIMULATOR.replace("Flown(times, position", "Flown(times, position * np.nan")

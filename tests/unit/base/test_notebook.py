@@ -210,7 +210,7 @@ def test_an_outcome_that_leaves_it_open_says_how_near_it_came() -> None:
     assert str(found).split("\n") == [
         f"undecided: {Reason.TIME.value}",
         "  12 attempts",
-        "  the best candidate misses `visit` by 1.25 m, at 1 s by drone[0]",
+        "  the best candidate violates `visit` by 1.25 m, at 1 s by drone[0]",
     ]
     assert printed(found) == str(found)
     assert "12 attempts" in found._repr_html_()

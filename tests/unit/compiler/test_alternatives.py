@@ -100,7 +100,9 @@ def test_where_there_are_fewer_that_is_said_and_it_is_a_plan_all_the_same() -> N
     made = compiled(ONE, 3)
     assert isinstance(made.outcome, Verified)
     assert len(made.alternatives) == 1
-    assert any(note.startswith("1 plan of 3: no further one that differs") for note in made.outcome.report.notes)
+    assert any(
+        note.startswith("1 of 3 plans found: no further different plan in ") for note in made.outcome.report.notes
+    )
     assert "alternatives.json" in dict(made.files)
 
 
@@ -224,7 +226,7 @@ def test_the_command_says_what_differs(tmp_path: Path) -> None:
     command = ["compile", str(tmp_path / "a.mission"), "--alternatives", "2", "-o", str(tmp_path / "out")]
     said = CliRunner().invoke(commands, command)
     assert said.exit_code == 0
-    assert "2 plans that differ, best first" in said.output
+    assert "2 alternative plans, best first\n" in said.output
     assert "instead of" in said.output
     as_json = CliRunner().invoke(commands, [*command, "--force", "--format", "json"])
     document = json.loads(as_json.output)
@@ -238,4 +240,4 @@ def test_slower_plans_are_refused(tmp_path: Path) -> None:
     command = ["compile", str(tmp_path / "a.mission"), "--alternatives", "2", "--stretch", "2"]
     said = CliRunner().invoke(commands, command)
     assert said.exit_code == 2
-    assert "leave `--stretch` out" in said.output
+    assert "`--alternatives` and `--stretch` exclude each other; remove one of them" in said.output

@@ -316,7 +316,7 @@ def test_a_better_plan_that_cannot_be_written_leaves_the_plan_before(
     monkeypatch.setattr(write_folder, "write_folder", full_disk)
     assert main(["compile", str(mission), "-o", str(folder)]) == 0
     said = capsys.readouterr()
-    assert "warning[MC613]: a better plan was found, and could not be written" in said.err
+    assert "warning[MC613]: a better plan was found but not written: `" in said.err
     assert "error" not in said.err
     assert main(["verify", str(folder)]) == 0
 

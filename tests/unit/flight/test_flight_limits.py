@@ -189,8 +189,10 @@ def test_a_plan_too_fast_for_its_vehicle_is_refused_with_the_stretch_that_would_
     mission, trace = turning()
     slow = flown_by(ir.Vehicle("slow", speed=0.25), mission)
     found = refused(slow, trace)
-    assert re.match(r"the plan is too fast for `drone\[\d\]`: speed 0\.\d+ m/s at \d+\.\d\d s", found.message)
-    assert found.message.endswith("and `slow` allows at most 0.25 m/s")
+    assert re.fullmatch(
+        r"the plan is too fast for `drone\[\d\]`: speed 0\.\d+ m/s at \d+\.\d\d s; `slow` allows at most 0\.25 m/s",
+        found.message,
+    )
     stretch = float(re.findall(r"`--stretch ([0-9.]+)`", found.help or "")[0])
     assert stretch == 3.0
     longer = replace(slow, steps=Steps(3 * mission.steps))

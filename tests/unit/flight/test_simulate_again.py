@@ -353,7 +353,9 @@ def test_an_engine_that_does_not_start_is_told(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setitem(ENGINES._values, "rotorpy", "no_jax:fly")
     check = judged(edited(by("rotorpy")))
     assert check.name == UNJUDGED
-    assert "rotorpy cannot fly here: No module named 'no_jax'" in check.detail
+    assert (
+        "rotorpy cannot run here: No module named 'no_jax'; `missionc simulate` repeats and replaces it" in check.detail
+    )
 
 
 def test_another_engine_flies_its_simulation_again(monkeypatch: pytest.MonkeyPatch) -> None:

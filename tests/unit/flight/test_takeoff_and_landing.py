@@ -112,4 +112,4 @@ def test_a_flight_that_outlasts_the_battery_is_refused_with_its_rise_and_its_lan
     assert cannot_rise_or_land("cflib", enough) is None
     refusal = cannot_rise_or_land("cflib", with_vehicle(flown, Vehicle("some", endurance=flown.duration + 9)))
     assert refusal is not None
-    assert "from takeoff to landing" in refusal.message
+    assert f"the flight lasts {whole:g} s from takeoff to landing, but the endurance of " in refusal.message

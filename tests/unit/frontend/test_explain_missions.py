@@ -131,8 +131,8 @@ def test_the_nearest_miss_breaks_one_requirement_and_says_where(conflict: Compil
     assert document["impossible"] == "mission"
     assert [each["name"] for each in document["violates"]] == [broken.name]
     assert document["faults"] == []
-    assert f"no plan: misses `{broken.name}` by {broken.short}".encode() in files["near_miss.svg"]
-    assert f'"miss":"misses `{broken.name}` by {broken.short}'.encode() in files["near_miss.html"]
+    assert f"no plan: violates `{broken.name}` by {broken.short}".encode() in files["near_miss.svg"]
+    assert f'"miss":"violates `{broken.name}` by {broken.short}'.encode() in files["near_miss.html"]
     (tmp_path / "a.mission").write_text(CONFLICT)
     (tmp_path / "near_miss.json").write_bytes(files["near_miss.json"])
     monitored = driver.monitor(tmp_path / "a.mission", tmp_path / "near_miss.json")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from types import FrameType
@@ -88,7 +89,7 @@ def test_a_page_about_many_long_formulas_has_an_end_and_says_what_it_leaves_out(
     assert len(page) < 200_000
     left = requirements + 1 - len(parts)
     assert left > 0
-    assert f"{left} more are not explained here; name one: `missionc explain FILE NAME`" in page
+    assert f"\n\n{left} more not shown; explain one by its name with `missionc explain FILE NAME`" in page
     assert document(parts, made, None)["goals_left_out"] == left
 
 
@@ -98,11 +99,11 @@ def test_one_requirement_out_of_many_is_explained_by_its_name() -> None:
     (part,) = parts
     assert len(part.said.parts) == MOST_PARTS
     assert part.said.left_out > 0
-    assert "more are not explained" not in "\n".join(lines(parts, made, None, True))
+    assert "more not shown" not in "\n".join(lines(parts, made, None, True))
 
 
 def test_a_sentence_that_would_fill_pages_is_cut_and_says_by_how_much() -> None:
     text = f"{SMALL}let c = (not base or goal)\nrequire a: some drone: ({' or '.join(['(c and not base)'] * 2_000)})\n"
     (part,) = explained(mission(text), "a")
     assert len(part.said.whole) < LONGEST + 100
-    assert "letters more, which are left out." in part.said.whole
+    assert re.search(r" … and \d+,\d{3} more letters\.$", part.said.whole)

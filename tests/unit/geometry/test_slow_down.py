@@ -126,7 +126,7 @@ def test_the_requirement_whose_window_ends_too_early_is_named() -> None:
     assert isinstance(found.outcome, InvalidMission)
     (finding,) = found.findings
     assert finding.code is NEEDS_MORE_TIME
-    assert finding.message == "flown 10 times slower, the plan no longer does what `visit` asks"
+    assert finding.message == "flown 10 times slower, the plan violates `visit`"
     assert finding.primary is not None
     assert finding.primary.span.text.startswith("require visit")
 
@@ -138,7 +138,7 @@ def test_dynamics_that_cannot_be_slower_are_named() -> None:
     found = compiled(text, 20.0)
     (finding,) = found.findings
     assert finding.code is NEEDS_MORE_TIME
-    assert finding.message == "flown 20 times slower, the plan is no plan any more"
+    assert finding.message == "flown 20 times slower, the plan is not valid"
     assert any(note.startswith("speed of drone[0] fails by") for note in finding.notes)
     assert (finding.help or "").startswith("allow a lower speed in `dynamics`")
 

@@ -127,6 +127,6 @@ def test_it_is_said_back_with_its_first_stretch_and_its_last() -> None:
     page = "\n".join(lines(explained(mission), mission, None, True))
     assert "In each 5 s from 0 s to the end of the mission, at some step, at least one drone is in `goal`." in page
     assert "every 5 s" in page
-    assert "its first place" in page
+    assert "█ first window  ░ later windows" in page
     later = meant(asked("always[0, 10 s] every 5 s: some drone: goal"))
     assert "in each 5 s from then to the end of the mission" in "\n".join(lines(explained(later), later, None, True))

@@ -92,12 +92,11 @@ def test_in_a_plane_an_agent_hovers_at_its_altitude() -> None:
     [
         (
             "flight { pads at (4, 4, 0), (5, 4, 0)  hover 0.8 m  rise <= 0.3 m/s  land <= 0.2 m/s }",
-            "`drone` rises from pads of its own to 0.8 m at 0.3 m/s at most, and comes back to land there"
-            " at 0.2 m/s at most",
+            "`drone` takes off from its pads to 0.8 m at 0.3 m/s at most, and returns to land there at 0.2 m/s at most",
         ),
         (
             "flight",
-            "`drone` rises from below where it starts to the height of its starts, and comes back to land there",
+            "`drone` takes off from the floor below its starts to the height of its starts, and returns to land there",
         ),
     ],
 )

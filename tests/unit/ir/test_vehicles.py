@@ -269,7 +269,7 @@ def test_one_vehicle_is_a_table_of_every_figure(capsys: pytest.CaptureFixture[st
     assert main(["vehicles", "crazyflie21plus"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == list(ir.FIGURES)
-    assert "speed            <= 1 m/s               sideways" in lines
+    assert "speed            <= 1 m/s               horizontal speed" in lines
 
 
 def test_vehicles_are_a_document_too(capsys: pytest.CaptureFixture[str]) -> None:

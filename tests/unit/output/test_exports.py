@@ -82,7 +82,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(words: list[str], capsys: 
         assert main(words) == 2
     finally:
         Path("a.mission").unlink(missing_ok=True)
-    assert "there is no export `crazswarm2`; did you mean `crazyswarm2`?" in capsys.readouterr().err
+    assert "unknown export `crazswarm2`; did you mean `crazyswarm2`?" in capsys.readouterr().err
 
 
 def test_the_list_has_every_name_and_what_it_is(capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,7 +129,7 @@ solve with clot
     names = {name for name in compiled.outcome.files if name.startswith("export/")}
     assert names == {"export/ros2/trajectory.yaml"}
     (finding,) = [each for each in compiled.findings if each.code is NOT_EXPORTED]
-    assert "`drone[0]` and `drone[1]` cannot take off at once" in finding.message
+    assert "`drone[0]` and `drone[1]` cannot take off together, one above the other" in finding.message
 
 
 def test_landing_one_above_the_other_is_refused() -> None:
@@ -140,4 +140,4 @@ def test_landing_one_above_the_other_is_refused() -> None:
     for name in ("crazyswarm2", "cflib"):
         finding = FORMATS[name].export(flight(mission, NOTHING, trace, found.files))
         assert isinstance(finding, Diagnostic)
-        assert "cannot land at once" in finding.message
+        assert "cannot land together, one above the other" in finding.message

@@ -137,12 +137,15 @@ def test_a_moment_after_the_end_is_refused() -> None:
     [
         (["--at", "1"], "`--at` needs a plot"),
         (["--plot-width", "single"], "`--plot-width` needs a plot"),
-        (["--plot", "a.svg", "--at", "1", "--plot-kind", "timeline"], "`--at` is for maps"),
-        (["--plot", "a.svg", "--at", "1,x"], "`x` is no moment"),
-        (["--plot", "a.svg", "--at", "-1"], "`-1` is no moment"),
-        (["--plot", "a.svg", "--at", ",".join(map(str, range(30)))], "30 moments; 24 at most"),
+        (
+            ["--plot", "a.svg", "--at", "1", "--plot-kind", "timeline"],
+            "`--at` needs a map, not `--plot-kind timeline`; remove one of them",
+        ),
+        (["--plot", "a.svg", "--at", "1,x"], "`x` is not a time; write seconds, such as `--at 0,2,5.5`"),
+        (["--plot", "a.svg", "--at", "-1"], "`-1` is not a time; write seconds, such as `--at 0,2,5.5`"),
+        (["--plot", "a.svg", "--at", ",".join(map(str, range(30)))], "`--at` has 30 times; give at most 24"),
         (["--plot", "a.svg", "--plot-kind", "cube"], "'cube' is not one of"),
-        (["--plot", "a.gif"], "ends in none of .svg, .png, .pdf"),
+        (["--plot", "a.gif"], "`a.gif` has no picture format; end the name with one of .svg, .png, .pdf"),
     ],
 )
 def test_options_that_do_not_fit_are_refused(

@@ -90,8 +90,14 @@ def nested(target: Path) -> None:
 
 
 STRANGE: dict[str, tuple[Callable[[Path], object], str]] = {
-    "a file that is not listed": (lambda out: (out / "notes.txt").write_text("dear"), "`notes.txt`, which its"),
-    "one deep inside": (lambda out: (out / "crazyflie" / "mine.csv").write_text("dear"), "`crazyflie/mine.csv`, which"),
+    "a file that is not listed": (
+        lambda out: (out / "notes.txt").write_text("dear"),
+        "`notes.txt`, not listed in its `manifest.json`",
+    ),
+    "one deep inside": (
+        lambda out: (out / "crazyflie" / "mine.csv").write_text("dear"),
+        "`crazyflie/mine.csv`, not listed in its `manifest.json`",
+    ),
     "a listed file, edited": (
         lambda out: (out / "mission/a.mission").write_text("dear"),
         "`mission/a.mission`, changed",
@@ -101,13 +107,13 @@ STRANGE: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda out: (out / "plan.json").rename(out.parent / "moved") and (out / "plan.json").symlink_to("../moved"),
         "`plan.json`, a symbolic link",
     ),
-    "a pipe": (lambda out: os.mkfifo(out / "pipe"), "`pipe`, no file"),
+    "a pipe": (lambda out: os.mkfifo(out / "pipe"), "`pipe`, not a regular file"),
     "an empty folder": (lambda out: (out / "thesis").mkdir(), "`thesis`, an empty folder"),
     "a folder in place of a listed file": (
         lambda out: ((out / "plan.json").unlink(), (out / "plan.json").mkdir()),
         "`plan.json`, an empty folder",
     ),
-    "another compilation": (nested, "`again/crazyflie/drone0.csv`, which"),
+    "another compilation": (nested, "`again/crazyflie/drone0.csv`, not listed in its `manifest.json`"),
     "another manifest": (
         lambda out: (out / "manifest.json").write_text('{"schema": "mine", "files": {}}'),
         "`crazyflie`",

@@ -190,7 +190,7 @@ def test_a_word_says_what_it_is(subtests: pytest.Subtests) -> None:
         ("require a: every drone: always[0, 300 m|s] base", "a unit of time: 0.001 s"),
         ("agent a { vehicle crazy|flie21 dynamics single_integrator(speed <= 1)  start at (5, 1) }", "fence_inset"),
         ("agent a { vehicle plain { ti|lt <= 20 deg } }", "angle of the thrust from vertical"),
-        ("agent a { flight { hov|er 1 m } }", "height to rise to above the pad"),
+        ("agent a { flight { hov|er 1 m } }", "hover height above the pad, after takeoff and before landing"),
         ("agent a { fli|ght { hover 1 m } }", "pads at (1, 1, 0)"),
         ("require a: every drone: nowhe|re", "unknown name `nowhere`"),
         ("require a: every drone: |# nothing", ""),

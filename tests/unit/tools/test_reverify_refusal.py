@@ -80,7 +80,7 @@ def laid(folder: Path, files: dict[str, bytes]) -> Path:
 def test_a_proof_is_verified_and_what_it_proves_is_said(proved: dict[str, bytes], tmp_path: Path) -> None:
     status, said = run(["verify", str(laid(tmp_path / "x", proved))])
     assert status == 0
-    assert "proven: no motion of these agents satisfies `stay`, `close` and `visit` together" in said
+    assert "proved: no motion of these agents satisfies `stay`, `close` and `visit` together" in said
     assert "with `-D FAR=6.5 m`" in said
     status, said = run(["verify", str(tmp_path / "x"), "--format", "json"])
     document = json.loads(said)
@@ -166,7 +166,7 @@ def test_a_proof_about_roadmaps_says_what_it_does_not_show(tmp_path: Path) -> No
     assert status == 3, said
     status, said = run(["verify", str(tmp_path / "out")])
     assert status == 0, said
-    assert "proven: the clauses in `impossible.cnf` are unsatisfiable" in said
+    assert "proved: the clauses in `impossible.cnf` are unsatisfiable" in said
 
 
 def test_a_proof_is_of_the_mission_at_its_own_pace(tmp_path: Path) -> None:

@@ -176,7 +176,7 @@ def test_who_is_not_there_cannot_be_lost(value: str, words: str, folder: Path, c
 @pytest.mark.parametrize("value", ["drone[0]", "drone[0]@", "@1", "drone[0]@-1", "drone[0]@nan", "drone[0]@inf"])
 def test_a_loss_is_an_agent_and_a_second(value: str, folder: Path, capsys: Captured) -> None:
     assert main(["simulate", str(folder), "--lose", value]) == 2
-    assert "is no agent and a second such as drone[0]@5" in capsys.readouterr().err
+    assert "is not an agent and a time; write AGENT@SECONDS, such as drone[0]@5" in capsys.readouterr().err
 
 
 def test_nobody_is_lost_twice(folder: Path, capsys: Captured) -> None:
@@ -280,7 +280,7 @@ def test_polynomials_that_lead_beyond_all_numbers_are_refused(folder: Path, caps
     assert main(["simulate", str(folder)]) == 1
     err = capsys.readouterr().err
     assert "MC709" in err
-    assert "the polynomials of `drone[1]` lead beyond 1e+09 m" in err
+    assert "the polynomials of `drone[1]` exceed 1e+09 m, m/s or m/s^2" in err
 
 
 def test_a_place_one_cannot_write_to_is_refused_before_anything_is_flown(folder: Path, capsys: Captured) -> None:
@@ -352,7 +352,7 @@ def test_a_file_that_somebody_put_where_the_flight_would_lie_is_left_alone(
     said = capsys.readouterr()
     if how == "a link":
         assert f"MC708]: `{folder}` is not a plan folder" in said.err
-        assert f"`{name}` in it is a symbolic link" in said.err
+        assert f"is not a plan folder: its `{name}` is a symbolic link" in said.err
     else:
         assert "MC701" in said.err
         assert f"{name}` exists" in said.err

@@ -81,7 +81,7 @@ def test_flights_are_the_same_whoever_flies_them(folder: Path, monkeypatch: pyte
 def test_a_worker_that_cannot_fly_says_so(folder: Path) -> None:
     with ThreadPoolExecutor(1) as executor:
         refused = Pool(executor, lambda text: run_answer.other_versions({"missionc": "0.0"}), lambda: 1)
-        with pytest.raises(NotFlown, match="other versions"):
+        with pytest.raises(NotFlown, match="the package versions of a worker on `vm` differ from this machine"):
             simulate(folder, TRIAL, fly=SpreadTrials(refused, Limits()))
 
 
@@ -153,17 +153,17 @@ def test_a_journal_that_does_not_fit_is_left_as_it_is(folder: Path, tmp_path: Pa
         (
             first.replace(b'"3"', b'"4"') + line,
             CHECKPOINT_MISMATCH,
-            "the seed of the checkpoint is `4`; the seed of this run is `3`",
+            "the seed is `4` in the checkpoint and `3` in this run",
         ),
         (
             first.replace(b',"mass":"0.05"', b""),
             CHECKPOINT_MISMATCH,
-            "the mass of the checkpoint is nothing; the mass of this run is `0.05`",
+            "the mass is not set in the checkpoint and `0.05` in this run",
         ),
         (
             first.replace(b"}}", b',"gust":"1"}}'),
             CHECKPOINT_MISMATCH,
-            "the gust of the checkpoint is `1`; the gust of this run is nothing",
+            "the gust is `1` in the checkpoint and not set in this run",
         ),
         (first.replace(b"f00", b"f01"), CHECKPOINT_MISMATCH, "the plan folder is different"),
         (first.replace(b"flights/1", b"flights/9"), CHECKPOINT_MISMATCH, "missionc.flights/9"),
@@ -194,7 +194,7 @@ def test_the_command_keeps_flights_in_a_journal(
     assert file.read_bytes() == kept
     with flights_journal.opened(file):
         assert main([*words, str(file)]) == 1
-    assert "error[MC763]: another command is at work" in capsys.readouterr().err
+    assert f"error[MC763]: `{file}` is in use by another command" in capsys.readouterr().err
     assert main([*words, str(folder / "manifest.json")]) == 1
     assert "error[MC702]" in capsys.readouterr().err
 

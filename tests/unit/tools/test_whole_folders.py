@@ -200,8 +200,8 @@ def test_what_the_manifest_does_not_list_is_refused_by_name(name: str, tmp_path:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("crazyflie/zz_extra.csv", "no such file"),
-        ("notes.txt", "no such file"),
+        ("crazyflie/zz_extra.csv", "unexpected file for this mission"),
+        ("notes.txt", "unexpected file for this mission"),
         ("mission/other.mission", "does not include it"),
         ("export/crazyswarm2/more.py", "not a file of this export"),
         ("export/warp/fly.py", "unknown export"),
@@ -268,7 +268,7 @@ def test_a_link_is_refused_by_name_and_not_followed(
     (folder / name).symlink_to(outside)
     err = said(folder, capsys, command)
     assert "MC708" in err
-    assert f"`{name}` in it is a symbolic link" in err
+    assert f"is not a plan folder: its `{name}` is a symbolic link" in err
     assert SECRET not in err
 
 
@@ -279,7 +279,7 @@ def test_what_is_no_regular_file_is_refused_by_name(
     folder = laid(tmp_path / "out", files())
     (folder / name).unlink(missing_ok=True)
     os.mkfifo(folder / name)
-    assert f"`{name}` in it is not a regular file" in said(folder, capsys)
+    assert f"is not a plan folder: its `{name}` is not a regular file" in said(folder, capsys)
 
 
 def test_a_folder_may_be_named_through_a_link(tmp_path: Path) -> None:

@@ -307,4 +307,4 @@ def test_flags_that_ask_for_more_and_for_no_more_than_the_steps_are_not_given_to
     monkeypatch.chdir(tmp_path)
     Path("leap.mission").write_text(LEAP, encoding="utf-8")
     assert main(["compile", "leap.mission", "--continuous", "--at-steps"]) == 2
-    assert "delete one of the two" in capsys.readouterr().err
+    assert "`--continuous` and `--at-steps` exclude each other; remove one of them" in capsys.readouterr().err

@@ -126,7 +126,7 @@ def chunk_spoilt() -> bytes:
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        (b"no recording", "does not begin"),
+        (b"no recording", "not an MCAP recording"),
         (b"\x89MCAP0\r\n\x05" + struct.pack("<Q", 1 << 40), "a record has"),
         (b"\x89MCAP0\r\n\x06" + struct.pack("<Q", 32) + bytes(16) + struct.pack("<Q", 1 << 40) + bytes(8), "a chunk"),
         (b"\x89MCAP0\r\n\x03" + struct.pack("<Q", 3) + b"abc", "cannot be read"),
@@ -169,7 +169,8 @@ def test_a_broken_recording_ends_the_stream(tmp_path: Path, capsys: pytest.Captu
     (tmp_path / "flight.mcap").write_bytes(chunk_spoilt())
     assert monitored(tmp_path) == 1
     streams = capsys.readouterr()
-    assert f"error[{RECORDING_BROKEN.name}]: the recording cannot be read any further" in streams.err
+    why = "the recording cannot be read further: a record in it cannot be read (CRCValidationError)"
+    assert f"error[{RECORDING_BROKEN.name}]: {why}" in streams.err
     assert "flight: not decided" in streams.out
 
 

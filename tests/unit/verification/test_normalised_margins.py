@@ -10,7 +10,9 @@ import pytest
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
 from missionc.geometry.natural_scale import inradius
-from missionc.ir import Box, Difference, Disc, Polygon, World
+from missionc.ir import Box, Difference, Disc, Intersection, Polygon, Prism, Shape, World
+from missionc.ir.distances.convex_pieces import outer_half_spaces
+from missionc.ir.distances.signed_distance import signed_distance
 from missionc.verification.monitoring.normalised_margins import normalised_margins
 from tests.support.transport_missions import checked
 
@@ -73,3 +75,33 @@ def test_the_inradius_of_other_shapes_is_nearly_that_of_their_largest_disc() -> 
     assert inradius(triangle, WORLD) == pytest.approx(math.sqrt(3), rel=0.1)
     frame = Difference(Box((0.0, 0.0), (9.0, 9.0)), Box((0.0, 0.0), (7.0, 9.0)))
     assert inradius(frame, WORLD) == pytest.approx(1.0, rel=0.1)
+
+
+KITE = Polygon(((0.0, 1.0), (1.0, -1.0), (2.0, 1.0), (1.0, 2.0)))
+
+
+@pytest.mark.parametrize(
+    ("shape", "sides"),
+    [
+        (Box((0.0, 0.0), (4.0, 2.0)), 4),
+        (Box((0.0, 0.0, 0.0), (4.0, 2.0, 1.0)), 6),
+        (KITE, 4),
+        (Polygon(KITE.corners[::-1], Prism(0.0, 1.0)), 6),
+        (Intersection(Box((0.0, 0.0), (4.0, 2.0)), KITE), 8),
+        (Disc((0.0, 0.0), 1.0), 0),
+        (Polygon(((0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))), 0),
+        (Difference(Box((0.0, 0.0), (4.0, 2.0)), KITE), 0),
+    ],
+)
+def test_the_depth_in_a_convex_polyhedron_is_the_least_distance_from_its_outer_half_spaces(
+    shape: Shape, sides: int
+) -> None:
+    found = outer_half_spaces(shape)
+    assert len(found) == sides
+    points = np.random.default_rng(0).uniform(-1.0, 4.0, (300, 3 if sides == 6 else 2))
+    depth = -np.asarray(signed_distance(np, shape, points))
+    inside = depth > 0
+    assert not sides or inside.sum() > 5
+    if sides:
+        distances = [points[:, : len(side.normal)] @ np.array(side.normal) - side.offset for side in found]
+        assert np.min(distances, axis=0)[inside] == pytest.approx(depth[inside])

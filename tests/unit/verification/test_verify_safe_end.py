@@ -415,7 +415,7 @@ def test_whoever_lands_is_clear_by_the_least_of_all_stops() -> None:
     )
     assert least == pytest.approx(1.0 - 0.1 - 0.12, abs=2e-3)
     nobody = named(judge_stops(mission, standing(mission), 1.0, stop(0.0)).checks, "landing")
-    assert nobody == Check("landing", "stops", 0.0, "m", WAYPOINT, True, detail="nobody lands")
+    assert nobody == Check("landing", "stops", 0.0, "m", WAYPOINT, True, detail="no agent lands")
     alone = team(TORPID)
     far = judge_stops(alone, standing(alone), 1.0, stop(0.0, places=PLACES[:1], turns=((0,),)))
     assert named(far.checks, "landing").margin == 1000.0

@@ -131,7 +131,7 @@ def test_it_ends_in_the_motion_in_which_the_plan_begins_up_to_the_fourth_derivat
         mission = replace(MISSION, agents=(first, MISSION.agents[1]))
         own = found(mission, moving, standing(STARTS[1]))[("stop", "drone[0]")]
         assert own.margin == pytest.approx(0.001 if order is None else -0.002, abs=1e-9)
-        assert own.detail == "it ends in the motion in which the plan begins"
+        assert own.detail == "it ends in the state in which the plan begins"
 
 
 @pytest.mark.parametrize(("apart", "passed"), [(0.201, True), (0.199, False)])

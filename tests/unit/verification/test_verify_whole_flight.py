@@ -115,7 +115,7 @@ def test_a_way_has_the_checks_of_a_flight_and_where_it_begins_ends_and_looks() -
             who = f"drone[{index}]"
             (first, last) = (PADS, STARTS) if word == "out" else (STARTS, PADS)
             for check, at, place in ((begin, 0.0, first[index]), (end, lasts, last[index])):
-                says = f"it {check.name.split()[1]}s at ({', '.join(f'{value:g}' for value in place)})"
+                says = f"the path {check.name.split()[1]}s at ({', '.join(f'{value:g}' for value in place)})"
                 exact = check.tolerance
                 assert check == Check(check.name, who, check.margin, "m", exact, True, at, (who,), says)
                 assert check.margin == pytest.approx(0.0, abs=1e-12)
@@ -277,7 +277,7 @@ def test_every_pad_is_inside_the_world(pads: tuple[tuple[float, ...], ...], marg
 def test_who_rise_at_once_or_in_turns_keep_apart() -> None:
     block = still(ir.Box((0.0, 4.0, 0.0), (9.0, 6.0, 0.5)), "block")
     (found,) = named(judged(replace(MISSION, obstacles=(block,)), {}), "column separation")
-    detail = "the agents take off and land all at once, with enough distance to all others"
+    detail = "the agents take off and land together, with enough distance to all others"
     assert found == Check("column separation", "all pairs", found.margin, "m", 1e-6, True, None, ("drone[0]",), detail)
     assert found.margin == pytest.approx(3.0 - 0.2 - 0.25)
     # 0.5 m apart, too near for the downwash of both, but not for who stands beside them; and one hovers well above.
@@ -285,7 +285,7 @@ def test_who_rise_at_once_or_in_turns_keep_apart() -> None:
     certificate = judged(near, {})
     (found,) = named(certificate, "column separation")
     assert (found.passed, found.agents) == (True, ("drone[0]",))
-    assert found.detail == detail.replace("all at once", "in 2 turns")
+    assert found.detail == detail.replace("together", "in 2 turns")
     assert found.margin == pytest.approx(0.5 - 0.2 - 0.25)
     # Two turns of 3.5 m at 35/16 of 1 m/s up, and of 3.46 m down.
     assert certificate.figures[0].value == pytest.approx(2 * 7.7 + 8 + 8 + 2 + 2 * 7.6)
@@ -413,7 +413,7 @@ def test_everybody_is_on_the_floor_before_its_battery_is_empty(endurance: float,
     # 3.3 s up, 8 s there, 4 s out, 8 s, 8 s home, 2 s and 4 s down.
     assert certificate.figures == (Figure("whole flight", "floor to floor", 37.3, "s"),)
     (found,) = named(certificate, "whole endurance")
-    detail = f"it takes 37.3 s from takeoff to landing; the battery endurance is {endurance:g} s"
+    detail = f"the flight lasts 37.3 s from takeoff to landing; the battery endurance is {endurance:g} s"
     assert found == Check(
         "whole endurance", "drone[0]", found.margin, "s", 0.0, margin > 0, None, ("drone[0]",), detail
     )

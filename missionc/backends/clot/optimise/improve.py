@@ -8,6 +8,7 @@ only if it is a better plan.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
@@ -182,11 +183,11 @@ def improve(
         better = motion is not None and as_many(mission, kernel, made, motion)
         if motion is not None and better and (measure is None or measure(motion) < measure(made)):
             control, made = tried, motion
-    aim = AIMS.get(mission.objective, (TIDY,))[-1]
-    if mission.objective is not Objective.ROBUSTNESS:
-        control, made, costs = widened(
-            control, made, kernel, costs, full_demand, aim, settings.iterations, steps, accept, go_on
-        )
+    else:  # an optimal distance is kept
+        if mission.objective is not Objective.ROBUSTNESS:
+            control, made, costs = widened(
+                control, made, kernel, costs, full_demand, aim, settings.iterations, steps, accept, go_on
+            )
     best, margins = made, Margins.of(kernel, costs, control, made)
 
     def as_calm(tried: Array) -> Trace | None:
@@ -260,29 +261,35 @@ def widened(
 
 
 class Margins(Record):
-    """Normalised margins of a plan, each as far as it counts: at most that of the settings.
+    """Normalised margins of a plan, each capped at that of the settings.
 
     Args:
-        each: those of the requirements, and the least of all bodies.
+        each: margins of the requirements, and the smallest margin of all bodies.
     """
 
     each: tuple[float, ...]
 
     @staticmethod
     def of(kernel: Kernel, costs: Costs, control: Array, plan: Trace) -> Margins:
-        """Those of a plan, and of its control points, (agents, points, dim), metres."""
+        """Margins of a plan with these control points, (agents, points, dim), metres."""
         most = clot_settings(costs.mission).shortening.margin
         found = normalised_margins(costs.mission, kernel.requirements, plan).values()
         return Margins(tuple(min(most, margin) for margin in (*found, costs.body_margin(control))))
 
     @property
     def least(self) -> float:
+        """The smallest margin."""
         return min(self.each)
 
+    @property
+    def score(self) -> float:
+        """Sum of the square roots: what a narrow margin gains counts more than what a wide one loses."""
+        return sum(math.sqrt(max(margin, 0.0)) for margin in self.each)
+
     def wider(self, than: Margins, gain: float) -> bool:
-        """Whether they are wider in all by this gain at least, and the least is no smaller."""
+        """Return whether the score is larger by this gain at least, and the smallest margin is no smaller."""
         rounding = 1e-9
-        return sum(self.each) >= sum(than.each) + gain and self.least >= than.least - rounding
+        return self.score >= than.score + gain and self.least >= than.least - rounding
 
 
 def travelled(made: Trace) -> float:

@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeAlias, assert_never
 
 from missionc import ir
-from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS, Dimension
@@ -30,7 +30,8 @@ Json: TypeAlias = dict[str, Any]
 _DIGITS = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
 
 
-class Pieces(Record, eq=False):
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
     """Builder of pieces from the shapes in one text; items from included files are drawn but not editable."""
 
     source: Source

@@ -101,7 +101,7 @@ def _wrong(manifest: Mapping[str, object], sound: Mapping[str, bool]) -> str:
     """First entry that is not sound or has impossible versions or options."""
     wrong = next((key for key, right in sound.items() if not right), None)
     if wrong is not None:
-        return f"its `{wrong}` is {shown(manifest[wrong])}, which cannot be"
+        return f"invalid `{wrong}`: {shown(manifest[wrong])}"
     foreign = manifest.get("backend", "") not in ("", *REGISTRIES[Kind.BACKEND].built_in)
     return _versions(manifest["versions"], foreign) or _options(manifest["options"])
 
@@ -117,11 +117,11 @@ def _versions(versions: object, foreign: bool) -> str:
         foreign: the plan is of a backend of an extension, which need not be installed.
     """
     if not isinstance(versions, dict) or not {"missionc", "python"} <= set(versions):
-        return "its `versions` do not say which compiler wrote it"
+        return "its `versions` do not name the compiler"
     known = {"missionc", "python", *PACKAGES, *(each.package for each in installed())}
     for name, number in versions.items():
         if not (name in known or (foreign and PACKAGE.fullmatch(name))) or not is_version(number):
-            return f"its `versions` have {shown(name)} at {shown(number)}, which cannot be"
+            return f"invalid version of {shown(name)}: {shown(number)}"
     return ""
 
 
