@@ -19,8 +19,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.base.trace import Array, Trace
+from missionc.geometry.polylines import at_shares
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from table1.scene import Unsupported, box, legs, speed, stand, trace
@@ -70,5 +71,5 @@ def _reference(mission: Mission, kernel: Kernel, start: Array, extent: float) ->
     reference = [start[None]]
     for way, first, last in zip(found, [0, *ends[:-1]], ends, strict=True):
         share = np.arange(1, last - first + 1) / max(1, last - first)
-        reference += [along(way, share), np.repeat(way[-1:], REST, axis=0)]
+        reference += [at_shares(way, share), np.repeat(way[-1:], REST, axis=0)]
     return np.concatenate(reference)

@@ -8,7 +8,7 @@ from scipy.spatial.distance import cdist
 
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.base.trace import Array, Trace
-from missionc.ir import Box, Inside, Mission, Place
+from missionc.ir import Box, InitialSet, Inside, Mission
 from missionc.ir.kernel.nodes import Atom, Kernel
 from missionc.ir.kernel.walk import postorder
 
@@ -17,7 +17,7 @@ class Unsupported(Exception):
     """Error for a mission that this rival's formulation cannot express."""
 
 
-def box(place: Place | None) -> Box:
+def box(place: InitialSet | None) -> Box:
     """Region of a start or finish."""
     if place is not None and place.region is not None and isinstance(place.region.shape, Box):
         return place.region.shape
