@@ -4,7 +4,7 @@
 
 Prints the least and the median of the runs in seconds: start of the process to its end, interpreter and imports
 included. ``nothing`` is an interpreter that imports the command and does no more. Modules are compiled once, as they
-are for everybody who does not forbid it.
+are by default.
 """
 
 from __future__ import annotations

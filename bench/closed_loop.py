@@ -4,10 +4,10 @@
 
 Each mission is compiled once and flown so often through scenarios that are drawn at random (a lost drone, a slow one,
 an obstacle that appears; wind, noise, dropouts, late packets, skewed clocks), every scenario twice: watched, and
-planned anew. Printed are the requirements that were lost in either case (all of them, where bodies touched); how many
-of those that were lost where nobody planned anew were beyond saving when a first plan could begin, by the top speeds of
-those who were left; the share of what was lost that is kept with replanning, of all and of those that were not beyond
-saving; the flights in which bodies touched; and how long planning anew took beside the first plan.
+replanned. Printed are the requirements that were lost in either case (all of them, where bodies touched); how many
+of those that were lost without replanning were beyond saving when a first plan could begin, by the top speeds of
+the remaining agents; the share of what was lost that is kept with replanning, of all and of those that were not beyond
+saving; the flights in which bodies touched; and how long replanning took beside the first plan.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
 
 Every run must give the same motion, bit by bit. Seconds are from the checked mission to the plan, the least of all
 runs: on the wall, and of all processors, children's included. A ratio is that of several processes to one. *Chain* is
-what the ratio on the wall would be if nobody else used the machine and children cost nothing: of one process, the
+what the ratio on the wall would be on a machine without other load and children cost nothing: of one process, the
 processor's seconds of what has to be done one after the other, to all of them.
 """
 

@@ -5,7 +5,7 @@
 Prints the least and the median of the runs in seconds. `demo` is the whole process, from its start to its end, without
 a browser; *processor* is what it took of the processor, which other work on the machine changes little. `check` and
 `compile` are from the save to the last word on it; 0.15 s of that is how long a file has to be at rest. Modules are
-compiled once, as they are for everybody who does not forbid it.
+compiled once, as they are by default.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
 
 The same runs are done by one worker and by k, in turns, by processes of this machine and by a Dask cluster of them,
 whose start is not counted. *Ratio* is how many times as quick k workers are, of the least seconds on the wall of all
-turns; *of the cores* is that, divided by k: it says something where nobody else uses the machine. What it can be at
-best is *share*: of the processor's seconds of everybody who takes part (this program, the scheduler, the workers, the
+turns; *of the cores* is that, divided by k: it is meaningful on a machine without other load. What it can be at
+best is *share*: of the processor's seconds of all processes (this program, the scheduler, the workers, the
 processes beside them and the runs), that of the runs, with k workers. *Beside* are the others' milliseconds of a run.
 *Round trip* is what a request takes on the wall that is refused as soon as it is read, sent together with many others:
 the executor, and both ways.

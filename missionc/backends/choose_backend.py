@@ -53,13 +53,13 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
     """Backend named by the mission or the command line, or all that offer the mission's features."""
     wanted = forced or mission.solve.backend
     required = needs(mission)
-    offers = dict(BACKENDS.items_built_in())
+    specs = dict(BACKENDS.items_built_in())
     try:
         named = None if wanted == AUTO else BACKENDS.get(wanted)
     except ExtensionError as error:
         return None, [extension_error(error, mission.solve.span if wanted == mission.solve.backend else None)]
-    offers |= {wanted: named} if named else {}
-    able = [name for name, spec in offers.items() if all(need.feature in spec.features for need in required)]
+    specs |= {wanted: named} if named else {}
+    able = [name for name, spec in specs.items() if all(need.feature in spec.features for need in required)]
     if wanted == AUTO and not able:
         return None, [_none_can(mission, required)]
     if wanted != AUTO and wanted not in able:

@@ -46,11 +46,11 @@ def load_engines(
     options = options or Options()
     try:
         raise_taken()
-        offers = [BACKENDS[name] for name in names]
+        specs = [BACKENDS[name] for name in names]
     except ExtensionError as error:
         return extension_error(error)
-    wrong = {spec.name: _not_its_flag(spec, options, checkpoint, len(offers) == 1) for spec in offers}
-    hear = [spec for spec in offers if wrong[spec.name] is None]
+    wrong = {spec.name: _not_its_flag(spec, options, checkpoint, len(specs) == 1) for spec in specs}
+    hear = [spec for spec in specs if wrong[spec.name] is None]
     lacking = {spec.name: _package_missing(spec) for spec in hear}
     there = [spec for spec in hear if lacking[spec.name] is None][: 1 if checkpoint else None]
     if not there:

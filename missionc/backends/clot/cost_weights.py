@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.backends.clot.settings import Spare, clot_settings
+from missionc.backends.clot.settings import Spare, Weights, clot_settings
 from missionc.backends.setting import setting
 from missionc.base.late_dataclass import Record
 from missionc.geometry.natural_scale import body
@@ -58,6 +58,10 @@ class Aim(Record):
     steps: int = setting(0, "steps", "of descent at most")
     gain: float = setting(0.0, "", "of the cost: the share that a step must gain for there to be another")
     cuts: int = setting(4, "programs", "for a step, each with what the last one broke")
+
+    def weights(self, of: Weights) -> Weights:
+        """Weights with those of length, bend and metres of this aim."""
+        return replace(of, length=self.length, bend=self.bend, metres=self.metres)
 
 
 METRES = Aim(length=0.01, bend=0.05, metres=1.0, steps=40, gain=4e-4, cuts=2)

@@ -1,4 +1,4 @@
-"""Offer of the transport backend: features and options, without the planner. [clot]"""
+"""Description of the transport backend: features and options, without the planner. [clot]"""
 
 from __future__ import annotations
 

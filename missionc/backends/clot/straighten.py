@@ -99,9 +99,7 @@ class _Straightened:
         return min(most, clot_settings(self.mission).shortening.straighten // max(1, self.control.size))
 
     def costs(self, room: Spare) -> Costs:
-        aim = self.aim
-        weights = replace(clot_settings(self.mission).weights, length=aim.length, bend=aim.bend, metres=aim.metres)
-        return Costs(self.mission, self.made, weights, room)
+        return Costs(self.mission, self.made, self.aim.weights(clot_settings(self.mission).weights), room)
 
     def descended(self, start: Array, room: Spare) -> Array:
         """Control points with less length and bend, (agents, points, dim), metres, and no less clearance."""

@@ -1,4 +1,4 @@
-"""The offer of the hybrid backend: the common features of both halves, and the options of either."""
+"""Description of the hybrid backend: the common features of both halves, and the options of either."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.output.documents.alternatives_json import rows
 from missionc.output.with_alternatives import with_alternatives as joined_files
-from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.monitoring.monitor import least_robustness, monitor
 from missionc.verification.monitoring.signature import Signature, Signatures, differences
 
 Quality: TypeAlias = tuple[tuple[bool, ...], float, float]
@@ -67,7 +67,7 @@ def objective_value(mission: Mission, kernel: Kernel, trace: Trace) -> float:
     """The value that the objective minimises: metres if there is none, minus the robustness if that is maximised."""
     match mission.objective:
         case Objective.ROBUSTNESS:
-            return -min(each.robustness for each in monitor(mission, kernel, trace).requirements)
+            return -least_robustness(mission, kernel, trace)
         case Objective.DURATION:
             return float(trace.lasts)
         case Objective.ENERGY:

@@ -84,9 +84,9 @@ def outer_half_spaces(shape: Shape) -> tuple[HalfSpace, ...]:
 
     The depth of a point inside a convex polyhedron is its least distance from them.
     """
-    around = [piece[0] for piece in _pieces_around(shape) if len(piece) == 1]
-    found = tuple(part for part in around if isinstance(part, HalfSpace))
-    return found if len(found) == len(_pieces_around(shape)) else ()
+    around = _pieces_around(shape)
+    found = tuple(piece[0] for piece in around if len(piece) == 1 and isinstance(piece[0], HalfSpace))
+    return found if len(found) == len(around) else ()
 
 
 def _common(left: Pieces, right: Pieces) -> Pieces:

@@ -37,6 +37,12 @@ def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> Judgements:
     return Judgements(tuple(map(judged, kernel.requirements)), tuple(map(judged, kernel.preferences)))
 
 
+def least_robustness(mission: Mission, kernel: Kernel, trace: Trace) -> float:
+    """Smallest robustness of the requirements, each in its own unit; ``inf`` if no motion can change any."""
+    judged = monitor(mission, kernel, trace).requirements
+    return min((each.robustness for each in judged if np.isfinite(each.robustness)), default=np.inf)
+
+
 def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
     """Truth of a formula: (agents, steps + 1), boolean.
 

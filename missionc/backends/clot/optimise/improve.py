@@ -27,7 +27,7 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
-from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.monitoring.monitor import least_robustness, monitor
 from missionc.verification.monitoring.normalised_margins import normalised_margins
 
 
@@ -176,8 +176,7 @@ def improve(
             notes.append("the distance is optimal")
             break
         steps = min(aim.steps, settings.tidy // max(1, control.size)) if aim is TIDY else aim.steps
-        weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
-        aimed = replace(costs, weights=weights)
+        aimed = replace(costs, weights=aim.weights(costs.weights))
         tried = descend(control, aimed, full_demand, steps, aim.gain, aim.cuts, go_on)
         motion = made if tried is control else accept(tried)
         better = motion is not None and as_many(mission, kernel, made, motion)
@@ -192,11 +191,10 @@ def improve(
 
     def as_calm(tried: Array) -> Trace | None:
         motion = accept(tried)
-        if motion is None or not as_many(mission, kernel, best, motion):
+        if motion is None or (measure is not None and measure(motion) > measure(best)):
             return None
-        better = measure is None or measure(motion) <= measure(best)
-        kept = Margins.of(kernel, costs, tried, motion).wider(margins, -settings.wider)
-        return motion if better and kept else None
+        kept = as_many(mission, kernel, best, motion)
+        return motion if kept and Margins.of(kernel, costs, tried, motion).wider(margins, -settings.wider) else None
 
     control, made = retime(control, made, full_demand, costs, as_calm, go_on)
     if measure is not None and made is not before:
@@ -210,12 +208,6 @@ def _measure(mission: Mission, kernel: Kernel) -> Callable[[Trace], float] | Non
     if mission.objective is Objective.ROBUSTNESS:
         return lambda made: -least_robustness(mission, kernel, made)
     return MEASURES.get(mission.objective)
-
-
-def least_robustness(mission: Mission, kernel: Kernel, made: Trace) -> float:
-    """The least robustness of the requirements, in the unit of each; ``inf`` if no motion can change any."""
-    judged = monitor(mission, kernel, made).requirements
-    return min((each.robustness for each in judged if np.isfinite(each.robustness)), default=np.inf)
 
 
 def widened(
@@ -240,7 +232,7 @@ def widened(
     mission = costs.mission
     settings, measure = clot_settings(mission).shortening, MEASURES.get(mission.objective, travelled)
     lasts = duration(made) if mission.objective is Objective.DURATION else int(mission.steps)
-    weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
+    weights = aim.weights(costs.weights)
     before = Margins.of(kernel, costs, control, made)
     for halvings in range(settings.wide_tries if before.least < settings.margin else 0):
         if not go_on():

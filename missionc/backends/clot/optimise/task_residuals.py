@@ -144,17 +144,15 @@ class TaskCosts(Record, eq=False):
         if predicate.about_team:
             step = np.unique(step)
             agent = np.zeros_like(step)
-        by_side = predicate.region is not None and holds and self.spare.scaled > 0
-        beyond = outer_half_spaces(predicate.region.shape) if by_side and predicate.region else ()
-        sides = None
+        wide, sides = self.spare.scaled > 0, None
+        region = predicate.region if holds and wide else None
+        beyond = outer_half_spaces(region.shape) if region else ()
         if beyond:  # each side by itself: no gradient of the depth leads out of a corner
             dim = self.mission.dimension
             normals = [(*side.normal, *(0.0,) * (dim - len(side.normal))) for side in beyond]
             every = np.repeat(np.arange(len(beyond)), len(agent))
-            sides = (
-                torch.tensor(normals)[every].double(),
-                torch.tensor([side.offset for side in beyond])[every].double(),
-            )
+            offsets = [side.offset for side in beyond]
+            sides = torch.from_numpy(np.array(normals)[every]), torch.from_numpy(np.array(offsets)[every])
             agent, step = np.tile(agent, len(beyond)), np.tile(step, len(beyond))
         arguments = [self._at(agent, step)]
         if predicate.reads_speed:
@@ -166,7 +164,7 @@ class TaskCosts(Record, eq=False):
             for what in ("radius", "altitude")
         )
         of_speed = predicate.is_of_speed or predicate.reads_heading
-        natural = natural_scale(predicate, self.mission)
+        natural = natural_scale(predicate, self.mission) if wide else 0.0
         scale, spare = 1.0, self._spare(natural)
         if of_speed and made.steps:
             scale, spare = made.step, max(clot_settings(self.mission).spare.task, self.spare.scaled * natural)
