@@ -28,12 +28,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import torch
 from scipy import ndimage
 
+from missionc.backends.clot.optimise.dual_numbers import Dual, variables
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.base.trace import Array
-from missionc.geometry.sampling import box_around
+from missionc.geometry.bounding_box import box_around
 from missionc.ir import Box, Disc, Obstacle, Polygon, Prism, Shape, Still, Union
 from missionc.ir.distances.signed_distance import signed_distance
 
@@ -53,7 +53,6 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--spacing", type=float, nargs="+", default=[0.1, 0.05])
     arguments = parser.parse_args()
-    torch.set_num_threads(1)
     columns = "obstacles | dim | pairs | each ms | stacked ms | each / stacked | spacing m | nodes | from distances s"
     print(f"| {columns} | transform s | read ms | read / stacked | overstated, bound m | by a transform |")
     print("|---" * 14 + "|", flush=True)
@@ -62,7 +61,7 @@ def main() -> None:
         mission = world(count, dimension, generator)
         points = ways(arguments.points, dimension, generator)
         every = Obstacles(mission, mission.obstacles)
-        pairs = len(every.near(torch.from_numpy(points), torch.zeros(len(points), dtype=torch.int64), REACH).row)
+        pairs = len(every.near(points, np.zeros(len(points), dtype=np.int64), REACH).row)
         one, many = (least(arguments.repeat, partial(how, mission, every, points)) for how in (each, stacked))
         assert np.isclose(each(mission, every, points), stacked(mission, every, points))
         exact = every.standing_room(points)
@@ -140,21 +139,20 @@ def each(mission: Any, every: Obstacles, points: Array) -> float:
         close = points[np.einsum("sd,sd->s", beside, beside) < REACH**2]
         if not len(close):
             continue
-        leaf = torch.from_numpy(close).requires_grad_()
-        lacking = (REACH - signed_distance(torch, obstacle.shape, leaf)).clamp_min(0.0)
-        (gradient,) = torch.autograd.grad(lacking.sum(), leaf)
-        total += float(lacking.detach().sum()) + float(gradient.abs().sum())
+        total += _work(signed_distance(np, obstacle.shape, *variables([close])))
     return total
 
 
 def stacked(mission: Any, every: Obstacles, points: Array) -> float:
     """The same with ``Obstacles``; points: (points, dim), metres."""
-    where = torch.from_numpy(points)
-    pairs = every.near(where, torch.zeros(len(points), dtype=torch.int64), REACH)
-    leaf = where[pairs.row].requires_grad_()
-    lacking = (REACH - every.distance(leaf, pairs)).clamp_min(0.0)
-    (gradient,) = torch.autograd.grad(lacking.sum(), leaf)
-    return float(lacking.detach().sum()) + float(gradient.abs().sum())
+    pairs = every.near(points, np.zeros(len(points), dtype=np.int64), REACH)
+    (near,) = variables([points[pairs.row]])
+    return _work(every.distance(near, pairs))
+
+
+def _work(distance: Dual) -> float:
+    lacking = np.clip(REACH - distance, 0.0, None)
+    return float(lacking.value.sum()) + float(np.abs(lacking.partials).sum())
 
 
 def cost(table: Array, spacing: float, points: Array, bound: float) -> float:

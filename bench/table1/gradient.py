@@ -20,9 +20,9 @@ from torch import Tensor
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
-from missionc.backends.clot.cost_graph.robustness import Robustness
+from missionc.backends.clot.paper.leaf_margins import UNLIMITED
+from missionc.backends.clot.paper.motion_batch import States, team, velocities
+from missionc.backends.clot.paper.robustness import Robustness
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.ir.distances.signed_distance import signed_distance

@@ -53,7 +53,7 @@ class BackendSpec(Record):
         options: names of the fields of ``Options`` that affect its plans.
         checkpoints: True if a run can be saved and resumed.
         home: the backend, or where to load it from, as ``module:attribute``.
-        package: the package that the backend imports; empty if it needs none.
+        package: the package that ``package_presets`` and devices other than the CPU import.
         extra: the extra of missionc that installs ``package``.
         subsumes: the name of a backend whose attempts this one repeats. In a portfolio with that backend, this one
             goes last and has one turn.
@@ -71,6 +71,7 @@ class BackendSpec(Record):
     home: object
     package: str = ""
     extra: str = ""
+    package_presets: frozenset[str] = frozenset()
     subsumes: str = ""
     optimises_globally: bool = False
     preferred_for: frozenset[Feature] = frozenset()

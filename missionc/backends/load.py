@@ -9,10 +9,9 @@ from importlib.util import find_spec
 from typing import cast
 
 from missionc.backends.api import Backend, BackendExtension, Report, Straighten
-from missionc.backends.clot.spec import CLOT
 from missionc.backends.features import BackendSpec
 from missionc.backends.foreign_backend import ForeignBackend
-from missionc.backends.options import DESCRIBED, Options
+from missionc.backends.options import DESCRIBED, DEVICES, Options
 from missionc.backends.portfolio.backend import Engine, PortfolioBackend
 from missionc.backends.registry import BACKENDS
 from missionc.backends.smt.spec import SMT
@@ -51,7 +50,7 @@ def load_engines(
         return extension_error(error)
     wrong = {spec.name: _not_its_flag(spec, options, checkpoint, len(specs) == 1) for spec in specs}
     hear = [spec for spec in specs if wrong[spec.name] is None]
-    lacking = {spec.name: _package_missing(spec) for spec in hear}
+    lacking = {spec.name: _package_missing(spec, options) for spec in hear}
     there = [spec for spec in hear if lacking[spec.name] is None][: 1 if checkpoint else None]
     if not there:
         return next(said for said in (lacking if hear else wrong).values() if said is not None)
@@ -92,8 +91,8 @@ def plans_on_roadmaps(engine: str) -> bool:
 
 
 def load_straighten(engine: str) -> Straighten | None:
-    """Function that straightens an engine's roadmap plans, if its packages are installed."""
-    if not plans_on_roadmaps(engine) or find_spec(CLOT.package) is None:
+    """Function that straightens an engine's roadmap plans; None for other engines."""
+    if not plans_on_roadmaps(engine):
         return None
     straighten: Straighten = import_module("missionc.backends.clot.straighten").straighten
     return straighten
@@ -104,13 +103,8 @@ def load_roadmaps() -> Backend:
     return PortfolioBackend((Engine(SMT.name, partial(_loaded, SMT)),))
 
 
-def load_repair(motion: Trace, found: Report | None = None) -> Backend | None:
-    """Search for a plan near a motion, whose own search reported ``found``.
-
-    None if its package is not installed.
-    """
-    if find_spec(CLOT.package) is None:
-        return None
+def load_repair(motion: Trace, found: Report | None = None) -> Backend:
+    """Search for a plan near a motion, whose own search reported ``found``."""
     repair: Backend = import_module("missionc.backends.clot.repair").Repair(motion, found or Report())
     return repair
 
@@ -149,12 +143,14 @@ def _for_others(flag: str, names: list[str], spec: BackendSpec) -> Diagnostic:
     )
 
 
-def _package_missing(spec: BackendSpec) -> Diagnostic | None:
-    if not spec.package or find_spec(spec.package) is not None:
+def _package_missing(spec: BackendSpec, options: Options) -> Diagnostic | None:
+    named = "preset" if options.preset in spec.package_presets else "device"
+    needed = named == "preset" or (spec.package and options.device != DEVICES[0])
+    if not needed or find_spec(spec.package) is not None:
         return None
     return Diagnostic(
         EXTRA_MISSING,
-        f"the backend `{spec.name}` needs the package {spec.package}, which is not installed",
+        f"`{' '.join(DESCRIBED[named].words(options))}` needs the package {spec.package}, which is not installed",
         None,
         help=f"install it with `pip install 'missionc[{spec.extra}]'`",
     )

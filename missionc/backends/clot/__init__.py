@@ -2,5 +2,5 @@
 
 Algorithms 1 and 2 as presets.
 
-This module imports nothing, so that the cost graph can be printed without torch, which planning needs.
+This module imports nothing, so that the cost graph can be printed without the libraries that planning needs.
 """

@@ -19,9 +19,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
+from importlib.util import find_spec
 
 import numpy as np
-import torch
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import (
@@ -62,8 +62,8 @@ from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.tasks import Outline, outline
 from missionc.backends.clot.settings import clot_settings
-from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
-from missionc.backends.options import Options
+from missionc.backends.clot.spec import CLOT
+from missionc.backends.options import DEVICES, Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import SEARCH, polish_work, run_to_end, sketch_work
 from missionc.base.diagnostics.model import Diagnostic
@@ -93,8 +93,16 @@ class ClotBackend:
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
         """The same search in turns, each of whole attempts."""
         yield 0.0
-        with one_thread(), enough_memory():
-            return (yield from TransportRun(mission, kernel, options, budget).turns())
+        return (yield from TransportRun(mission, kernel, options, budget).turns())
+
+
+def device_missing(options: Options) -> Diagnostic | None:
+    """Diagnostic if the selected device is missing; every computer has a CPU."""
+    if options.device == DEVICES[0]:
+        return None
+    from missionc.backends.clot.paper import torch_device  # loads torch
+
+    return torch_device.device_missing(options)
 
 
 BACKEND = ClotBackend()
@@ -204,6 +212,7 @@ class TransportRun:
             and before.sketch is not None
             and not way.local
             and number % settings.search_every == settings.search_every - 1
+            and self.can_search()
         ):
             way, begun = PRESETS["search"].tuned(self.mission), self.again(before.sketch, before.motion)
         else:
@@ -217,11 +226,20 @@ class TransportRun:
                 return replace(reached, solved=(Solved(TRANSPORT if way.local else SKETCH, self.mission.names),))
         return None
 
+    def can_search(self) -> bool:
+        """Return whether the package of Algorithm 2 is installed; otherwise note it."""
+        if find_spec(CLOT.package) is not None:
+            return True
+        note = f"no attempt searched: Algorithm 2 needs `pip install 'missionc[{CLOT.extra}]'`"
+        if note not in self.account.notes:
+            self.account.notes.append(note)
+        return False
+
     def searched(
         self, way: Preset, begun: WarmStart, generator: np.random.Generator, number: int, resumed: Searching | None
     ) -> tuple[Array, ...]:
         """Joint motions of a search, (agents, steps + 1, dim) each, metres; its progress is saved."""
-        from missionc.backends.clot.paper.run_algorithm_2 import run_algorithm_2  # clearance that few plans enter
+        from missionc.backends.clot.paper.run_algorithm_2 import run_algorithm_2  # loads torch
 
         with self.account.stage("search"):
             search = run_algorithm_2(
@@ -235,7 +253,7 @@ class TransportRun:
                 self.budget,
                 self.in_time,
                 number + 1,
-                torch.device(self.options.device),
+                self.options.device,
                 self.options.processes,
                 partial(self.keep, number),
                 resumed,

@@ -24,7 +24,6 @@ from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.settings import clot_settings
-from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import polish_work, run_to_end
@@ -61,7 +60,7 @@ class Repair(Record, eq=False):
         def in_time() -> bool:
             return time.monotonic() < budget.deadline and not stop_requested()
 
-        with account.stage("repair"), one_thread(), enough_memory():
+        with account.stage("repair"):
             found = self._repaired(mission, kernel, in_time, account)
         if found is None:
             reason = Reason.SOLVER if in_time() else Reason.TIME

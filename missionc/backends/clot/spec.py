@@ -13,6 +13,7 @@ CLOT = BackendSpec(
     home="missionc.backends.clot.backend:BACKEND",
     package="torch",
     extra="clot",
+    package_presets=frozenset(TRANSPORT_PRESETS) - {"sketch"},
     presets=frozenset(TRANSPORT_PRESETS),
     preferred_for=frozenset(
         {

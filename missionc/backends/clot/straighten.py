@@ -30,7 +30,6 @@ from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.retiming import retime
 from missionc.backends.clot.settings import Spare, clot_settings
-from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.run_account import Account
 from missionc.base.signals import stop_requested
 from missionc.base.solved import then_polished
@@ -52,7 +51,7 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
         budget.on_progress(Progress("straighten"))
         return time.monotonic() < budget.deadline and not stop_requested()
 
-    with account.stage("straighten"), one_thread(), enough_memory():
+    with account.stage("straighten"):
         straight = straightened(mission, kernel, planned.trace, in_time)
     if straight is not planned.trace:
         before, after = travelled(planned.trace), travelled(straight)

@@ -24,13 +24,13 @@ import numpy as np
 
 from missionc.backends import api
 from missionc.backends.clot.backend import TransportRun as Smooth
+from missionc.backends.clot.backend import device_missing
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.run.run_state import Reached
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.settings import clot_settings
-from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
@@ -175,8 +175,7 @@ class HybridBackend:
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
         """The same search in turns, each of whole attempts."""
         yield 0.0
-        with one_thread(), enough_memory():
-            return (yield from Run(mission, kernel, options, budget).turns())
+        return (yield from Run(mission, kernel, options, budget).turns())
 
 
 BACKEND = HybridBackend()

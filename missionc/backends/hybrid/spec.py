@@ -14,6 +14,7 @@ HYBRID = BackendSpec(
     home="missionc.backends.hybrid.backend:BACKEND",
     package=CLOT.package,
     extra=CLOT.extra,
+    package_presets=CLOT.package_presets,
     subsumes=CLOT.name,
     presets=CLOT.presets,
 )

@@ -14,7 +14,7 @@ from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.ir.language.margins.links import all_links, link_pieces
-from missionc.ir.language.margins.predicate_margins import margin
+from missionc.ir.language.margins.predicate_margins import AlongTrace
 from missionc.verification.monitoring import graph_routes, temporal_windows
 from missionc.verification.monitoring.logic import Logic, Values
 
@@ -31,6 +31,7 @@ class Evaluation(Domain[Values]):
             raise ValueError(f"the trace has {trace.position.shape[0]} agents, the mission {len(mission.agents)}")
         self.logic, self.mission, self.trace = logic, mission, trace
         self.steps = trace.position.shape[1]
+        self.view = AlongTrace(mission, trace)
         self.margins: dict[Predicate, Array] = {}
         self.links: dict[Graph, Values] = {}
 
@@ -40,7 +41,7 @@ class Evaluation(Domain[Values]):
 
     def atom(self, predicate: Predicate, holds: bool) -> Values:
         if predicate not in self.margins:
-            self.margins[predicate] = np.atleast_2d(margin(predicate, self.mission, self.trace))
+            self.margins[predicate] = np.atleast_2d(predicate.margin(self.view))
         return self._signed(self.logic.of_predicate(predicate, self.margins[predicate]), holds)
 
     def member(self, agents: frozenset[int], holds: bool) -> Values:
@@ -81,7 +82,7 @@ class Evaluation(Domain[Values]):
 
     def neighbour(self, node: NeighbourNode, body: Values) -> Values:
         def measure(piece: slice, body: Values) -> Values:
-            return graph_routes.nearby(self._links(node.graph, piece), body)
+            return graph_routes.nearby(self.links_of(node.graph, piece), body)
 
         some = self._along(node.graph, (self._signed(body, not node.every),), self._nowhere(), measure)
         return self._signed(some, not node.every)
@@ -90,7 +91,7 @@ class Evaluation(Domain[Values]):
         through, end = (self._signed(value, not node.every) for value in (through, end))
 
         def measure(piece: slice, through: Values, end: Values) -> Values:
-            return graph_routes.reach(self._links(node.graph, piece), through, end, node.hops)
+            return graph_routes.reach(self.links_of(node.graph, piece), through, end, node.hops)
 
         return self._signed(self._along(node.graph, (through, end), end, measure), not node.every)
 
@@ -99,11 +100,11 @@ class Evaluation(Domain[Values]):
         through, end = (self._signed(value, not node.every) for value in (through, end))
 
         def shorter(piece: slice, through: Values, end: Values) -> Values:
-            links, lengths = self._links(graph, piece), self._lengths(graph, piece)
+            links, lengths = self.links_of(graph, piece), self._lengths(graph, piece)
             return graph_routes.reach_within(logic, links, lengths, through, end, high)
 
         def longer(piece: slice, through: Values, end: Values) -> Values:
-            links, lengths = self._links(graph, piece), self._lengths(graph, piece)
+            links, lengths = self.links_of(graph, piece), self._lengths(graph, piece)
             return graph_routes.bounded_below(logic, links, lengths, through, end, low, high)
 
         if low > 0:
@@ -118,7 +119,7 @@ class Evaluation(Domain[Values]):
         target = self.member(frozenset((node.agent,)), True)
 
         def measure(piece: slice, target: Values) -> Values:
-            links, lengths = self._links(graph, piece), self._lengths(graph, piece)
+            links, lengths = self.links_of(graph, piece), self._lengths(graph, piece)
             anyone = np.full_like(target, logic.top)
             near = graph_routes.reach_within(logic, links, lengths, anyone, target, node.high)
             if node.low <= 0:
@@ -161,8 +162,8 @@ class Evaluation(Domain[Values]):
     def _nowhere(self) -> Values:
         return np.full((1, 1), self.logic.bottom)
 
-    def _links(self, graph: Graph, piece: slice) -> Values:
-        """All links of some steps; cached if the whole trace is one piece."""
+    def links_of(self, graph: Graph, piece: slice) -> Values:
+        """All links of some steps, (steps, members, members); cached if the whole trace is one piece."""
         if graph in self.links:
             return self.links[graph][piece]
         links = self.logic.of_link(all_links(graph, self.trace.position[:, piece]))

@@ -35,5 +35,5 @@ class _Normalised(Evaluation):
 
         super().__init__(replace(ROBUSTNESS, of_predicate=scaled), mission, trace)
 
-    def _links(self, graph: Graph, piece: slice) -> Values:
-        return super()._links(graph, piece) / float(graph.radius)
+    def links_of(self, graph: Graph, piece: slice) -> Values:
+        return super().links_of(graph, piece) / float(graph.radius)

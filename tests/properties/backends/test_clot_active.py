@@ -23,11 +23,11 @@ from tests.support.random_runs import SPAN, Case, as_planned, cases, leaves, mis
 pytest.importorskip("torch")
 
 from missionc.backends.clot.cost_graph.cost_graph import build, signed_predicate
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.motion_batch import States, team
-from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Links, activate
 from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.paper.leaf_margins import UNLIMITED
+from missionc.backends.clot.paper.motion_batch import States, team
+from missionc.backends.clot.paper.robustness import Robustness
 from missionc.base.trace import Array, Trace
 from missionc.ir.kernel.nodes import AtLeast, Atom, EveryNeighbour, Node, Not, Release
 from missionc.ir.language.margins.predicate_margins import all_links

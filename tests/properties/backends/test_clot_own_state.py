@@ -16,12 +16,12 @@ from tests.support.random_runs import SPAN, flags_of, mission_of, own_states, po
 
 torch = pytest.importorskip("torch")
 
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.motion_batch import States, team
-from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces, level_groups
 from missionc.backends.clot.optimise.residuals import rows
+from missionc.backends.clot.paper.leaf_margins import UNLIMITED
+from missionc.backends.clot.paper.motion_batch import States, team
+from missionc.backends.clot.paper.robustness import Robustness
 from missionc.backends.clot.settings import Spare, Weights
 
 torch.set_num_threads(1)

@@ -42,11 +42,11 @@ from tests.support.random_runs import SPAN, Case, as_planned, cases, leaves, mis
 
 torch = pytest.importorskip("torch")
 
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, bottleneck
-from missionc.backends.clot.cost_graph.leaf_margins import margin as margin_in_torch
-from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
-from missionc.backends.clot.cost_graph.robustness import Robustness, over, until
+from missionc.backends.clot.paper.leaf_margins import UNLIMITED, bottleneck
+from missionc.backends.clot.paper.leaf_margins import margin as margin_in_torch
+from missionc.backends.clot.paper.motion_batch import States, team, velocities
 from missionc.backends.clot.paper.paper_rules import PaperRules
+from missionc.backends.clot.paper.robustness import Robustness, over, until
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
 from missionc.ir.language.margins.connected import spanning_tree
 

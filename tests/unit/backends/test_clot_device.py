@@ -16,14 +16,14 @@ from missionc.backends import load
 from missionc.backends.api import Budget, Planned, Progress
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_graph.motion_batch import team
-from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.paper.free_distance import Surroundings
+from missionc.backends.clot.paper.motion_batch import team
 from missionc.backends.clot.paper.prefix import about
 from missionc.backends.clot.paper.prefix_check import prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
+from missionc.backends.clot.paper.torch_device import available, one_thread
 from missionc.backends.clot.paper.transport import transport
 from missionc.backends.clot.settings import ProbeWeights, TransportSettings
-from missionc.backends.clot.torch_device import available, one_thread
 from missionc.backends.options import DEVICES, Options
 from missionc.base.diagnostics.code import NO_DEVICE, NOT_ITS_FLAG
 from missionc.base.diagnostics.model import Diagnostic
@@ -160,17 +160,15 @@ def three_threads() -> Iterator[None]:
     torch.set_num_threads(before)
 
 
-@pytest.mark.parametrize("backend", ["clot", "hybrid"])
-def test_planning_takes_one_thread_and_gives_the_others_back(three_threads: None, backend: str) -> None:
+def test_a_search_takes_one_thread_and_gives_the_others_back(three_threads: None) -> None:
     mission, kernel = meant(TRIO)
     heard: list[int] = []
 
-    def listen(_: Progress) -> None:
-        heard.append(torch.get_num_threads())
+    def listen(progress: Progress) -> None:
+        if progress.stage == "search":
+            heard.append(torch.get_num_threads())
 
-    planner = load.load(backend)
-    assert not isinstance(planner, Diagnostic)
-    planner.plan(mission, kernel, Options(), Budget(time.monotonic() + 3, on_progress=listen))
+    BACKEND.plan(mission, kernel, Options(preset="search"), Budget(time.monotonic() + 3, on_progress=listen))
     assert set(heard) == {1}
     assert torch.get_num_threads() == 3
 

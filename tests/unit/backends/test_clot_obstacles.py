@@ -9,9 +9,10 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.optimise.dual_numbers import variables
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.stacked_shapes import Stacked
+from missionc.backends.clot.paper.free_distance import Surroundings
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
 from missionc.geometry.bounding_box import box_around
@@ -63,23 +64,21 @@ def test_distances_are_those_to_one_shape_after_the_other_and_so_are_gradients(d
     shapes = [shape_of(generator, dimension, 3) for _ in range(30)]
     points = generator.uniform(-2, 13, (4000, dimension))
     which = generator.integers(len(shapes), size=len(points))
-    leaf = torch.from_numpy(points).requires_grad_()
-    stacked = Stacked(shapes, dimension, torch.float64)
-    found = stacked.distance(leaf, torch.from_numpy(which))
+    stacked = Stacked(shapes, dimension)
+    found = stacked.distance(variables([points])[0], which)
     expected = np.zeros(len(points))
     for number, shape in enumerate(shapes):
         expected[which == number] = signed_distance(np, shape, points[which == number])
-    assert np.allclose(found.detach().numpy(), expected, atol=1e-12)
-    (gradient,) = torch.autograd.grad(found.sum(), leaf)
-    lengths = np.linalg.norm(gradient.numpy(), axis=1)
+    assert np.allclose(found.value, expected, atol=1e-12)
+    gradient = found.partials.T
+    lengths = np.linalg.norm(gradient, axis=1)
     assert np.allclose(lengths, 1.0)
     tiny = 1e-6
     for axis in range(dimension):
         aside = points + tiny * np.eye(dimension)[axis]
-        ahead = stacked.distance(torch.from_numpy(aside), torch.from_numpy(which))
-        measured = (ahead - found.detach()).numpy() / tiny
+        measured = (stacked.distance(aside, which) - found.value) / tiny
         # A point within 1e-6 m of where two sides are equally near may see the other one.
-        assert np.mean(np.abs(measured - gradient.numpy()[:, axis]) < 1e-4) > 0.998
+        assert np.mean(np.abs(measured - gradient[:, axis]) < 1e-4) > 0.998
 
 
 def mission_of(
@@ -132,10 +131,10 @@ def test_whatever_is_within_reach_is_found_once_and_at_its_distance(dimension: i
     mission = replace(mission, obstacles=every.solid)
     points, instant = generator.uniform(-3, 13, (500, dimension)), generator.integers(4, size=500)
     expected = one_by_one(mission, points, times[instant])
-    pairs = every.near(torch.from_numpy(points), torch.from_numpy(instant), 0.5)
-    row, which = pairs.row.numpy(), pairs.which.numpy()
+    pairs = every.near(points, instant, 0.5)
+    row, which = pairs.row, pairs.which
     assert len(set(zip(row.tolist(), which.tolist(), strict=True))) == len(row)
-    found = every.distance(torch.from_numpy(points)[pairs.row], pairs).numpy()
+    found = every.distance(points[pairs.row], pairs)
     assert np.allclose(found, expected[which, row])
     left_out = np.ones_like(expected, dtype=bool)
     left_out[which, row] = False

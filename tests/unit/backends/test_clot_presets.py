@@ -22,17 +22,17 @@ from missionc.backends import load
 from missionc.backends.api import Budget, NotFound, Planned, Progress
 from missionc.backends.clot.backend import BACKEND, TransportRun
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
-from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.control_points import splines
-from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.expand_agent import Expansion
 from missionc.backends.clot.paper.first_motions import FirstMotions
+from missionc.backends.clot.paper.free_distance import Surroundings
+from missionc.backends.clot.paper.motion_batch import States, team, velocities
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.planning_sequence import couplings
 from missionc.backends.clot.paper.prefix import about, spelled_out
 from missionc.backends.clot.paper.prefix_check import left_open, prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
+from missionc.backends.clot.paper.robustness import Robustness
 from missionc.backends.clot.paper.search_tree import Node as SearchNode
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
 from missionc.backends.clot.paper.tree_search import Candidate

@@ -37,7 +37,7 @@ CONSTANTS = {
         smt.roadmap.geodesic_roadmap.TOUCHING smt.roadmap.lane_roadmap.ROUNDING smt.roadmap.passages.ASIDE
         clot.cost_weights.SHORT clot.paper.planning_sequence.NEARLY""",
     "codes, and figures that stand for infinity": """
-        clot.cost_graph.leaf_margins.UNLIMITED clot.paper.prefix.KNOWN clot.paper.prefix.UNKNOWN
+        clot.paper.leaf_margins.UNLIMITED clot.paper.prefix.KNOWN clot.paper.prefix.UNKNOWN
         clot.schedule.mutex_literals.TEAM smt.encode.clauses.TRUE smt.encode.clauses.FALSE smt.encode.clauses.NOTHING
         smt.prioritized.reservations.FIXED clot.schedule.timetable.LATE""",
     "sizes of arrays, caches and encodings: the plan is the same": """

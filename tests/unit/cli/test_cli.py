@@ -264,13 +264,13 @@ def test_a_plan_that_fails_verification_ends_with_5_and_is_not_written(
 
 
 @pytest.mark.parametrize("backend", ["clot", "hybrid"])
-def test_a_backend_without_torch_says_how_to_install_it(
+def test_a_preset_without_torch_says_how_to_install_it(
     backend: str, folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("missionc.backends.load.find_spec", lambda name: None)
-    assert main(["compile", "small.mission", "--backend", backend, "-o", "out"]) == 1
+    assert main(["compile", "small.mission", "--backend", backend, "--preset", "search", "-o", "out"]) == 1
     said = capsys.readouterr().err
-    assert "needs the package torch" in said
+    assert "`--preset search` needs the package torch" in said
     assert "pip install 'missionc[clot]'" in said
     assert not (folder / "out").exists()
 

@@ -124,6 +124,24 @@ TOGETHER = (
 )
 
 
+def test_plans_need_no_torch_and_are_the_same_with_it() -> None:
+    pytest.importorskip("torch")
+    code = (
+        "import hashlib\nfrom missionc import Source, compile\n"
+        f"for mission, backend in {[(ALONE, 'smt'), (TOGETHER, 'clot')]}:\n"
+        "    made = compile(Source('a.mission', mission), backend=backend, seed=1)\n"
+        "    assert 'plan.json' in made.files, made.outcome\n"
+        "    print(hashlib.sha256(made.files['trajectories.csv']).hexdigest(), 'torch' in sys.modules)"
+    )
+    without, beside = (
+        subprocess.run(
+            [sys.executable, "-c", first + code], cwd=ROOT, capture_output=True, text=True, check=True
+        ).stdout
+        for first in ("import sys\nsys.modules['torch'] = None\n", "import sys, torch\n")
+    )
+    assert without == beside
+
+
 def test_the_algorithms_of_the_paper_are_loaded_where_they_are_asked_for() -> None:
     """Both in one process: first without them, then with them."""
     pytest.importorskip("torch")

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, Unrolled, signed_predicate
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.optimise.route_pieces import RoutePoint, that_break, that_make
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
@@ -287,7 +286,7 @@ class _Run:
         for start, step in zip(member.tolist(), steps.tolist(), strict=True):
             place = places[step]
             worth = float(self.value(node)[agents[start], step])
-            if holds and worth <= -UNLIMITED / 2:
+            if holds and worth == -np.inf:
                 continue  # no such route exists, for any positions
             for kind, members in (that_make if holds else that_break)(place, start, worth):
                 named = tuple(agents[list(members)].tolist())

@@ -8,10 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from missionc.backends.clot.optimise.control_points import Arguments, Splines
+from missionc.backends.clot.optimise.dual_numbers import Values
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import norm
 from missionc.backends.clot.settings import Spare, Weights
@@ -36,7 +35,7 @@ def flown_limits(mission: Mission, made: Splines, weights: Weights, spare: Spare
     for name, moments, reads, value in (
         ("flown speed", everywhere, 1, lambda one: norm(one)),
         ("flown rest", ends[1:], 1, lambda one: norm(one)),
-        ("flown climb", everywhere if mission.dimension == 3 else ends[:0], 1, lambda one: one[:, 2].abs()),
+        ("flown climb", everywhere if mission.dimension == 3 else ends[:0], 1, lambda one: abs(one[:, 2])),
         ("flown change", everywhere[:-1], 2, lambda one, two: norm(two - one)),
         ("flown turn", everywhere[:-2], 3, lambda one, two, three: norm(three - 2 * two + one)),
     ):
@@ -58,7 +57,7 @@ def _setting_out(
     )
     if moving.size:
         begins = [mission.agents[agent].begins[1][: mission.dimension] for agent in moving.tolist()]
-        velocity = torch.tensor(begins, dtype=torch.float64)
+        velocity = np.array(begins)
         most = table["flown change"][moves]
         yield from _group(
             "flown change", made, moving, first, 1, lambda one: norm(one - velocity), most, weights, spare
@@ -71,7 +70,7 @@ def _group(
     agents: Indices,
     moments: Indices,
     reads: int,
-    value: Callable[..., Tensor],
+    value: Callable[..., Values],
     most: Array,
     weights: Weights,
     spare: Spare,
@@ -84,10 +83,10 @@ def _group(
     if not kept.any():
         return
     agent, moment, bound = agent[kept], moment[kept], bound[kept]
-    limit = torch.from_numpy(bound * (1 - spare.limits) * made.step)
+    limit = bound * (1 - spare.limits) * made.step
     arguments: Sequence[Arguments] = [made.velocity(agent, moment + ahead) for ahead in range(reads)]
 
-    def excess(*velocities: Tensor) -> Tensor:
+    def excess(*velocities: Values) -> Values:
         return value(*velocities) * made.step - limit
 
     yield Group(name, tuple(arguments), excess, weights.limits, spare.limits * made.step * float(bound.min()))

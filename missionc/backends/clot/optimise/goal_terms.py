@@ -6,13 +6,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate
-from missionc.backends.clot.cost_graph.motion_batch import States, Team, team
-from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
+from missionc.backends.clot.optimise.condition_values import ConditionValues
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.geometry.required_separation import SpacingTable
@@ -33,8 +30,7 @@ class Demand(Record, eq=False):
     roots: tuple[Node, ...]
     choices: Choices = field(default_factory=dict)
     order: Sequence[Node] = ()
-    team: Team | None = None
-    ruled_out: Mapping[SignedPredicate, Tensor] = field(default_factory=dict)
+    ruled_out: Mapping[SignedPredicate, Flags] = field(default_factory=dict)
     """Agents and steps, (agents, steps), at which predicates cannot hold, or fail, because of decisions."""
 
     @staticmethod
@@ -43,10 +39,8 @@ class Demand(Record, eq=False):
         order = postorder(roots)
         nowhere = np.zeros((len(mission.agents), steps + 1, 0))
         forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
-        ruled_out = {
-            (predicate, not holds): torch.from_numpy(mask) for (predicate, holds), mask in forced.items() if mask.any()
-        }
-        return Demand(mission, roots, choices, order, team(mission, dtype=torch.float64), ruled_out)
+        ruled_out = {(predicate, not holds): mask for (predicate, holds), mask in forced.items() if mask.any()}
+        return Demand(mission, roots, choices, order, ruled_out)
 
     def active(self, position: Array, velocity: Array) -> Active:
         """Conditions, chosen by the values on this motion, (agents, steps, dim), metres and m/s, if undecided."""
@@ -75,7 +69,7 @@ class Demand(Record, eq=False):
 
         Shape: (agents, steps), metres allowed.
         """
-        _, values = self._evaluated(position, velocity)
+        values = ConditionValues(self.mission, position, velocity, self.ruled_out).values(self.order)
         asked = self._activated(position, velocity, None, allowed.keys()).formulas
         return {leaf: mask & (values[leaf] < -allowed[leaf]) for leaf, mask in asked.items()}
 
@@ -86,19 +80,13 @@ class Demand(Record, eq=False):
         witness: dict[tuple[Node, int, int], int] | None,
         whole: Collection[Node] = frozenset(),
     ) -> Active:
-        robustness, values = self._evaluated(position, velocity)
+        evaluation = ConditionValues(self.mission, position, velocity, self.ruled_out)
+        values = evaluation.values(self.order)
         graphs = {graph for node in self.order if (graph := graph_of(node))}
-        links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
+        links = {graph: evaluation.links_of(graph, slice(None)) for graph in graphs}
         everyone = np.arange(len(self.mission.agents))
         closest = SpacingTable.of(self.mission).between(everyone[:, None], everyone)
         return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest, whole)
-
-    def _evaluated(self, position: Array, velocity: Array) -> tuple[Robustness, Mapping[Node, Array]]:
-        assert self.team is not None
-        states = States(torch.from_numpy(position)[None], torch.from_numpy(velocity)[None])
-        with torch.no_grad():
-            robustness = Robustness(self.team, states, self.ruled_out)
-            return robustness, {node: value[0].numpy() for node, value in robustness.values(self.order).items()}
 
     def untangled(self, position: Array, velocity: Array) -> Demand | None:
         """The demand without contradictions between a margin and its opposite; None if there are none.
@@ -120,14 +108,14 @@ class Demand(Record, eq=False):
         for truth in (True, False):
             ruled_out = dict(self.ruled_out)
             for predicate, steps in torn:
-                dropped, where = (predicate, not truth), torch.from_numpy(masks[predicate, truth] & steps)
+                dropped, where = (predicate, not truth), masks[predicate, truth] & steps
                 ruled_out[dropped] = ruled_out[dropped] | where if dropped in ruled_out else where
             sides.append(replace(self, ruled_out=ruled_out))
         return max(sides, key=lambda side: side.worst(position, velocity))
 
     def worst(self, position: Array, velocity: Array) -> float:
         """Least robustness of the roots, metres, for states (agents, steps, dim)."""
-        _, values = self._evaluated(position, velocity)
+        values = ConditionValues(self.mission, position, velocity, self.ruled_out).values(self.order)
         return min(
             float(np.broadcast_to(values[root], (1, *values[root].shape))[..., 0, 0].min()) for root in self.roots
         )

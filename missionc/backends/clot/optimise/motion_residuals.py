@@ -11,11 +11,10 @@ from collections.abc import Iterator
 from dataclasses import field
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from missionc.backends.clot.optimise.active_set import Active
 from missionc.backends.clot.optimise.control_points import Arguments, Splines
+from missionc.backends.clot.optimise.dual_numbers import Values, plain
 from missionc.backends.clot.optimise.flown_limits import flown_limits
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.residuals import Group
@@ -104,7 +103,7 @@ class Costs(Record, eq=False):
                 yield Group(
                     name,
                     (where,),
-                    lambda point, shape=region.shape: signed_distance(torch, shape, point) + self.spare.task,
+                    lambda point, shape=region.shape: signed_distance(np, shape, point) + self.spare.task,
                     self.weights.task,
                     self.spare.task,
                 )
@@ -120,7 +119,7 @@ class Costs(Record, eq=False):
         agent, moment = self._grid(made.steps)
         slowest, fastest = np.array([speeds(one.dynamics) for one in self.mission.agents])[agent].T
         unused = self.spare.limits * (fastest - slowest)
-        most = torch.from_numpy((fastest - unused) * step)
+        most = (fastest - unused) * step
         yield Group(
             "speed",
             (made.velocity(agent, moment),),
@@ -130,7 +129,7 @@ class Costs(Record, eq=False):
         )
         restless = np.flatnonzero((slowest > 0) & (moment < made.steps))
         if restless.size:
-            least = torch.from_numpy((slowest + unused)[restless] * step)
+            least = (slowest + unused)[restless] * step
             yield Group(
                 "least speed",
                 (made.velocity(agent[restless], moment[restless]),),
@@ -152,7 +151,7 @@ class Costs(Record, eq=False):
         if second.any():
             agent, moment = agent[second], moment[second]
             strongest = np.array([one.dynamics.top_acceleration for one in self.mission.agents])[agent]
-            limit = torch.from_numpy(strongest * (1 - self.spare.limits) * step**2)
+            limit = strongest * (1 - self.spare.limits) * step**2
             yield Group(
                 "acceleration",
                 (made.acceleration(agent, moment),),
@@ -176,17 +175,17 @@ class Costs(Record, eq=False):
             yield Group(
                 "world",
                 (everywhere.take(far),),
-                lambda inner: signed_distance(torch, world, inner) + self.spare.bodies,
+                lambda inner: signed_distance(np, world, inner) + self.spare.bodies,
                 self.weights.bodies,
                 self.spare.bodies,
             )
         if not self.mission.obstacles:
             return
         spare, reach = self.spare.bodies, float(radius.max()) + self.mission.clearance + settings.close
-        pairs = seen.obstacles.near(torch.from_numpy(point), torch.from_numpy(seen.instant), reach)
+        pairs = seen.obstacles.near(point, seen.instant, reach)
         if len(pairs.row):
-            row = pairs.row.numpy()
-            need = torch.from_numpy(radius[row] + self.mission.clearance + spare)
+            row = pairs.row
+            need = radius[row] + self.mission.clearance + spare
             yield Group(
                 OBSTACLES,
                 (everywhere.take(row),),
@@ -217,8 +216,8 @@ class Costs(Record, eq=False):
         one, other = first[pair], second[pair]
         if one.size == 0:
             return
-        need = torch.from_numpy(least[pair] + self.spare.bodies)
-        factors = None if metric is None else torch.from_numpy(metric[pair])
+        need = least[pair] + self.spare.bodies
+        factors = None if metric is None else metric[pair]
         part = np.zeros(len(one))
         ends = [made.position(agent, step_of, part) for agent in (one, other)]
         if made.steps == 0:
@@ -247,9 +246,8 @@ class Costs(Record, eq=False):
         least = math.inf
         for group in (*self.obstacles(control), *self.separation(control)):
             if group.name in (OBSTACLES, SEPARATION):
-                with torch.no_grad():
-                    points = [torch.from_numpy(argument.of(control)) for argument in group.arguments]
-                    least = min(least, group.spare - float(group.shortfall(*points).max()))
+                points = [argument.of(control) for argument in group.arguments]
+                least = min(least, group.spare - float(group.shortfall(*points).max()))
         return least / max(body(self.mission), 1e-9)
 
     def _grid(self, count: int) -> tuple[Indices, Indices]:
@@ -275,20 +273,18 @@ def _samples(mission: Mission, made: Splines, start: int) -> Samples:
     )
 
 
-def _measured(between: Tensor, factors: Tensor | None) -> Tensor:
+def _measured(between: Values, factors: Array | None) -> Values:
     """Differences with each axis scaled by its factor: (rows, dim) twice, metres."""
     return between if factors is None else between * factors
 
 
-def _approach(
-    one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor, factors: Tensor | None = None
-) -> Tensor:
+def _approach(one: Values, other: Values, one_next: Values, other_next: Values, factors: Array | None = None) -> Values:
     """Least distance of two points in straight motion, metres.
 
     Shape: (rows, dim) four times, and factors -> (rows,).
     """
     apart, change = _measured(other - one, factors), _measured((other_next - other) - (one_next - one), factors)
-    with torch.no_grad():
-        square = (change * change).sum(dim=1)
-        when = (-(apart * change).sum(dim=1) / square.clamp_min(1e-18)).clamp(0.0, 1.0)
+    here, moved = plain(apart), plain(change)
+    square = np.maximum((moved * moved).sum(axis=1), 1e-18)
+    when = np.clip(-(here * moved).sum(axis=1) / square, 0.0, 1.0)
     return norm(apart + change * when[:, None])

@@ -15,12 +15,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-import torch
-from torch import Tensor
+from numpy.typing import DTypeLike
 
+from missionc.backends.clot.optimise.dual_numbers import Values
 from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.bounding_box import box_around
 from missionc.geometry.displacement import displaced
 from missionc.geometry.outline import outlined
@@ -77,17 +77,17 @@ class Pairs(Record, eq=False):
         grown: (pairs,), its growth, metres.
     """
 
-    row: Tensor
-    which: Tensor
-    shift: Tensor
-    grown: Tensor
+    row: Indices
+    which: Indices
+    shift: Array
+    grown: Array
 
 
 class _Cells(Record, eq=False):
     """Static obstacles within reach of each cell, row by row."""
 
-    low: Tensor
-    size: Tensor
+    low: Array
+    size: Array
     along: int
     lists: Lists
 
@@ -106,8 +106,7 @@ class Obstacles:
         mission: Mission,
         every: Sequence[Obstacle],
         times: Sequence[float] | Array = (0.0,),
-        dtype: torch.dtype = torch.float64,
-        device: torch.device | None = None,
+        dtype: DTypeLike = np.float64,
     ) -> None:
         self.mission = mission
         dim = mission.dimension
@@ -115,27 +114,21 @@ class Obstacles:
             every = [piece for obstacle in every for piece in carved(obstacle)]
         self.solid = tuple(every)
         shapes = [outlined(obstacle.shape) for obstacle in every]
-        self.stacked = Stacked(shapes, dim, dtype, device)
+        self.stacked = Stacked(shapes, dim, dtype)
         boxes = np.array([box_around(obstacle.shape, dim) for obstacle in every]).reshape(-1, 2, dim)
         boxes.sort(axis=1)  # for a disjoint intersection, the corners are reversed
-        self.low, self.high = (torch.from_numpy(boxes[:, side]).to(device, dtype) for side in (0, 1))
+        self.low, self.high = (boxes[:, side].astype(dtype) for side in (0, 1))
         self.standing = [shape for shape, obstacle in zip(shapes, every, strict=True) if obstacle.constant]
-        still = [obstacle.constant for obstacle in every]
-        self.still = torch.tensor([number for number, stands in enumerate(still) if stands], dtype=torch.int64).to(
-            device
-        )
-        self.movers = torch.tensor([number for number, stands in enumerate(still) if not stands], dtype=torch.int64).to(
-            device
-        )
-        moved = np.zeros((len(times), len(self.movers), dim))
-        grown = np.zeros((len(times), len(self.movers)))
+        still = np.array([obstacle.constant for obstacle in every], dtype=np.bool_)
+        self.still, self.movers = np.flatnonzero(still), np.flatnonzero(~still)
+        self.moved = np.zeros((len(times), len(self.movers), dim), dtype)
+        self.grown = np.zeros((len(times), len(self.movers)), dtype)
         for place, obstacle in enumerate(each for each in every if not each.constant):
-            moved[:, place] = [displaced(obstacle, time, dim) for time in times]
-            grown[:, place] = [obstacle.grown(time) for time in times]
-        self.moved, self.grown = (torch.from_numpy(each).to(device, dtype) for each in (moved, grown))
+            self.moved[:, place] = [displaced(obstacle, time, dim) for time in times]
+            self.grown[:, place] = [obstacle.grown(time) for time in times]
         self.cells: dict[float, _Cells] = {}
 
-    def near(self, points: Tensor, instant: Tensor, reach: float) -> Pairs:
+    def near(self, points: Array, instant: Indices, reach: float) -> Pairs:
         """Obstacles with bounding boxes less than ``reach`` away from points.
 
         Args:
@@ -144,30 +137,29 @@ class Obstacles:
             reach: metres.
         """
         row, which = self._standing(points, reach)
-        shift, swelling = points.new_zeros(len(row), points.shape[1]), points.new_zeros(len(row))
+        shift, swelling = np.zeros((len(row), points.shape[1]), points.dtype), np.zeros(len(row), points.dtype)
         if len(self.movers):
             moved, grown = self.moved[instant], self.grown[instant]
             beside = self._beside(points[:, None] - moved, self.movers[None])
-            passing, mover = torch.nonzero(beside < (reach + grown) ** 2, as_tuple=True)
-            row, which = torch.cat([row, passing]), torch.cat([which, self.movers[mover]])
-            shift = torch.cat([shift, moved[passing, mover]])
-            swelling = torch.cat([swelling, grown[passing, mover]])
+            passing, mover = np.nonzero(beside < (reach + grown) ** 2)
+            row, which = np.concatenate([row, passing]), np.concatenate([which, self.movers[mover]])
+            shift = np.concatenate([shift, moved[passing, mover]])
+            swelling = np.concatenate([swelling, grown[passing, mover]])
         return Pairs(row, which, shift, swelling)
 
-    def distance(self, points: Tensor, pairs: Pairs) -> Tensor:
+    def distance(self, points: Values, pairs: Pairs) -> Values:
         """Distance of the points of pairs, (pairs, dim), from their obstacles.
 
-        Shape: (pairs,), metres, with gradient.
-
-        Shape: (pairs,), metres, with its gradient.
+        Shape: (pairs,), metres; of dual numbers with the gradient.
         """
         return self.stacked.distance(points - pairs.shift, pairs.which) - pairs.grown
 
-    def room(self, points: Tensor, instant: Tensor, reach: float) -> Tensor:
+    def room(self, points: Array, instant: Indices, reach: float) -> Array:
         """Distance of points from the nearest obstacle, at most ``reach``: (rows,), metres."""
         pairs = self.near(points, instant, reach)
-        room = points.new_full((len(points),), reach)
-        return room.scatter_reduce_(0, pairs.row, self.distance(points[pairs.row], pairs), "amin")
+        room = np.full(len(points), reach, points.dtype)
+        np.minimum.at(room, pairs.row, self.distance(points[pairs.row], pairs))
+        return room
 
     def standing_room(self, points: Array) -> Array:
         """Distance of points from the nearest static obstacle, without limit: (rows, dim) -> (rows,), metres.
@@ -183,16 +175,16 @@ class Obstacles:
             return room
         size = max(chunk // max(len(self.still), 1), 1)
         for begin in range(0, len(points) if len(self.still) else 0, size):
-            some = torch.from_numpy(points[begin : begin + size])
+            some = points[begin : begin + size]
             beside = self._beside(some[:, None], self.still[None])
-            nearest = self.stacked.distance(some, self.still[beside.argmin(dim=1)])
+            nearest = self.stacked.distance(some, self.still[beside.argmin(axis=1)])
             # A shape nearer than that of the nearest box has a nearer box, or one that contains the point.
-            row, place = torch.nonzero(beside <= (nearest.clamp_min(0.0) ** 2)[:, None], as_tuple=True)
-            every = self.stacked.distance(some[row], self.still[place])
-            room[begin : begin + size] = nearest.scatter_reduce_(0, row, every, "amin").numpy()
+            row, place = np.nonzero(beside <= (np.maximum(nearest, 0.0) ** 2)[:, None])
+            np.minimum.at(nearest, row, self.stacked.distance(some[row], self.still[place]))
+            room[begin : begin + size] = nearest
         return room
 
-    def _standing(self, points: Tensor, reach: float) -> tuple[Tensor, Tensor]:
+    def _standing(self, points: Array, reach: float) -> tuple[Indices, Indices]:
         if not len(self.still):
             return self.still, self.still
         if reach not in self.cells:
@@ -200,7 +192,7 @@ class Obstacles:
         cells = self.cells[reach]
         at = _cell(points[:, :2], cells)
         at = at[:, 0] * cells.along + at[:, 1]
-        some = torch.nonzero(cells.lists.count[at])[:, 0]
+        some = np.flatnonzero(cells.lists.count[at])
         place, _, number = cells.lists.of(at[some])
         row, which = some[place], self.still[number]
         close = self._beside(points[row], which) < reach * reach
@@ -209,29 +201,29 @@ class Obstacles:
     def _made(self, reach: float) -> _Cells:
         cells = 64  # along each axis of the plane, at most
         low, high = self.low[self.still, :2] - reach, self.high[self.still, :2] + reach
-        corner = torch.tensor(self.mission.world.low[:2], dtype=low.dtype, device=low.device)
-        extent = torch.tensor(self.mission.world.high[:2], dtype=low.dtype, device=low.device) - corner
+        corner = np.array(self.mission.world.low[:2], low.dtype)
+        extent = np.array(self.mission.world.high[:2], low.dtype) - corner
         along = min(cells, 2 * int(np.ceil(np.sqrt(len(self.still)))))
-        empty = _Cells(corner, extent / along, along, lists([], torch.zeros(0, dtype=torch.int64), low.device))
+        empty = _Cells(corner, extent / along, along, lists((), np.zeros(0, dtype=np.int64)))
         # Points outside the world use the border cell; a box reaches as far as its points.
         first, last = _cell(low, empty), _cell(high, empty)
         span = last - first + 1
-        boxes = lists(span.prod(dim=1).cpu().numpy(), torch.arange(int(span.prod(dim=1).sum())), low.device)
-        place, within, _ = boxes.of(torch.arange(len(span), device=low.device))
+        count = span.prod(axis=1)
+        place, within, _ = lists(count, np.arange(count.sum())).of(np.arange(len(span)))
         cell = (first[place, 0] + within // span[place, 1]) * along + first[place, 1] + within % span[place, 1]
-        order = cell.argsort(stable=True)
-        count = torch.bincount(cell, minlength=along * along)
-        return _Cells(corner, empty.size, along, lists(count.cpu().numpy(), place[order], low.device))
+        order = cell.argsort(kind="stable")
+        return _Cells(corner, empty.size, along, lists(np.bincount(cell, minlength=along * along), place[order]))
 
-    def _beside(self, points: Tensor, which: Tensor) -> Tensor:
+    def _beside(self, points: Array, which: Indices) -> Array:
         """Squared distance of points, (..., dim), from boxes: (...), square metres, 0 inside."""
-        beside = torch.maximum(self.low[which] - points, points - self.high[which]).clamp_min(0.0)
-        return (beside * beside).sum(dim=-1)
+        beside = np.maximum(np.maximum(self.low[which] - points, points - self.high[which]), 0.0)
+        squared: Array = (beside * beside).sum(axis=-1)
+        return squared
 
 
-def _cell(points: Tensor, cells: _Cells) -> Tensor:
+def _cell(points: Array, cells: _Cells) -> Indices:
     """Cell indices of points in metres: (rows, 2) -> (rows, 2), int64.
 
     Outside the world, the nearest cell.
     """
-    return ((points - cells.low) / cells.size).floor().clamp(0, cells.along - 1).long()
+    return np.clip(np.floor((points - cells.low) / cells.size), 0, cells.along - 1).astype(np.int64)

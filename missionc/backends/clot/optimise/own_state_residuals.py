@@ -11,17 +11,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import torch
-from torch import Tensor
 
-from missionc.backends.clot.cost_graph.motion_batch import velocities
 from missionc.backends.clot.optimise.control_points import Splines
+from missionc.backends.clot.optimise.dual_numbers import Dual, variables
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.settings import Spare, Weights
-from missionc.base.trace import Array, Flags, Indices
+from missionc.base.trace import Array, Flags, Indices, Trace
 from missionc.ir import Compare, Flag, Inside, Level, Mission, Predicate, Region, Resource
 from missionc.ir.distances.signed_distance import signed_distance
-from missionc.ir.language.margins.resources import levels_along
+from missionc.ir.language.margins.predicate_margins import AlongTrace
+from missionc.ir.language.margins.resources import changes, levels_along
 from missionc.ir.language.margins.view import View
 
 
@@ -89,42 +88,66 @@ def level_groups(
         mask: agents and steps of the condition, (agents, steps).
         control: (agents, points, dim), metres.
     """
-    sign = 1.0 if holds else -1.0
-    position, _ = splines.states(control)
-    everyone = np.flatnonzero(mask.any(axis=1))
+    sign, dim = 1.0 if holds else -1.0, mission.dimension
+    position, velocity = splines.states(control)
     others = sorted(predicate.others)
-    metres = torch.from_numpy(np.array([_metres(predicate, mission, agent) for agent in range(len(mask))]))
-
-    def margins(agents: Indices, points: Tensor) -> Tensor:
-        """Margins, (agents, steps), metres, along motions of agents and of others.
-
-        Shape: (1 + others, agents, steps, dim).
-        """
-        measured = predicate.margin(_Histories(mission, agents, points, others))
-        value: Tensor = sign * measured * metres[torch.from_numpy(agents)][:, None]
-        return value
-
-    whole = torch.from_numpy(position)
-    with torch.no_grad():
-        value = margins(
-            everyone, torch.stack([whole[everyone], *(whole[each].expand(len(everyone), -1, -1) for each in others)])
-        )
-    row, step = np.nonzero(_least(np.where(mask[everyone], value.numpy(), np.inf)))
-    if not row.size:
+    metres = np.array([_metres(predicate, mission, agent) for agent in range(len(mask))])
+    motion = Trace(mission.step, position, velocity, np.zeros(position.shape[:2]))
+    value = sign * predicate.margin(AlongTrace(mission, motion)) * metres[:, None]
+    agent, step = np.nonzero(_least(np.where(mask, value, np.inf)))
+    if not agent.size:
         return
-    agent, count = everyone[row], int(step.max()) + 1
+    row, count = np.arange(len(agent)), int(step.max()) + 1
     read = [agent, *(np.full(len(agent), each) for each in others)]
     arguments = tuple(
         splines.position(who, np.full(len(who), each), np.zeros(len(who))) for who in read for each in range(count)
     )
+    here = [number * count + step for number in range(len(read))]
+    ahead = np.minimum(step + 1, count - 1)
+    behind = np.maximum(ahead - 1, 0)
 
-    def shortfall(*points: Tensor) -> Tensor:
-        stacked = torch.stack(points, dim=1).unflatten(1, (len(read), count)).transpose(0, 1)
-        lacking: Tensor = spare.task - margins(agent, stacked)[torch.arange(len(agent)), torch.from_numpy(step)]
-        return lacking
+    def shortfall(*points: Array) -> Dual:
+        path = np.stack(points, axis=1)
+        levels = [_level(each, mission.step, path[:, :count], step) for each in _resources(predicate)]
+        moved = (path[row, ahead] - path[row, behind]) / mission.step
+        state = np.concatenate([*(path[row, each] for each in here), moved, *(each[:, None] for each, _ in levels)], 1)
+        (known,) = variables([state])
+        value = spare.task - sign * predicate.margin(_Moment(mission, agent, others, predicate, known)) * metres[agent]
+        slopes = value.partials.T
+        gradient = np.zeros(path.shape)
+        for number, each in enumerate(here):
+            gradient[row, each] += slopes[:, number * dim : (number + 1) * dim]
+        of_velocity = slopes[:, len(read) * dim : (len(read) + 1) * dim] / mission.step
+        gradient[row, ahead] += of_velocity
+        gradient[row, behind] -= of_velocity
+        for number, (_, of_path) in enumerate(levels, start=(len(read) + 1) * dim):
+            gradient[:, :count] += slopes[:, number, None, None] * of_path
+        return Dual(value.value, gradient.reshape(len(row), -1).T)
 
     names = ", ".join(dict.fromkeys(each.name for each in _resources(predicate)))
-    yield Group(f"{'' if holds else 'not '}{names}", arguments, shortfall, weights.task, spare.task)
+    yield Group(f"{'' if holds else 'not '}{names}", arguments, shortfall, weights.task, spare.task, True)
+
+
+def _level(resource: Resource, step: float, path: Array, at: Indices) -> tuple[Array, Array]:
+    """Level of a resource at a step of each path, (rows,), and its gradient by the path, (rows, steps, dim).
+
+    Args:
+        step: seconds.
+        path: (rows, steps, dim), metres.
+        at: (rows,), the step.
+    """
+    rows, count, dim = path.shape
+    ends = variables([path[:, :-1].reshape(-1, dim), path[:, 1:].reshape(-1, dim)])
+    change = changes(resource, step, *ends)
+    levels = levels_along(np, resource, step, path)
+    before = np.arange(count - 1) < at[:, None]
+    full = before & (levels[:, :-1] + change.value.reshape(rows, -1) > resource.capacity)
+    counts = before & ~np.logical_or.accumulate(full[:, ::-1], axis=1)[:, ::-1]
+    begin, end = change.partials.reshape(2, dim, rows, count - 1).transpose(0, 2, 3, 1) * counts[..., None]
+    gradient = np.zeros(path.shape)
+    gradient[:, :-1] += begin
+    gradient[:, 1:] += end
+    return levels[np.arange(rows), at], gradient
 
 
 def _least(value: Array) -> Flags:
@@ -147,26 +170,28 @@ def _metres(predicate: Compare, mission: Mission, agent: int) -> float:
     return 1.0 / used if used > 0 else 1.0
 
 
-class _Histories(View):
-    """Motions from the first step on, (agents, steps, dim), metres, each with the same others."""
+class _Moment(View):
+    """One step of some agents: own position, others' positions, own velocity, then levels, (rows, variables)."""
 
-    def __init__(self, mission: Mission, agents: Indices, points: Tensor, others: list[int]) -> None:
-        super().__init__(torch, points.shape[-1])
-        self.mission, self.agents, self.points, self.others = mission, agents.tolist(), points, others
+    def __init__(self, mission: Mission, agents: Indices, others: list[int], read: Compare, known: Dual) -> None:
+        super().__init__(np, mission.dimension)
+        self.known, self.others, self.resources = known, others, _resources(read)
+        self.altitude_of_each = np.array([mission.agents[agent].altitude for agent in agents.tolist()])
 
-    def own(self) -> Tensor:
-        return self.points[0]
+    def own(self) -> Dual:
+        return self._part(0)
 
-    def place(self, agent: int) -> Tensor:
-        return self.points[1 + self.others.index(agent)]
+    def place(self, agent: int) -> Dual:
+        return self._part(1 + self.others.index(agent))
 
-    def velocity(self) -> Tensor:
-        return velocities(self.points[0], self.mission.step)
+    def velocity(self) -> Dual:
+        return self._part(1 + len(self.others))
 
-    def plane(self) -> Tensor:
-        altitude = [self.mission.agents[agent].altitude for agent in self.agents]
-        return self.points.new_tensor(altitude)[:, None]
+    def plane(self) -> Array:
+        return self.altitude_of_each
 
-    def level(self, resource: Resource) -> Tensor:
-        found: Tensor = levels_along(torch, resource, self.mission.step, self.points[0])
-        return found
+    def level(self, resource: Resource) -> Dual:
+        return self.known[:, self.resources.index(resource) - len(self.resources)]
+
+    def _part(self, number: int) -> Dual:
+        return self.known[:, number * self.dimension : (number + 1) * self.dimension]

@@ -1,7 +1,7 @@
 """Residuals of one candidate, place by place, in metres, each with its gradient: rows of a sparse Jacobian.
 
 A residual is the shortfall of a margin from its target; it reads one to four points of the motion. Its exact derivative
-by these points is a row of a sparse matrix, from one backward pass over all residuals.
+by these points is a row of a sparse matrix.
 """
 
 from __future__ import annotations
@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from missionc.backends.clot.optimise.control_points import Arguments
+from missionc.backends.clot.optimise.dual_numbers import Values, variables
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 
-Function = Callable[..., Tensor]
+Function = Callable[..., Values]
 """Function from points, (residuals, dim) each, to the margin's shortfall, (residuals,); only positive parts count."""
 
 
@@ -28,6 +27,7 @@ class Group(Record, eq=False):
         arguments: points that each residual reads, equally many.
         shortfall: function of those points; rows are independent.
         spare: part of the target beyond a positive margin, metres.
+        differentiated: True if the function of arrays returns dual numbers itself.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Group(Record, eq=False):
     shortfall: Function
     weight: float
     spare: float
+    differentiated: bool = False
 
 
 class Rows(Record, eq=False):
@@ -60,7 +61,6 @@ class Rows(Record, eq=False):
         return Rows(self.name, self.weight, self.spare, self.value[where], arguments, gradient)
 
 
-@torch.enable_grad()  # torch may have lost `no_grad`: an interruption on entry never leaves it
 def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
     """Violated rows of a group at these control points, (agents, points, dim), metres, with gradients.
 
@@ -68,23 +68,9 @@ def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
         near: metres; also include rows that would be violated if worse by this.
     """
     # Functions may carry a number per row: they are evaluated for all rows, and read for violated ones.
-    leaves = [torch.from_numpy(argument.of(control)).requires_grad_() for argument in group.arguments]
-    value = group.shortfall(*leaves)
-    some = np.flatnonzero(value.detach().numpy() > -near)
+    points = [argument.of(control) for argument in group.arguments]
+    found = group.shortfall(*(points if group.differentiated else variables(points)))
+    some = np.flatnonzero(found.value > -near)
+    gradient = found.partials[:, some].reshape(len(points), control.shape[-1], len(some)).swapaxes(1, 2)
     arguments = tuple(argument.take(some) for argument in group.arguments)
-    if not some.size:
-        none = tuple(np.zeros((0, control.shape[-1])) for _ in arguments)
-        return Rows(group.name, group.weight, group.spare, np.zeros(0), arguments, none)
-    chosen = value[torch.from_numpy(some)]
-    gradients = torch.autograd.grad(chosen.sum(), leaves, allow_unused=True)
-    return Rows(
-        group.name,
-        group.weight,
-        group.spare,
-        chosen.detach().numpy(),
-        arguments,
-        tuple(
-            np.zeros((len(some), control.shape[-1])) if gradient is None else gradient.numpy()[some]
-            for gradient in gradients
-        ),
-    )
+    return Rows(group.name, group.weight, group.spare, found.value[some], arguments, tuple(gradient))

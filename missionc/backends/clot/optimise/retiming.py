@@ -15,11 +15,9 @@ from dataclasses import dataclass, field
 from itertools import starmap
 
 import numpy as np
-import torch
 
-from missionc.backends.clot.cost_graph.motion_batch import States
-from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.cost_weights import with_room
+from missionc.backends.clot.optimise.condition_values import ConditionValues
 from missionc.backends.clot.optimise.convex_descent import Vicinity
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import OBSTACLES, SEPARATION, Costs
@@ -39,6 +37,7 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices, Trace
 from missionc.geometry.dynamics import can_wait, turn_in_step
 from missionc.geometry.required_separation import SpacingTable
+from missionc.ir import Mission
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.analysis import about_whom
 from missionc.ir.kernel.nodes import Atom, Node, UntilNode, WindowNode
@@ -106,13 +105,18 @@ class _Asked(Record, eq=False):
     about: Flags
     reads_speed: bool
 
-    def worst(self, demand: Demand, states: States) -> Array:
-        """Least robustness at the required agents for each of its steps, (batch, some), metres."""
-        assert demand.team is not None
-        at = States(states.position[:, :, self.steps], states.velocity[:, :, self.steps])
-        value = Robustness(demand.team, at).values(self.order)[self.formula].numpy()
-        mask = self.mask if value.shape[1] > 1 else self.mask.any(axis=0, keepdims=True)
-        return np.asarray(np.where(mask, value, np.inf).min(axis=1))
+    def worst(self, mission: Mission, position: Array, velocity: Array) -> Array:
+        """Least robustness at the required agents for each of its steps, (batch, some), metres.
+
+        Args:
+            position: (agents, batch, steps, dim), metres; ``velocity`` likewise, m/s.
+        """
+        agents, batch, _, dim = position.shape
+        there, going = (each[:, :, self.steps].reshape(agents, -1, dim) for each in (position, velocity))
+        value = ConditionValues(mission, there, going).values(self.order)[self.formula]
+        value = np.broadcast_to(value, (len(value), batch * len(self.steps))).reshape(len(value), batch, -1)
+        mask = self.mask if len(value) > 1 else self.mask.any(axis=0, keepdims=True)
+        return np.asarray(np.where(np.expand_dims(mask, 1), value, np.inf).min(axis=0))
 
 
 def _asked(formula: Node, mask: Flags) -> _Asked:
@@ -184,10 +188,10 @@ class _Calm:
             about_steps = tuple(starmap(_asked, one.states_asked(*states).items()))
             self.needs.append(_Need(one, about_steps, one.worst(*states)))
         self.tight = np.zeros(mission.steps + 1, dtype=np.bool_)
-        batch = States(*(torch.from_numpy(each[None]) for each in states))
+        position, velocity = (each[:, None] for each in states)
         for need in self.needs:
             for asked in need.asked:
-                self.tight[asked.steps[asked.worst(need.demand, batch)[0] <= need.worst + ROUNDING]] = True
+                self.tight[asked.steps[asked.worst(mission, position, velocity)[0] <= need.worst + ROUNDING]] = True
         self.apart, self.metric = _apart(self.costs, states[0])
         self.room = with_room(mission).task
 
@@ -317,23 +321,22 @@ class _Calm:
         """
         mission = self.costs.mission
         position, velocity = self.costs.splines.states(self.control)
-        there, going = (np.repeat(each[None], nodes.shape[1], axis=0) for each in (position, velocity))
-        there[:, members] = nodes.transpose(1, 0, 2)[:, :, None]
-        top = np.array([mission.agents[each].dynamics.top_speed for each in members])[:, None, None]
+        there, going = (np.repeat(each[:, None], nodes.shape[1], axis=1) for each in (position, velocity))
+        there[members] = nodes[:, :, None]
+        top = np.array([mission.agents[each].dynamics.top_speed for each in members])[:, None, None, None]
         allowed = np.ones((len(SPEEDS), mission.steps + 1, nodes.shape[1]), dtype=np.bool_)
         for number, share in enumerate(SPEEDS):
-            going[:, members] = 0.0
-            going[:, members, :, :1] = share * top
-            states = States(torch.from_numpy(there), torch.from_numpy(going))
+            going[members] = 0.0
+            going[members, ..., :1] = share * top
             for need in self.needs:
                 least = self._least(need, cell) - ROUNDING
                 for asked in need.asked:
                     if not asked.about[members].any():
                         continue
                     if asked.reads_speed:
-                        allowed[number, asked.steps] &= (asked.worst(need.demand, states) >= least).T
+                        allowed[number, asked.steps] &= (asked.worst(mission, there, going) >= least).T
                     elif number == 0:
-                        allowed[:, asked.steps] &= (asked.worst(need.demand, states) >= least).T
+                        allowed[:, asked.steps] &= (asked.worst(mission, there, going) >= least).T
         others = np.setdiff1d(np.arange(len(position)), members)
         for number, agent in enumerate(members):
             for other in others:

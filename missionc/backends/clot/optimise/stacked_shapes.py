@@ -7,14 +7,14 @@ height. Combined shapes are folded level by level. The values equal ``world.sign
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, assert_never
+from typing import assert_never
 
 import numpy as np
-import torch
-from torch import Tensor
+from numpy.typing import DTypeLike
 
+from missionc.backends.clot.optimise.dual_numbers import Dual, Values
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
 
 EVERYWHERE = Prism(-np.inf, np.inf)
@@ -32,22 +32,22 @@ class Leaves(Record, eq=False):
         own: (leaves, 5): radius, bottom and top, height of the middle of a ball, 1 for balls and else 0.
     """
 
-    sides: Tensor
-    own: Tensor
+    sides: Array
+    own: Array
 
 
 class Lists(Record, eq=False):
     """A list of rows for each shape: rows, (rows,), in sequence; first index and count, (shapes,)."""
 
-    rows: Tensor
-    first: Tensor
-    count: Tensor
+    rows: Indices
+    first: Indices
+    count: Indices
 
-    def of(self, which: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    def of(self, which: Indices) -> tuple[Indices, Indices, Indices]:
         """Rows of some shapes, (some,): index into ``which``, index in its list, and row, (rows,) each."""
         count = self.count[which]
-        place = torch.repeat_interleave(torch.arange(len(which), device=which.device), count)
-        within = torch.arange(len(place), device=which.device) - (count.cumsum(0) - count)[place]
+        place = np.repeat(np.arange(len(which)), count)
+        within = np.arange(len(place)) - (count.cumsum() - count)[place]
         return place, within, self.rows[self.first[which][place] + within]
 
 
@@ -59,9 +59,7 @@ class Stacked:
         dtype: type of the points.
     """
 
-    def __init__(
-        self, shapes: Sequence[Shape], dimension: int, dtype: torch.dtype, device: torch.device | None = None
-    ) -> None:
+    def __init__(self, shapes: Sequence[Shape], dimension: int, dtype: DTypeLike = np.float64) -> None:
         self.dimension = dimension
         trees = [_Tree(shape) for shape in shapes]
         plain = [leaf for tree in trees for leaf in tree.leaves]
@@ -73,39 +71,40 @@ class Stacked:
             bucket[members], row[members] = number, np.arange(len(members))
             sides = np.stack([_sides(corners[each], int(width)) for each in members])
             own = np.array([_own(plain[each]) for each in members])
-            self.leaves.append(Leaves(*(torch.from_numpy(table).to(device, dtype) for table in (sides, own))))
-        self.bucket, self.row = (torch.from_numpy(each).to(device) for each in (bucket, row))
-        self.of_shape = lists([len(tree.leaves) for tree in trees], np.arange(len(plain)), device)
-        self.slots = torch.tensor([len(tree.leaves) + len(tree.folds) for tree in trees], device=device)
+            self.leaves.append(Leaves(sides.astype(dtype), own.astype(dtype)))
+        self.bucket, self.row = bucket, row
+        self.of_shape = lists([len(tree.leaves) for tree in trees], np.arange(len(plain)))
+        self.slots = np.array([len(tree.leaves) + len(tree.folds) for tree in trees], dtype=np.int64)
         folds = [fold for tree in trees for fold in tree.folds]
-        self.folds = torch.tensor([fold[1:] for fold in folds], dtype=dtype, device=device).reshape(-1, 5)
+        self.folds = np.array([fold[1:] for fold in folds], dtype=dtype).reshape(-1, 5)
         level = np.array([fold[0] for fold in folds], dtype=np.int64)
         owner = np.repeat(np.arange(len(trees)), [len(tree.folds) for tree in trees])
         self.levels = [
-            lists(np.bincount(owner[level == each], minlength=len(trees)), np.flatnonzero(level == each), device)
+            lists(np.bincount(owner[level == each], minlength=len(trees)), np.flatnonzero(level == each))
             for each in np.unique(level)
         ]
 
-    def distance(self, points: Tensor, which: Tensor) -> Tensor:
+    def distance(self, points: Values, which: Indices) -> Values:
         """Distance of each point from its shape's border.
 
         Shape: (rows, dim), (rows,) -> (rows,), metres, negative inside.
 
-        It has a gradient by the points: a unit vector if defined, as in ``world.signed_distance``.
+        Of dual numbers, with the gradient by the points: a unit vector if defined, as in ``world.signed_distance``.
         """
-        distance: Tensor = _Distance.apply(points, self, which)  # type: ignore[no-untyped-call]
-        return distance
+        if isinstance(points, Dual):
+            return points.through(*self.measured(points.value, which, True))
+        return self.measured(points, which, False)[0]
 
-    def measured(self, points: Tensor, which: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
+    def measured(self, points: Array, which: Indices, slope: bool) -> tuple[Array, Array]:
         """Distances, (rows,), metres, and with ``slope`` their gradients, (rows, dim); else empty."""
         if not self.levels:
             return self._leaves(points, which, slope)
         place, within, leaf = self.of_shape.of(which)
         slots = self.slots[which]
-        base = slots.cumsum(0) - slots
+        base = slots.cumsum() - slots
         total = int(slots.sum())
-        value = points.new_empty(total)
-        gradient = points.new_empty(total if slope else 0, self.dimension)
+        value = np.empty(total, points.dtype)
+        gradient = np.empty((total if slope else 0, self.dimension), points.dtype)
         slot = base[place] + within
         value[slot], leaf_gradient = self._leaves(points[place], leaf, slope)
         if slope:
@@ -113,88 +112,81 @@ class Stacked:
         for level in self.levels:
             place, _, row = level.of(which)
             fold, begin = self.folds[row], base[place]
-            out, left, right = (begin + fold[:, column].long() for column in range(3))
+            out, left, right = (begin + fold[:, column].astype(np.int64) for column in range(3))
             own, other = fold[:, 3], fold[:, 4]
             one, two = own * value[left], other * value[right]
-            value[out] = own * torch.minimum(one, two)
+            value[out] = own * np.minimum(one, two)
             if slope:
                 turned = (own * other)[:, None] * gradient[right]
-                gradient[out] = torch.where((one <= two)[:, None], gradient[left], turned)
+                gradient[out] = np.where((one <= two)[:, None], gradient[left], turned)
         last = base + slots - 1
         return value[last], gradient[last] if slope else gradient
 
-    def _leaves(self, points: Tensor, leaf: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
+    def _leaves(self, points: Array, leaf: Indices, slope: bool) -> tuple[Array, Array]:
         """``measured`` for plain shapes, by their own indices: (rows,), metres, and (rows, dim)."""
         chunk = 1 << 16  # numbers in one table, which stays in the cache
         if len(self.leaves) == 1 and len(leaf) * self.leaves[0].sides.shape[2] <= chunk:
             return _plain(points, self.leaves[0].sides[leaf], self.leaves[0].own[leaf], slope)
-        value = points.new_empty(len(leaf))
-        gradient = points.new_empty(len(leaf) if slope else 0, self.dimension)
+        value = np.empty(len(leaf), points.dtype)
+        gradient = np.empty((len(leaf) if slope else 0, self.dimension), points.dtype)
         bucket, row = self.bucket[leaf], self.row[leaf]
         for number, leaves in enumerate(self.leaves):
-            for at in torch.nonzero(bucket == number)[:, 0].split(max(chunk // leaves.sides.shape[2], 1)):
+            own, size = np.flatnonzero(bucket == number), max(chunk // leaves.sides.shape[2], 1)
+            for begin in range(0, len(own), size):
+                at = own[begin : begin + size]
                 value[at], leaf_gradient = _plain(points[at], leaves.sides[row[at]], leaves.own[row[at]], slope)
                 if slope:
                     gradient[at] = leaf_gradient
         return value, gradient
 
 
-class _Distance(torch.autograd.Function):
-    @staticmethod
-    def forward(ctx: Any, points: Tensor, stacked: Stacked, which: Tensor) -> Tensor:
-        distance, gradient = stacked.measured(points, which, ctx.needs_input_grad[0])
-        ctx.save_for_backward(gradient)
-        return distance
-
-    @staticmethod
-    def backward(ctx: Any, *incoming: Tensor) -> tuple[Tensor, None, None]:
-        (gradient,) = ctx.saved_tensors
-        return incoming[0][:, None] * gradient, None, None
-
-
-def lists(count: Any, rows: Any, device: torch.device | None) -> Lists:
+def lists(count: Sequence[int] | Indices, rows: Indices) -> Lists:
     """Lists of ``count`` rows each, one list after the other."""
-    counts = torch.as_tensor(np.asarray(count, dtype=np.int64), device=device)
-    return Lists(torch.as_tensor(rows, device=device), counts.cumsum(0) - counts, counts)
+    counts = np.asarray(count, dtype=np.int64)
+    return Lists(rows, counts.cumsum() - counts, counts)
 
 
-def _plain(points: Tensor, sides: Tensor, own: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
+def _plain(points: Array, sides: Array, own: Array, slope: bool) -> tuple[Array, Array]:
     """Distance of each point to its plain shape, (rows,), metres, and its gradient, (rows, dim)."""
-    x, y, along_x, along_y, scale, slant = sides.unbind(1)
+    x, y, along_x, along_y, scale, slant = (sides[:, column] for column in range(6))
     off_x, off_y = points[:, :1] - x, points[:, 1:2] - y
-    inside = off_x.new_zeros(len(points), dtype=torch.bool)
+    row = np.arange(len(points))
     if sides.shape[2] > 1:
         below = off_y < 0
-        crosses = (below != below.roll(-1, 1)) & (off_x < off_y * slant)
-        inside = crosses.sum(dim=1) % 2 == 1
-        share = ((off_x * along_x + off_y * along_y) * scale).clamp(0.0, 1.0)
+        crosses = (below != np.roll(below, -1, axis=1)) & (off_x < off_y * slant)
+        inside = crosses.sum(axis=1) % 2 == 1
+        share = np.clip((off_x * along_x + off_y * along_y) * scale, 0.0, 1.0)
         off_x, off_y = off_x - share * along_x, off_y - share * along_y
-    nearest, side = (off_x * off_x + off_y * off_y).min(dim=1)
-    radius, bottom, top, middle, ball = own.unbind(1)
+        side = (off_x * off_x + off_y * off_y).argmin(axis=1)
+        off_x, off_y = off_x[row, side], off_y[row, side]
+    else:
+        inside, off_x, off_y = np.zeros(len(points), dtype=np.bool_), off_x[:, 0], off_y[:, 0]
+    nearest = off_x * off_x + off_y * off_y
+    radius, bottom, top, middle, ball = own.T
     if points.shape[1] == 3:
         rise = ball * (points[:, 2] - middle)
         nearest = nearest + rise * rise
-    length = nearest.sqrt()
-    plane = torch.where(inside, -length, length) - radius
-    gradient = points.new_empty(0)
+    length = np.sqrt(nearest)
+    plane = np.where(inside, -length, length) - radius
+    gradient = np.empty(0)
     if slope:
-        ways = [off.gather(1, side[:, None])[:, 0] for off in (off_x, off_y)] + ([rise] if points.shape[1] == 3 else [])
-        unit = torch.stack(ways, dim=1) / torch.where(length > 0, length, 1.0)[:, None]
-        gradient = torch.where(inside[:, None], -unit, unit)
+        ways = [off_x, off_y, rise] if points.shape[1] == 3 else [off_x, off_y]
+        unit = np.stack(ways, axis=1) / np.where(length > 0, length, 1.0)[:, None]
+        gradient = np.where(inside[:, None], -unit, unit)
     if points.shape[1] == 2:
         return plane, gradient
     height = points[:, 2]
-    level = torch.maximum(bottom - height, height - top)
-    beside, above = plane.clamp_min(0.0), level.clamp_min(0.0)
-    outside = (beside * beside + above * above).sqrt()
+    level = np.maximum(bottom - height, height - top)
+    beside, above = np.maximum(plane, 0.0), np.maximum(level, 0.0)
+    outside = np.sqrt(beside * beside + above * above)
     if slope:
         out = outside > 0
-        scale = torch.where(out, outside, 1.0)
-        of_plane = torch.where(out, beside / scale, (plane >= level).to(plane))
-        of_level = torch.where(out, above / scale, (plane < level).to(plane))
+        scale = np.where(out, outside, 1.0)
+        of_plane = np.where(out, beside / scale, plane >= level)
+        of_level = np.where(out, above / scale, plane < level)
         gradient = of_plane[:, None] * gradient
-        gradient[:, 2] += of_level * torch.where(height - top > bottom - height, 1.0, -1.0)
-    return outside + torch.maximum(plane, level).clamp_max(0.0), gradient
+        gradient[:, 2] += of_level * np.where(height - top > bottom - height, 1.0, -1.0)
+    return outside + np.minimum(np.maximum(plane, level), 0.0), gradient
 
 
 class _Tree:

@@ -6,18 +6,17 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import operator
+from collections.abc import Callable, Iterator
 from functools import reduce
 from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
-import torch
-from torch import Tensor
 
-from missionc.backends.clot.cost_graph.leaf_margins import facing, link_weight, second_eigenvalue
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
 from missionc.backends.clot.optimise.control_points import Arguments, Splines
+from missionc.backends.clot.optimise.dual_numbers import Dual, Values, plain
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces, level_groups
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.settings import Spare, Weights, clot_settings
@@ -39,6 +38,7 @@ from missionc.ir.distances.convex_pieces import outer_half_spaces
 from missionc.ir.kernel.nodes import RouteNode
 from missionc.ir.language.margins.connected import spanning_tree
 from missionc.ir.language.margins.formation import edge_error
+from missionc.ir.language.margins.headings import of_velocity
 from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.language.margins.view import View
 from missionc.ir.pair_ranges import directed
@@ -121,13 +121,13 @@ class TaskCosts(Record, eq=False):
                 continue
             edges = [formation.edges[edge] for edge in number]
             ends = [np.array([getattr(edge, end) for edge in edges]) for end in ("first", "second")]
-            target = torch.tensor([edge.target for edge in edges], dtype=torch.float64)
-            most = torch.from_numpy(bounds[number, moment])
+            target = np.array([edge.target for edge in edges])
+            most = bounds[number, moment]
 
             def over(
-                a: Tensor, b: Tensor, target: Tensor = target, offsets: bool = offsets, most: Tensor = most
-            ) -> Tensor:
-                return (norm(b - a - target) if offsets else (norm(b - a) - target).abs()) - most
+                a: Values, b: Values, target: Array = target, offsets: bool = offsets, most: Array = most
+            ) -> Values:
+                return (norm(b - a - target) if offsets else abs(norm(b - a) - target)) - most
 
             yield Group(
                 f"{'' if holds else 'not '}formation {formation.name}",
@@ -152,7 +152,7 @@ class TaskCosts(Record, eq=False):
             normals = [(*side.normal, *(0.0,) * (dim - len(side.normal))) for side in beyond]
             every = np.repeat(np.arange(len(beyond)), len(agent))
             offsets = [side.offset for side in beyond]
-            sides = torch.from_numpy(np.array(normals)[every]), torch.from_numpy(np.array(offsets)[every])
+            sides = np.array(normals)[every], np.array(offsets)[every]
             agent, step = np.tile(agent, len(beyond)), np.tile(step, len(beyond))
         arguments = [self._at(agent, step)]
         if predicate.reads_speed:
@@ -160,8 +160,7 @@ class TaskCosts(Record, eq=False):
         named = sorted(predicate.others)
         arguments.extend(self._at(np.full(len(step), other), step) for other in named)
         radius, altitude = (
-            torch.from_numpy(np.array([getattr(one, what) for one in self.mission.agents])[agent])
-            for what in ("radius", "altitude")
+            np.array([getattr(one, what) for one in self.mission.agents])[agent] for what in ("radius", "altitude")
         )
         of_speed = predicate.is_of_speed or predicate.reads_heading
         natural = natural_scale(predicate, self.mission) if wide else 0.0
@@ -169,10 +168,9 @@ class TaskCosts(Record, eq=False):
         if of_speed and made.steps:
             scale, spare = made.step, max(clot_settings(self.mission).spare.task, self.spare.scaled * natural)
 
-        def shortfall(*points: Tensor) -> Tensor:
+        def shortfall(*points: Values) -> Values:
             measured = predicate.margin(_OfPoints(points, named, radius, altitude, sides)) + 0.0 * points[0][:, 0]
-            lacking: Tensor = (spare - sign * measured) * scale
-            return lacking
+            return (spare - sign * measured) * scale
 
         name = f"{'' if holds else 'not '}{predicate.region.name}" if predicate.region else "comparison"
         return Group(name, tuple(arguments), shortfall, self.weights.task, spare * scale)
@@ -186,7 +184,7 @@ class TaskCosts(Record, eq=False):
         yield Group(
             f"link {graph.name}",
             tuple(pair),
-            lambda a, b: spare - sign * link_margin(graph, links[:, 0], links[:, 1], a, b, xp=torch),
+            lambda a, b: spare - sign * link_margin(graph, links[:, 0], links[:, 1], a, b),
             self.weights.task,
             spare,
         )
@@ -203,14 +201,11 @@ class TaskCosts(Record, eq=False):
         agents = np.array(graph.agents)
         ring = min(2 - 2 * np.cos(2 * np.pi / count), count)
 
-        def shortfall(*points: Tensor) -> Tensor:
-            members = torch.stack(points, dim=1)
-            here, there = members[:, :, None], members[:, None]
-            links: Any = link_margin(graph, agents[:, None], agents, here, there, xp=torch)
-            own = torch.eye(count, dtype=torch.bool)
-            lambda_2 = second_eigenvalue(link_weight(links, full).masked_fill(own, 0.0))
-            lacking: Tensor = full * (1 - lambda_2 / ring)
-            return lacking
+        def shortfall(*points: Values) -> Values:
+            members = np.stack(points, axis=1)
+            links = link_margin(graph, agents[:, None], agents, members[:, :, None], members[:, None])
+            weight = link_weight(links, full) * (1.0 - np.eye(count))
+            return full * (1 - second_eigenvalue(weight) / ring)
 
         where = tuple(self._at(np.full(len(moments), agent), moments) for agent in graph.agents)
         yield Group(f"connectivity of {graph.name}", where, shortfall, self.weights.links, full)
@@ -310,40 +305,51 @@ class _OfPoints(View):
 
     def __init__(
         self,
-        points: tuple[Tensor, ...],
+        points: tuple[Values, ...],
         others: list[int],
-        radius: Tensor,
-        altitude: Tensor,
-        sides: tuple[Tensor, Tensor] | None,
+        radius: Array,
+        altitude: Array,
+        sides: tuple[Array, Array] | None,
     ) -> None:
-        super().__init__(torch, points[0].shape[-1])
+        super().__init__(np, points[0].shape[-1])
         self.sides = sides
         self.points, self.others = points, others
         self.own_radius, self.own_altitude = radius, altitude
 
-    def own(self) -> Tensor:
+    def own(self) -> Values:
         return self.points[0]
 
-    def place(self, agent: int) -> Tensor:
+    def place(self, agent: int) -> Values:
         return self.points[self.others.index(agent) - len(self.others)]
 
-    def velocity(self) -> Tensor:
+    def velocity(self) -> Values:
         return self.points[1]
 
-    def outside(self, region: Region) -> Tensor:
+    def outside(self, region: Region) -> Values:
         if self.sides is None:
-            outside: Tensor = super().outside(region)
-            return outside
+            return super().outside(region)
         normal, offset = self.sides
-        return offset - (normal * self.own()).sum(dim=1)
+        return offset - (normal * self.own()).sum(axis=1)
 
-    def facing(self, towards: float | Beacon, within: float) -> Tensor:
-        return facing(self.own(), self.velocity(), towards, within)
+    def facing(self, towards: float | Beacon, within: float) -> Values:
+        return of_velocity(np, self.own(), self.velocity(), towards, within)
 
-    def radius(self) -> Tensor:
+    def of_place(self, value: Callable[[Any, Values], Values]) -> Values:
+        """Value of a function of the positions that knows arrays only: derivatives are central differences."""
+        width = 1e-6  # metres
+        own = self.own()
+        if not isinstance(own, Dual):
+            return value(np, own)
+        here = own.value
+        offsets = width * np.concatenate([np.zeros((1, here.shape[1])), np.eye(here.shape[1]), -np.eye(here.shape[1])])
+        found = value(np, (here + offsets[:, None]).reshape(-1, here.shape[1])).reshape(len(offsets), len(here))
+        ahead, behind = found[1:].reshape(2, here.shape[1], len(here))
+        return own.through(found[0], ((ahead - behind) / (2 * width)).T)
+
+    def radius(self) -> Values:
         return self.own_radius
 
-    def plane(self) -> Tensor:
+    def plane(self) -> Values:
         return self.own_altitude
 
 
@@ -351,9 +357,9 @@ def _kind(stretch: Stretch) -> tuple[int, bool]:
     return len(stretch.agents), stretch.longer
 
 
-def _length(points: tuple[Tensor, ...]) -> Tensor:
+def _length(points: tuple[Values, ...]) -> Values:
     """Length of routes through points, (rows, dim) each -> (rows,), metres."""
-    return reduce(torch.add, [norm(after - here) for here, after in pairwise(points)])
+    return reduce(operator.add, [norm(after - here) for here, after in pairwise(points)])
 
 
 def shares(errors: Array, total: float) -> Array:
@@ -369,6 +375,33 @@ def shares(errors: Array, total: float) -> Array:
     return nearest
 
 
-def norm(vector: Tensor) -> Tensor:
+def norm(vector: Values) -> Values:
     """Lengths, (rows, dim) -> (rows,), such as metres, with a gradient everywhere."""
-    return reduce(torch.add, [vector[:, axis] ** 2 for axis in range(vector.shape[1])]).add(1e-18).sqrt()
+    axes = [vector[:, axis] for axis in range(vector.shape[1])]
+    return np.sqrt(reduce(operator.add, [axis * axis for axis in axes]) + 1e-18)
+
+
+def second_eigenvalue(weight: Values) -> Values:
+    """Eigenvalue λ₂ of weighted graphs.
+
+    Shape: (graphs, members, members), symmetric, zero diagonal -> (graphs,), dimensionless.
+
+    Its derivative by a weight is the squared difference of its eigenvector along that link. Weights are dimensionless.
+
+    Source:
+        [clot] III-C, λ₂(L); Fiedler, "Algebraic connectivity of graphs", 1973.
+    """
+    weights = plain(weight)
+    values, vectors = np.linalg.eigh(np.eye(weights.shape[-1]) * weights.sum(axis=-1)[..., None] - weights)
+    if not isinstance(weight, Dual):
+        return values[..., 1]
+    second = vectors[..., 1]
+    slope = (second[:, :, None] - second[:, None]) ** 2 / 2  # each link has two weights
+    links = Dual(weights.reshape(len(weights), -1), weight.partials.reshape(*weight.partials.shape[:2], -1))
+    return links.through(values[..., 1], slope.reshape(len(weights), -1))
+
+
+def link_weight(link: Values, full: float) -> Values:
+    """Weight of links in λ₂ by their margins, (...) -> (...), metres: 0 without a link, 1 from ``full`` on, smooth."""
+    share = np.clip(link / full, 0.0, 1.0)
+    return share * share * (3 - 2 * share)

@@ -13,12 +13,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from missionc.backends.clot.optimise.control_points import Arguments, Splines
+from missionc.backends.clot.optimise.dual_numbers import Values
 from missionc.backends.clot.optimise.task_residuals import norm
 from missionc.base.late_dataclass import Record
+from missionc.base.trace import Array
 from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Mission
 
@@ -35,19 +35,19 @@ class Turns(Record, eq=False):
     """
 
     pair: tuple[Arguments, Arguments]
-    most: Tensor
+    most: Array
 
-    def excess(self, one: Tensor, other: Tensor, share: float) -> Tensor:
+    def excess(self, one: Values, other: Values, share: float) -> Values:
         """Lateral metres, (pairs,), of movements, (pairs, dim), metres, beyond the allowed turn minus a share of it."""
         still = 1e-6  # metres; an agent that moves less in a step does not turn in it
         one, other = one[:, :2], other[:, :2]
         first, second = norm(one), norm(other)
         moving = ((first > still) & (second > still))[:, None]
-        ahead = torch.tensor([1.0, 0.0], dtype=one.dtype)
-        here, there = torch.where(moving, one, ahead), torch.where(moving, other, ahead)
-        dot = (here * there).sum(dim=1)
+        ahead = np.array([1.0, 0.0])
+        here, there = np.where(moving, one, ahead), np.where(moving, other, ahead)
+        dot = (here * there).sum(axis=1)
         cross = here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0]
-        angle = torch.atan2(torch.where(cross < 0, -cross, cross), dot)  # at a half turn too, the gradient is not 0
+        angle = np.arctan2(np.where(cross < 0, -cross, cross), dot)  # at a half turn too, the gradient is not 0
         return 2 * first * second / (first + second) * (angle - self.most * (1 - share))
 
 
@@ -67,4 +67,4 @@ def turns(mission: Mission, made: Splines) -> Turns:
     agent_of, step_of = np.array(agents, dtype=np.int64), np.array(earlier, dtype=np.int64)
     later = step_of + np.array(apart, dtype=np.int64)
     pair = made.velocity(agent_of, step_of), made.velocity(agent_of, later)
-    return Turns(pair, torch.tensor(most, dtype=torch.float64))
+    return Turns(pair, np.array(most))

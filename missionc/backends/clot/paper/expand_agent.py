@@ -19,21 +19,21 @@ import torch
 from torch import Tensor
 
 from missionc.backends.api import ignore
-from missionc.backends.clot.cost_graph.motion_batch import Team, team
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.first_motions import FirstMotions
+from missionc.backends.clot.paper.free_distance import Surroundings
+from missionc.backends.clot.paper.motion_batch import Team, team
 from missionc.backends.clot.paper.planning_sequence import Couplings
 from missionc.backends.clot.paper.prefix import asked, spelled_out
 from missionc.backends.clot.paper.prefix_check import goal_margins, left_open, prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.search_tree import Node
+from missionc.backends.clot.paper.torch_device import seeded
 from missionc.backends.clot.paper.transport import transport
 from missionc.backends.clot.paper.tree_search import Candidate
 from missionc.backends.clot.run.child_processes import Children, children
 from missionc.backends.clot.run.presets import Preset
 from missionc.backends.clot.settings import ProbeWeights, TransportSettings, clot_settings
-from missionc.backends.clot.torch_device import seeded
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Mission

@@ -25,8 +25,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.motion_batch import Team
+from missionc.backends.clot.paper.leaf_margins import UNLIMITED
+from missionc.backends.clot.paper.motion_batch import Team
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
 from missionc.backends.clot.paper.sparsity_pattern import NodePattern, SparsityPattern, mark
 from missionc.base.trace import Flags

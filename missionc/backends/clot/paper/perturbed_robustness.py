@@ -20,11 +20,11 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.cost_graph import Unrolled, signed_predicate
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, margin
-from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
-from missionc.backends.clot.cost_graph.robustness import Robustness, length_value
+from missionc.backends.clot.paper.leaf_margins import UNLIMITED, margin
+from missionc.backends.clot.paper.motion_batch import States, Team, velocities
+from missionc.backends.clot.paper.robustness import Robustness, length_value
 from missionc.backends.clot.paper.sparsity_pattern import NodePattern, Rows, SparsityPattern
-from missionc.backends.clot.torch_device import places
+from missionc.backends.clot.paper.torch_device import places
 from missionc.ir import Graph, Predicate
 from missionc.ir.kernel.nodes import (
     All,

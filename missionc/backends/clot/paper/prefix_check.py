@@ -12,11 +12,11 @@ from itertools import chain
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
-from missionc.backends.clot.cost_graph.robustness import Robustness
-from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.paper.free_distance import Surroundings
+from missionc.backends.clot.paper.motion_batch import States, Team, velocities
 from missionc.backends.clot.paper.probe_cost import kept_from
-from missionc.backends.clot.torch_device import places
+from missionc.backends.clot.paper.robustness import Robustness
+from missionc.backends.clot.paper.torch_device import places
 from missionc.ir import Mission
 from missionc.ir.kernel.analysis import about_whom
 from missionc.ir.kernel.nodes import Any, Node

@@ -19,13 +19,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.motion_batch import Team
-from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.paper.free_distance import Surroundings
+from missionc.backends.clot.paper.leaf_margins import UNLIMITED
+from missionc.backends.clot.paper.motion_batch import Team
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, sparsity_pattern
+from missionc.backends.clot.paper.torch_device import places as at
 from missionc.backends.clot.settings import ProbeWeights
-from missionc.backends.clot.torch_device import places as at
 from missionc.base.late_dataclass import Record
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission

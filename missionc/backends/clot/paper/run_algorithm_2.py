@@ -16,6 +16,7 @@ from missionc.backends.clot.paper.expand_agent import Expansion, scale
 from missionc.backends.clot.paper.first_motions import FirstMotions
 from missionc.backends.clot.paper.planning_sequence import Couplings, Offers, couplings, in_order
 from missionc.backends.clot.paper.search_checkpoint import from_arrays, to_arrays
+from missionc.backends.clot.paper.torch_device import enough_memory, one_thread
 from missionc.backends.clot.paper.tree_search import TreeSearch
 from missionc.backends.clot.run.presets import Preset, SequenceChoice
 from missionc.backends.clot.run.run_state import UNUSABLE, Searching
@@ -27,6 +28,8 @@ from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 
+@one_thread()
+@enough_memory()
 def run_algorithm_2(
     mission: Mission,
     kernel: Kernel,
@@ -38,7 +41,7 @@ def run_algorithm_2(
     budget: Budget,
     go_on: Callable[[], bool],
     attempt: int,
-    device: torch.device,
+    device: str,
     processes: int,
     keep: Callable[[Searching], None],
     resume: Searching | None,
@@ -91,7 +94,7 @@ def run_algorithm_2(
         begun.schedule.choices if preset.seeded else {},
         first,
         coupled,
-        device,
+        torch.device(device),
         go_on,
         tell,
     )

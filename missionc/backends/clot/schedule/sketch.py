@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-import torch
 
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.schedule.deconflict_space_time import avoid_moving_obstacles, deconflict_space_time
@@ -183,12 +182,12 @@ def _blocked(obstacles: Obstacles, position: Array, radius: float) -> Array:
     room = 0.05  # metres beyond a body's need
     world = Box(obstacles.mission.world.low, obstacles.mission.world.high)
     total: Array = np.maximum(signed_distance(np, world, position), 0.0).sum(axis=(1, 2))
-    points = torch.from_numpy(position.reshape(-1, position.shape[-1]))
-    instant = torch.arange(position.shape[2]).repeat(position.shape[0] * position.shape[1])
+    points = position.reshape(-1, position.shape[-1])
+    instant = np.tile(np.arange(position.shape[2]), position.shape[0] * position.shape[1])
     pairs = obstacles.near(points, instant, radius + room)
-    lacking = (radius + room - obstacles.distance(points[pairs.row], pairs)).clamp_min(0.0)
+    lacking = np.maximum(radius + room - obstacles.distance(points[pairs.row], pairs), 0.0)
     motion = pairs.row // (position.shape[1] * position.shape[2])
-    return total + np.bincount(motion.numpy(), lacking.numpy(), len(position))
+    return total + np.bincount(motion, lacking, len(position))
 
 
 def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[list[int]]:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from missionc.base.trace import Array
+from missionc.ir.places import Beacon
 
 
 def turn(heading: Array, towards: Array | float) -> Array:
@@ -45,3 +46,19 @@ def of_motion(xp: Any, vx: Any, vy: Any, towards: tuple[Any, Any], within: float
     near = ahead * math.cos(within) + aside * math.sin(within) >= 0
     speed = (ahead**2 + aside**2 + 1e-24) ** 0.5
     return xp.where(near, spare, xp.where(spare >= 0, speed, -speed))
+
+
+def of_velocity(xp: Any, position: Any, velocity: Any, towards: float | Beacon, within: float) -> Any:
+    """Margin of the motion's direction within an angle of a direction: (..., dim) twice, metres, m/s -> (...), m/s.
+
+    It has the sign of the predicate's margin for a moving agent, and is 0 at rest.
+    """
+    apart = 1e-9  # metres: the direction to a nearer place is arbitrary
+    along: tuple[Any, Any]
+    if isinstance(towards, Beacon):
+        x, y = (towards.position[axis] - position[..., axis] for axis in (0, 1))
+        far = xp.sqrt(x * x + y * y + apart**2)
+        along = x / far, y / far
+    else:
+        along = math.cos(towards), math.sin(towards)
+    return of_motion(xp, velocity[..., 0], velocity[..., 1], along, within)

@@ -17,6 +17,7 @@ from missionc.ir.language.margins.links import all_links, link_margin
 from missionc.ir.language.margins.view import View
 
 __all__ = [
+    "AlongTrace",
     "algebraic_connectivity",
     "all_links",
     "formation_margin",
@@ -35,7 +36,7 @@ def margin(predicate: Predicate, mission: Mission, trace: Trace) -> Array:
         (agents, steps + 1) for predicates about one agent, (steps + 1,) for
         those about the team; metres, or m/s for comparisons of speed only.
     """
-    return predicate.margin(_AlongTrace(mission, trace))
+    return predicate.margin(AlongTrace(mission, trace))
 
 
 def holds(predicate: Predicate, margins: Array) -> Array:
@@ -100,7 +101,7 @@ def formation_margin(
     return shape.tolerance - formation.edge_error(xp, edge, first_position, second_position)
 
 
-class _AlongTrace(View):
+class AlongTrace(View):
     """View of all agents: (agents, steps + 1, dim); one agent has (steps + 1, dim)."""
 
     def __init__(self, mission: Mission, trace: Trace) -> None:

@@ -5,43 +5,20 @@ Predicates measure tensors like traces; only the connected graph has a separate 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.motion_batch import States, Team
-from missionc.backends.clot.torch_device import places
+from missionc.backends.clot.paper.motion_batch import States, Team
+from missionc.backends.clot.paper.torch_device import places
 from missionc.ir import Beacon, Flag, Graph, Predicate, Resource
-from missionc.ir.language.margins.headings import of_motion
+from missionc.ir.language.margins.headings import of_velocity
 from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.language.margins.resources import flag_margins_along, levels_along
 from missionc.ir.language.margins.view import View
 from missionc.ir.pair_ranges import directed
-
-
-def facing(position: Tensor, velocity: Tensor, towards: float | Beacon, within: float) -> Tensor:
-    """Margin of the motion's direction within an angle of a direction.
-
-    Shape: (..., dim) twice, metres, m/s -> (...), m/s.
-
-    Shape: (..., dim) twice -> (...), m/s.
-
-    It has the sign of the predicate's margin for a moving agent, and is 0 at rest.
-    """
-    apart = 1e-9  # metres: the direction to a nearer place is arbitrary
-    along: tuple[Tensor | float, Tensor | float]
-    if isinstance(towards, Beacon):
-        x, y = (towards.position[axis] - position[..., axis] for axis in (0, 1))
-        far = (x**2 + y**2 + apart**2).sqrt()
-        along = x / far, y / far
-    else:
-        along = math.cos(towards), math.sin(towards)
-    spare: Tensor = of_motion(torch, velocity[..., 0], velocity[..., 1], along, within)
-    return spare
-
 
 UNLIMITED = 1e6
 """Metres: replaces an infinite margin, since averages of infinities are unsafe."""
@@ -102,27 +79,6 @@ def bottleneck(links: Tensor) -> Tensor:
     return worst
 
 
-def second_eigenvalue(weight: Tensor) -> Tensor:
-    """Eigenvalue λ₂ of weighted graphs.
-
-    Shape: (..., members, members), symmetric, zero diagonal -> (...), dimensionless.
-
-    Its derivative by a weight is the squared difference of its eigenvector along that link. Weights are dimensionless.
-
-    Source:
-        [clot] III-C, λ₂(L); Fiedler, "Algebraic connectivity of graphs", 1973.
-    """
-    laplacian = torch.diag_embed(weight.sum(dim=-1)) - weight
-    values: Tensor = torch.linalg.eigvalsh(laplacian)
-    return values[..., 1]
-
-
-def link_weight(link: Tensor, full: float) -> Tensor:
-    """Weight of links in λ₂ by their margins, (...) -> (...), metres: 0 without a link, 1 from ``full`` on, smooth."""
-    share = (link / full).clamp(0.0, 1.0)
-    return share * share * (3 - 2 * share)
-
-
 class _OfBatch(View):
     """View of all agents: (batch, agents, steps, dim); for one agent (batch, 1, steps, dim)."""
 
@@ -141,7 +97,7 @@ class _OfBatch(View):
         return self.states.velocity
 
     def facing(self, towards: float | Beacon, within: float) -> Tensor:
-        return facing(self.own(), self.velocity(), towards, within)
+        return _tensor(of_velocity(torch, self.own(), self.velocity(), towards, within))
 
     def nothing(self, *, of_team: bool = False) -> Tensor:
         return 0.0 * self.states.position[:, : 1 if of_team else None, :, 0]

@@ -24,7 +24,10 @@ class Surroundings:
         self.mission, self.parts = mission, parts
         self.world = Box(mission.world.low, mission.world.high)
         times = np.arange(mission.steps * parts + 1, dtype=np.float64) * (float(mission.step) / parts)
-        self.obstacles = Obstacles(mission, mission.obstacles, times, dtype, device)
+        self.obstacles = Obstacles(mission, mission.obstacles, times, str(dtype).removeprefix("torch."))
+        self.moved, self.grown = (
+            torch.from_numpy(each).to(device) for each in (self.obstacles.moved, self.obstacles.grown)
+        )
 
     def room(self, points: Tensor, instants: Tensor, radius: float) -> Tensor:
         """Distance of a body from obstacles minus the clearance, and of its centre from the bounds.
@@ -49,12 +52,13 @@ class Surroundings:
         Shape: (..., instants, others), metres.
         """
         instant = instants[:, None].expand(points.shape[:-1]).reshape(-1)
-        return self.obstacles.room(points.reshape(-1, points.shape[-1]), instant, reach).reshape(points.shape[:-1])
+        room = self.obstacles.room(points.reshape(-1, points.shape[-1]).numpy(), instant.numpy(), reach)
+        return torch.from_numpy(room).reshape(points.shape[:-1])
 
     def all_of_them(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
         """The same, (..., instants, others), metres, without reading a number: one obstacle after the other."""
         left = torch.full_like(points[..., 0], reach)
-        moved, grown = (iter(each[instants].unbind(1)) for each in (self.obstacles.moved, self.obstacles.grown))
+        moved, grown = (iter(each[instants].unbind(1)) for each in (self.moved, self.grown))
         for obstacle in self.mission.obstacles:
             if obstacle.constant:
                 away = _distance(obstacle.shape, points)

@@ -6,17 +6,16 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import reduce
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, all_links, margin
-from missionc.backends.clot.cost_graph.motion_batch import States, Team
-from missionc.backends.clot.torch_device import places
+from missionc.backends.clot.paper.leaf_margins import UNLIMITED, all_links, margin
+from missionc.backends.clot.paper.motion_batch import States, Team
+from missionc.backends.clot.paper.torch_device import places
 from missionc.base.trace import Array, Trace
 from missionc.ir import Graph, Predicate
 from missionc.ir.kernel.evaluate import Domain, evaluate
@@ -53,14 +52,8 @@ class Robustness(Domain[Tensor]):
     unknown: predicates about it, and their negations, are ``UNLIMITED``.
     """
 
-    def __init__(self, team: Team, states: States, ruled_out: Mapping[SignedPredicate, Tensor] | None = None) -> None:
-        """Initialise.
-
-        ``ruled_out``: predicates or negations with value ``-UNLIMITED``, (agents, steps), boolean.
-
-        The opposite has to hold there.
-        """
-        self.team, self.states, self.ruled_out = team, states, ruled_out or {}
+    def __init__(self, team: Team, states: States) -> None:
+        self.team, self.states = team, states
         self.margins: dict[Predicate, Tensor] = {}
         self.graphs: dict[Graph, Tensor] = {}
 
@@ -74,11 +67,7 @@ class Robustness(Domain[Tensor]):
             return self._constant(UNLIMITED)
         if predicate not in self.margins:
             self.margins[predicate] = margin(predicate, self.team, self.states)
-        value = self.margins[predicate] if holds else -self.margins[predicate]
-        out = self.ruled_out.get((predicate, holds))
-        if out is None:
-            return value
-        return value.masked_fill((out if value.shape[1] > 1 else out.any(dim=0, keepdim=True))[None], -UNLIMITED)
+        return self.margins[predicate] if holds else -self.margins[predicate]
 
     def member(self, agents: frozenset[int], holds: bool) -> Tensor:
         """Value of membership: (1, agents, 1), ``UNLIMITED`` metres or its negative."""
