@@ -33,8 +33,7 @@ def load_engines(
 ) -> Backend | Diagnostic:
     """Load the backend of that name, or a portfolio of several; or return a diagnostic for these options.
 
-    Of several, those that support every flag and are installed are used. A run with checkpoints uses only the first of
-    them.
+    Of several, those that support every flag are used. A run with checkpoints uses only the first of them.
 
     Args:
         checkpoint: True if the run is saved or resumed.
@@ -50,33 +49,24 @@ def load_engines(
         return extension_error(error)
     wrong = {spec.name: _not_its_flag(spec, options, checkpoint, len(specs) == 1) for spec in specs}
     hear = [spec for spec in specs if wrong[spec.name] is None]
-    lacking = {spec.name: _package_missing(spec, options) for spec in hear}
-    there = [spec for spec in hear if lacking[spec.name] is None][: 1 if checkpoint else None]
-    if not there:
-        return next(said for said in (lacking if hear else wrong).values() if said is not None)
+    if not hear:
+        return next(said for said in wrong.values() if said is not None)
+    lacking = next((said for spec in hear if (said := _package_missing(spec, options)) is not None), None)
+    if lacking is not None:
+        return lacking
+    there = hear[: 1 if checkpoint else None]
     flagged = any(each.refused and getattr(options, each.name) != each.default for each in DESCRIBED.values())
     at_once = len(there) == 1 or flagged
     backends = {spec.name: _loaded(spec) for spec in there if at_once or not spec.package}
     missing = [said for backend in backends.values() if (said := backend.missing(options)) is not None]
     if missing:
         return missing[0]
-    absent = [BACKENDS[name] for name, said in lacking.items() if said is not None]
-    if len(there) == 1 and not absent:
+    if len(there) == 1:
         return backends[there[0].name]
     engines = tuple(
         Engine(spec.name, partial(_loaded, spec), any(each.name == spec.subsumes for each in there)) for spec in there
     )
-    return PortfolioBackend(engines, _would_help(absent))
-
-
-def _would_help(absent: list[BackendSpec]) -> tuple[str, ...]:
-    """Notes about engines that are not installed."""
-    extras = dict.fromkeys(spec.extra for spec in absent)
-    return tuple(
-        f"{' and '.join(f'`{spec.name}`' for spec in absent if spec.extra == extra)} would be available with "
-        f"`pip install 'missionc[{extra}]'`"
-        for extra in extras
-    )
+    return PortfolioBackend(engines)
 
 
 def _loaded(spec: BackendSpec) -> Backend:

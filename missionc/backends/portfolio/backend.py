@@ -50,11 +50,9 @@ class PortfolioBackend:
 
     Args:
         engines: in the order of their turns. Each is loaded at its first turn, so that unused ones cost nothing.
-        lacking: notes about engines that are not installed.
     """
 
     engines: Sequence[Engine]
-    lacking: tuple[str, ...] = ()
     name: str = "auto"
     refutes: bool = False
 
@@ -72,9 +70,7 @@ class PortfolioBackend:
             runs = [Run(each, mission, kernel, options, budget) for each in self.engines]
             for run in runs:
                 stack.enter_context(closing(run))
-            outcome = yield from in_turns(runs)
-        notes = outcome.report.notes if isinstance(outcome, api.Planned) else (*outcome.report.notes, *self.lacking)
-        return replace(outcome, report=replace(outcome.report, notes=notes))
+            return (yield from in_turns(runs))
 
 
 @dataclass(slots=True, eq=False)

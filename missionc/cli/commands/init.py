@@ -7,12 +7,10 @@ from __future__ import annotations
 
 import os
 import re
-from importlib.util import find_spec
 from pathlib import Path
 
 import click
 
-from missionc.backends.registry import BACKENDS
 from missionc.base.diagnostics.code import NAME_NOT_ALLOWED, OUTPUT_EXISTS
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
@@ -56,7 +54,11 @@ def command(name: str | None, template: str, listed: bool, force: bool, form: st
     if wrong:
         say([wrong], [], form, {"written": None, "template": template})
         return Status.MISSION_ERRORS
-    lines = [f"created {target} from the template `{template}`", *_next(target, chosen)]
+    lines = [
+        f"created {target} from the template `{template}`",
+        "next steps",
+        *(f"  missionc {command} {target}" for command in ("check", "explain", "compile")),
+    ]
     say([], lines, form, {"written": str(target), "template": template})
     return Status.DONE
 
@@ -64,29 +66,10 @@ def command(name: str | None, template: str, listed: bool, force: bool, form: st
 def _list(form: str) -> Status:
     known = templates().values()
     wide = max(len(each.name) for each in known)
-    lines = [f"{each.name:{wide}}  {each.about}{_needs(each)}" for each in known]
+    lines = [f"{each.name:{wide}}  {each.about}" for each in known]
     document = [{"name": each.name, "about": each.about, "backend": _backend(each)} for each in known]
     say([], lines, form, {"templates": document})
     return Status.DONE
-
-
-def _next(target: Path, template: Template) -> list[str]:
-    """Next commands to run, and packages to install for them."""
-    lines = ["next steps"]
-    spec = BACKENDS[_backend(template)]
-    if spec.package and find_spec(spec.package) is None:
-        lines.append(f"  pip install 'missionc[{spec.extra}]'    # its backend needs {spec.package}")
-    return [
-        *lines,
-        f"  missionc check {target}",
-        f"  missionc explain {target}",
-        f"  missionc compile {target}",
-    ]
-
-
-def _needs(template: Template) -> str:
-    extra = BACKENDS[_backend(template)].extra
-    return f" Needs the extra `{extra}`." if extra else ""
 
 
 def _backend(template: Template) -> str:

@@ -249,10 +249,7 @@ class RestPlanner(Record, eq=False):
         for motion in self._near(rest, stopped)[:REPAIRED]:
             now = time.monotonic()
             more = replace(self.budget, deadline=now + (until - now) / 2 if self._lost else until)
-            backend = load_repair(motion)
-            if backend is None:
-                return None
-            compiled = driver.plan_once(rest, self._asked(more, backend))
+            compiled = driver.plan_once(rest, self._asked(more, load_repair(motion)))
             if isinstance(compiled.outcome, Verified):
                 return compiled
         return None

@@ -239,13 +239,13 @@ def test_progress_names_the_engine_at_work() -> None:
     assert heard == ["smt", "clot"]
 
 
-def test_who_is_not_installed_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("options", [Options(preset="search"), Options(device="cuda")])
+def test_only_some_options_need_a_package(options: Options, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(load, "find_spec", lambda name: None)
-    alone = load.load_engines(("smt", "clot", "hybrid"))
-    assert isinstance(alone, PortfolioBackend)
-    assert [each.name for each in alone.engines] == ["smt"]
-    assert alone.lacking == ("`clot` and `hybrid` would be available with `pip install 'missionc[clot]'`",)
-    nobody = load.load_engines(("clot", "hybrid"))
+    every = load.load_engines(("smt", "clot", "hybrid"))
+    assert isinstance(every, PortfolioBackend)
+    assert [each.name for each in every.engines] == ["smt", "clot", "hybrid"]
+    nobody = load.load_engines(("smt", "clot", "hybrid"), options)
     assert isinstance(nobody, Diagnostic)
     assert nobody.code is EXTRA_MISSING
 

@@ -53,13 +53,19 @@ class Dual(NDArrayOperatorsMixin):
         self.value[key], self.partials[_of_each(key)] = new.value, new.partials
 
     def __array_ufunc__(self, function: np.ufunc, method: str, *inputs: Values, **options: Any) -> Any:
-        values = [plain(each) for each in inputs]
+        values = [each.value if isinstance(each, Dual) else each for each in inputs]
         if function in CONDITIONS:
             return function(*values)
         if method != "__call__" or options or function not in SLOPES:
             return NotImplemented
         value = function(*values)
-        return _chained(value, inputs, SLOPES[function](value, *values))
+        chained = None
+        for each, slope in zip(inputs, SLOPES[function](value, *values), strict=True):
+            if isinstance(each, Dual):
+                term = each.partials if each.value.ndim == value.ndim else _partials(each, value.ndim)
+                term = term if slope is None else slope * term
+                chained = term if chained is None else chained + term
+        return _full(value, chained)
 
     def __array_function__(self, function: Any, types: Any, inputs: Any, options: Any) -> Any:
         return FUNCTIONS[function](*inputs, **options) if function in FUNCTIONS else NotImplemented
@@ -94,17 +100,7 @@ def _partials(given: Values, ndim: int) -> Any:
     return partials.reshape(partials.shape[0], *(1,) * missing, *partials.shape[1:]) if missing else partials
 
 
-def _chained(value: Array, inputs: Sequence[Values], slopes: Sequence[Any]) -> Dual:
-    """A function's value with its derivatives by the chain rule."""
-    terms = [
-        _partials(each, value.ndim) if isinstance(slope, int) and slope == 1 else slope * _partials(each, value.ndim)
-        for each, slope in zip(inputs, slopes, strict=True)
-        if isinstance(each, Dual)
-    ]
-    return _full(value, terms[0] if len(terms) == 1 else terms[0] + terms[1])
-
-
-def _full(value: Array, partials: Array) -> Dual:
+def _full(value: Array, partials: Any) -> Dual:
     if partials.shape[1:] != value.shape:
         partials = np.broadcast_to(partials, (partials.shape[0], *value.shape))
     return Dual(value, partials)
@@ -138,8 +134,8 @@ def _angle_slopes(value: Array, rise: Array, run: Array) -> tuple[Array, Array]:
 CONDITIONS = {np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal, np.isfinite}
 
 SLOPES: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
-    np.add: lambda value, one, other: (1, 1),
-    np.subtract: lambda value, one, other: (1, -1),
+    np.add: lambda value, one, other: (None, None),
+    np.subtract: lambda value, one, other: (None, -1),
     np.negative: lambda value, given: (-1,),
     np.multiply: lambda value, one, other: (other, one),
     np.true_divide: lambda value, one, other: (1 / other, -value / other),
@@ -150,6 +146,6 @@ SLOPES: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
     np.minimum: lambda value, one, other: (one <= other, one > other),
     np.arctan2: _angle_slopes,
 }
-"""Derivatives of functions by each argument, from the value and the arguments; exponents are constant."""
+"""Derivatives of functions by each argument, from the value and the arguments; None for 1. Exponents are constant."""
 
 FUNCTIONS: dict[Any, Callable[..., Any]] = {np.where: _where, np.clip: _clip, np.stack: _stack}

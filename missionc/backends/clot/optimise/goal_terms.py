@@ -116,6 +116,4 @@ class Demand(Record, eq=False):
     def worst(self, position: Array, velocity: Array) -> float:
         """Least robustness of the roots, metres, for states (agents, steps, dim)."""
         values = ConditionValues(self.mission, position, velocity, self.ruled_out).values(self.order)
-        return min(
-            float(np.broadcast_to(values[root], (1, *values[root].shape))[..., 0, 0].min()) for root in self.roots
-        )
+        return min(float(values[root][0, 0]) for root in self.roots)
