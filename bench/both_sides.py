@@ -47,7 +47,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from field import figure, ratio, run
+from field import figure, ratio, run, verdict
 from response_time import ROOT
 
 from missionc.backends.api import Budget
@@ -61,9 +61,6 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lower.unroll_past import looking_ahead
 
 MISSIONS = ROOT / "missions" / "both_sides"
-
-ROADMAPS = "MC601"
-"""Code of a refusal about roadmaps only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,18 +93,14 @@ class Row:
 
 def answer(document: dict[str, Any]) -> tuple[str, str]:
     """Answer in a JSON document, and its source."""
-    codes = {each["code"] for each in document["diagnostics"] if each["severity"] == "error"}
-    match document["outcome"]:
-        case "planned":
-            return "planned", str(document["backend"])
-        case "refused":
-            return "by check", "check"
-        case "impossible" if ROADMAPS in codes:
-            return "on roadmaps", "roadmaps"
-        case "impossible":
-            return "impossible", "proof"
-        case other:
-            return str(other), ""
+    found = verdict(document)
+    sides = {
+        "planned": str(document["backend"]),
+        "by check": "check",
+        "on roadmaps": "roadmaps",
+        "impossible": "proof",
+    }
+    return found, sides.get(found, "")
 
 
 def measured(path: Path, limit: float) -> Row:

@@ -1,12 +1,21 @@
-"""Benchmark of the field corpus, missions in the style of strangers: success, backend, time and path length.
+"""Benchmark of the field corpus, missions in the style of strangers: verdict, backend, time, path length and margins.
 
-    python bench/field.py [--folder DIR] [--only NAME …] [--time-limit 120] [--json FILE] [--against FILE]
+    python bench/field.py [DIR] [--only NAME …] [--time-limit 120] [--json FILE] [--against FILE]
 
 Each is compiled as written, in a process of its own, one after the other, without a search for what would help where
-there is no plan. *Engine* is the backend that was asked last. Seconds of the processor are those of the process and its
+there is no plan. *Verdict*:
+
+- *planned*: there is a plan, and it is verified.
+- *impossible*: a proof that no motion of these agents satisfies it, whatever the roadmap.
+- *on roadmaps*: the tried roadmaps contain no plan, which proves nothing about the mission.
+- *by check*: `missionc check` refuses it.
+- *undecided*: none of these, in this time.
+
+*Engine* is the backend that was asked last. Seconds of the processor are those of the process and its
 children. *Margin* is the smallest of the plan in metres: of a requirement, to an obstacle, between two bodies.
 *Normalised* is the smallest of its requirements, each margin divided by its natural scale (the inradius of a region,
-the range of a link, the tolerance of a formation). ``--folder`` measures the missions of another folder.
+the range of a link, the tolerance of a formation). *Between* is whether every requirement is satisfied between
+samples, in continuous time: ``yes``, ``no``, or ``not decided``. ``DIR`` is another folder of missions.
 
 *Of the bound* is the length of all ways together over the sum of each agent's lower bound. Where a mission asks for
 nothing but reaching (of named agents, or of every agent of a team, to be in regions or beyond lines: once, in a row, or
@@ -32,10 +41,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -50,6 +60,7 @@ from missionc.ir import Compare, Inside, Mission, Predicate, Still
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, Until
 from missionc.ir.predicates.features import Coordinate
+from missionc.verification.certificate import Verdict
 from missionc.verification.monitoring.normalised_margins import normalised_margins
 
 MISSIONS = ROOT / "missions" / "field"
@@ -66,7 +77,10 @@ OVERRUN = 90.0
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Result of one mission; None without a plan, or without a bound on its length."""
+    """Result of one mission; None without a plan, or without a bound on its length.
+
+    ``between``: whether the requirements are satisfied between samples. ``peer``: cells of another planner.
+    """
 
     outcome: str
     engine: str
@@ -76,6 +90,8 @@ class Row:
     over_bound: float | None = None
     margin: float | None = None
     normalised: float | None = None
+    between: str = ""
+    peer: tuple[str, ...] = ()
 
     @property
     def planned(self) -> bool:
@@ -246,10 +262,34 @@ def run(path: Path, limit: float, folder: Path, more: Sequence[str] = ()) -> Run
     return Run(document, used.ru_utime + used.ru_stime, wall)
 
 
+ROADMAPS = "MC601"
+"""Code of a refusal about roadmaps only."""
+
+
+def verdict(document: dict[str, Any]) -> str:
+    """Verdict in a JSON document, as in the table."""
+    codes = {each["code"] for each in document["diagnostics"] if each["severity"] == "error"}
+    match document["outcome"]:
+        case "refused":
+            return "by check"
+        case "impossible" | "undecided" if ROADMAPS in codes:
+            return "on roadmaps"
+        case other:
+            return str(other)
+
+
 def compiled(path: Path, limit: float, folder: Path) -> Row:
     """Result of a mission, without its plan."""
     came = run(path, limit, folder)
-    return Row(str(came.document["outcome"]), str(came.document["backend"] or ""), came.processor, came.wall)
+    return Row(verdict(came.document), str(came.document["backend"] or ""), came.processor, came.wall)
+
+
+def between(certificate: dict[str, Any]) -> str:
+    """Whether the requirements of a plan are satisfied in continuous time: ``yes``, ``no`` or ``not decided``."""
+    verdicts = {each["verdict"] for each in certificate["between_steps"]}
+    if Verdict.FAILS.value in verdicts:
+        return "no"
+    return "yes" if verdicts <= {Verdict.HOLDS.value} else "not decided"
 
 
 def measured(path: Path, limit: float) -> Row:
@@ -268,7 +308,7 @@ def measured(path: Path, limit: float) -> Row:
     checked = driver.check(path)
     assert checked.mission is not None
     assert checked.kernel is not None
-    headings = np.array([agent.get("heading", np.zeros(position.shape[1])) for agent in plan["agents"]])
+    headings = np.array([agent["yaw"] for agent in plan["agents"]])
     velocity = np.array([agent["velocity"] for agent in plan["agents"]])
     trace = Trace(checked.mission.step, position, velocity, headings)
     scaled = normalised_margins(checked.mission, checked.kernel.requirements, trace)
@@ -277,7 +317,8 @@ def measured(path: Path, limit: float) -> Row:
     except OtherTask:
         bound = 0.0
     over, normalised = length / bound if bound else None, min(scaled.values(), default=None)
-    return replace(row, length=length, over_bound=over, margin=least, normalised=normalised)
+    found = between(certificate)
+    return replace(row, length=length, over_bound=over, margin=least, normalised=normalised, between=found)
 
 
 def figure(value: float | None, form: str) -> str:
@@ -295,6 +336,8 @@ def line(name: str, row: Row, before: Row | None, compares: bool) -> str:
         figure(row.over_bound, ".2f"),
         figure(row.margin, ".3f"),
         figure(row.normalised, ".3f"),
+        row.between or "–",
+        *row.peer,
     ]
     if compares:
         cells += [before.outcome if before else "–"]
@@ -319,9 +362,16 @@ def summary(rows: Iterable[Row]) -> Iterator[str]:
             yield f"{says}: median {statistics.median(values):.2f}, most {max(values):.2f}"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folder", type=Path, default=MISSIONS, metavar="DIR", help="folder of the missions")
+def benchmark(about: str, folder: Path, peer: Mapping[str, Callable[[Path], str]] = MappingProxyType({})) -> None:
+    """Measure the missions of a folder, as the command line says.
+
+    Args:
+        about: help text.
+        folder: folder of the missions, if the command line names none.
+        peer: further columns, with the function for a mission's cell.
+    """
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", type=Path, default=folder, metavar="DIR", help="folder of the missions")
     parser.add_argument("--only", nargs="*", metavar="NAME", help="only these missions")
     parser.add_argument(
         "--time-limit", type=float, default=120.0, help="time limit of each mission, in seconds of wall time"
@@ -330,14 +380,18 @@ def main() -> None:
     parser.add_argument("--against", type=Path, metavar="FILE", help="compare with the results in this file")
     arguments = parser.parse_args()
     names = sorted(path.stem for path in arguments.folder.glob("*.mission"))
+    if not names:
+        parser.error(f"no missions in {arguments.folder}")
     kept = json.loads(arguments.against.read_text(encoding="utf-8")) if arguments.against else {}
     before = {name: Row(**row) for name, row in kept.items()}
-    heads = ["mission", "outcome", "engine", "CPU s", "wall s", "length m", "of the bound", "margin m", "normalised"]
-    heads += ["before", "CPU ratio", "length ratio"] if before else []
+    heads = ["mission", "verdict", "engine", "CPU s", "wall s", "length m", "of the bound", "margin m", "normalised"]
+    heads += ["between", *peer, *(["before", "CPU ratio", "length ratio"] if before else [])]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}", flush=True)
     rows: dict[str, Row] = {}
     for name in arguments.only or names:
-        rows[name] = measured(arguments.folder / f"{name}.mission", arguments.time_limit)
+        path = arguments.folder / f"{name}.mission"
+        cells = tuple(cell(path) for cell in peer.values())
+        rows[name] = replace(measured(path, arguments.time_limit), peer=cells)
         print(line(name, rows[name], before.get(name), bool(before)), flush=True)
         if arguments.json:
             text = json.dumps({each: asdict(row) for each, row in rows.items()}, indent=1)
@@ -346,4 +400,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    benchmark(__doc__ or "", MISSIONS)

@@ -16,8 +16,9 @@ from stlpy.STL.formula import STLTree
 
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.base.trace import Array
-from missionc.ir import Box, Connected, Disc, Inside, Mission, Proximity, Shape
-from missionc.ir.kernel.nodes import All, Always, Any, At, Atom, Eventually, Kernel, Node
+from missionc.ir import Box, Compare, Connected, Disc, Inside, Mission, Proximity, Shape, Touches, Union
+from missionc.ir.kernel.nodes import All, Always, Any, At, Atom, Eventually, Kernel, Node, Not, Until
+from missionc.ir.predicates.features import Coordinate
 from table1.scene import Unsupported, box, tree
 
 Stl: typing.TypeAlias = typing.Any
@@ -30,13 +31,13 @@ SIDES = 8
 """Number of sides of the polygon for a disc."""
 
 
-def specification(mission: Mission, kernel: Kernel, start: Array, between: bool = False) -> Stl:
-    """Requirements, finishes, obstacles and pairs, from ``start``, (agents, 2), metres."""
-    write = _Writer(mission, tree(start), between)
+def specification(mission: Mission, kernel: Kernel, start: Array, between: bool = False, guard: float = GUARD) -> Stl:
+    """Requirements, finishes in regions, obstacles and pairs, from ``start``, (agents, 2), metres."""
+    write = _Writer(mission, tree(start), between, guard)
     parts = [write.term(wanted.formula, None) for wanted in build(kernel).requirements]
     last = mission.steps
     for agent in mission.agents:
-        if agent.finish is not None:
+        if agent.finish is not None and agent.finish.point is None:
             parts.append(write.inside(agent.index, box(agent.finish), 0.0).always(last, last))
         for obstacle in mission.obstacles:
             gap = agent.radius + mission.clearance
@@ -54,9 +55,9 @@ def both(parts: list[Stl], how: str) -> Stl:
 
 
 class _Writer:
-    def __init__(self, mission: Mission, links: list[tuple[int, int]], between: bool) -> None:
-        self.size, self.links, self.between = 2 * len(mission.agents), links, between
-        self.last = mission.steps
+    def __init__(self, mission: Mission, links: list[tuple[int, int]], between: bool, guard: float) -> None:
+        self.mission, self.size, self.links, self.between = mission, 2 * len(mission.agents), links, between
+        self.last, self.guard = mission.steps, guard
 
     def term(self, term: Node, agent: int | None) -> Stl:
         match term:
@@ -70,9 +71,26 @@ class _Writer:
                 return self.term(body, agent).eventually(low, self.last if high is None else high)
             case At(one, body):
                 return self.term(body, one)
+            case Until(hold, goal, low, high):
+                early = [self.term(hold, agent).always(0, low - 1)] if low else []
+                before_goal = self.term(hold, agent).until(
+                    self.term(goal, agent), low, self.last if high is None else high
+                )
+                return both([*early, before_goal], "and")
             case Atom(Inside(region, body)) if agent is not None and not body:
-                if isinstance(region.shape, Box):
-                    return self.inside(agent, region.shape, 0.0)
+                return both([self.inside(agent, part, 0.0) for part in boxes(region.shape)], "or")
+            case Not(Atom(Inside(region, body))) if agent is not None and not body:
+                return both([self.leave(agent, part, 0.0) for part in boxes(region.shape)], "and")
+            case Not(Atom(Touches(region))) if agent is not None:
+                radius = self.mission.agents[agent].radius
+                return both([self.leave(agent, part, radius) for part in boxes(region.shape)], "and")
+            case Atom(Compare(terms, constant)) if agent is not None:
+                weights = [0.0, 0.0]
+                for weight, feature in terms:
+                    if not isinstance(feature, Coordinate):
+                        raise Unsupported(f"no linear form of {term}")
+                    weights[feature.axis] += weight
+                return self.half({agent: (weights[0], weights[1])}, -constant)
             case Atom(Connected(Proximity() as graph)):
                 return both([self.near(*link, graph.radius) for link in self.links], "and")
         raise Unsupported(f"no linear form of {term}")
@@ -82,7 +100,7 @@ class _Writer:
         row = np.zeros((1, self.size))
         for agent, (x, y) in weights.items():
             row[0, 2 * agent], row[0, 2 * agent + 1] = x, y
-        return LinearPredicate(row, np.array([bound + GUARD]))
+        return LinearPredicate(row, np.array([bound + self.guard]))
 
     def inside(self, agent: int, area: Box, room: float) -> Stl:
         sides = []
@@ -90,6 +108,10 @@ class _Writer:
             sides.append(self.half({agent: normal}, area.low[axis] + room))
             sides.append(self.half({agent: (-normal[0], -normal[1])}, room - area.high[axis]))
         return both(sides, "and")
+
+    def leave(self, agent: int, shape: Shape, gap: float) -> Stl:
+        """Formula for being outside a shape at one step."""
+        return both([self.half({agent: normal}, bound + gap) for normal, bound in sides_of(shape)], "or")
 
     def outside(self, agent: int, shape: Shape, gap: float) -> Stl:
         return self.beyond([self.half({agent: normal}, bound + gap) for normal, bound in sides_of(shape)])
@@ -108,6 +130,17 @@ class _Writer:
         normals = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
         most = reach / np.sqrt(2)
         return both([self.half({one: (x, y), other: (-x, -y)}, -most) for x, y in normals], "and")
+
+
+def boxes(shape: Shape) -> list[Box]:
+    """Boxes of which a shape is the union."""
+    match shape:
+        case Box():
+            return [shape]
+        case Union(left, right):
+            return [*boxes(left), *boxes(right)]
+        case _:
+            raise Unsupported(f"a region of shape {type(shape).__name__}")
 
 
 def sides_of(shape: Shape) -> list[tuple[tuple[float, float], float]]:

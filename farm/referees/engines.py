@@ -41,7 +41,7 @@ class Reply:
     @property
     def no_roadmap(self) -> bool:
         """True if it claims that its roadmaps contain no plan."""
-        return self.outcome == "impossible" and IMPOSSIBLE.name in self.codes
+        return self.outcome in ("impossible", "undecided") and IMPOSSIBLE.name in self.codes
 
 
 def refused_as_impossible(reply: Reply) -> bool:

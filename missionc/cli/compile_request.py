@@ -255,7 +255,7 @@ def _answer(request: CompileRequest, compiled: Compiled, folder: PlanFolder) -> 
         case Impossible(scope=Scope.MISSION):
             return _write(request, compiled, Status.NO_MOTION, folder)
         case Impossible():
-            return _write(request, compiled, Status.IMPOSSIBLE, folder)
+            return _write(request, compiled, Status.IMPOSSIBLE if compiled.ruled_out else Status.UNDECIDED, folder)
         case Verified():
             status = Status.MISSION_ERRORS if has_errors(list(compiled.findings)) else Status.DONE
             return _write(request, compiled, status, folder)

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, assert_never
 
-from missionc.backends.api import Attempt, Impossible, NotFound, Report
+from missionc.backends.api import Attempt, Impossible, NotFound, Report, Scope
 from missionc.base.constraint import Constraint, NotJudged, all_satisfied, constraint_lines
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.diagnostics.render import counts
@@ -265,9 +265,9 @@ class Compiled(Record, eq=False):
         match self.outcome:
             case Verified():
                 return "planned"
-            case Impossible():
+            case Impossible() if self.ruled_out:
                 return "impossible"
-            case NotFound():
+            case Impossible() | NotFound():
                 return "undecided"
             case Unverified():
                 return "unverified"
@@ -275,6 +275,18 @@ class Compiled(Record, eq=False):
                 return "refused" if has_errors(list(self.findings)) else None
             case _:
                 assert_never(self.outcome)
+
+    @property
+    def ruled_out(self) -> bool:
+        """True for an infeasible mission: no motion is a plan, or none on the roadmap that it names.
+
+        Roadmaps of sampled places, which the compiler chose, rule nothing out.
+        """
+        match self.outcome:
+            case Impossible(scope=scope):
+                return scope is Scope.MISSION or self.checked.valid_mission.solve.roadmap is not None
+            case _:
+                return False
 
     def __str__(self) -> str:
         match self.outcome:

@@ -1,7 +1,7 @@
 """Every file of `missions/` is what the language promises: it checks, plans, verifies, and its files read back.
 
-The missions of `missions/field` take minutes each: they are checked here, and planned by `bench/field.py`; those of
-`missions/vehicles` by `bench/first_compiles.py`.
+The missions of `missions/field`, `peers` and `strangers` take minutes each: they are checked here, and planned by
+`bench/field.py`, `peers.py` and `strangers.py`; those of `missions/vehicles` by `bench/first_compiles.py`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ from missionc.verification.monitoring.read_trace import read_trace
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "missions").glob("*.mission"))
 GALLERY = sorted((ROOT / "missions" / "gallery").glob("*.mission"))
-FIELD = sorted((ROOT / "missions" / "field").glob("*.mission"))
+FIELD = [
+    path for name in ("field", "peers", "strangers") for path in sorted((ROOT / "missions" / name).glob("*.mission"))
+]
 VEHICLES = sorted((ROOT / "missions" / "vehicles").glob("*.mission"))
 LONG = (
     "base_station",

@@ -57,8 +57,8 @@ from missionc.ir import (
     Still,
 )
 from missionc.ir.agents import ends_by_region
-from missionc.ir.kernel.nodes import Atom, Kernel
-from missionc.ir.kernel.walk import postorder
+from missionc.ir.kernel.nodes import Any, Atom, Kernel, Node, Not
+from missionc.ir.kernel.walk import bottom_up, postorder
 from missionc.ir.language.walk_formulas import formulas
 from missionc.ir.pair_ranges import directed
 from missionc.ir.wording import listed, metres, number, point, spaced
@@ -455,10 +455,30 @@ def _check_regions(mission: Mission, ground: FreeSpace, entered: set[str]) -> li
 
 
 def _entered(mission: Mission, kernel: Kernel) -> set[str]:
-    """Regions whose membership is tested; distances and shapes may use others as well."""
-    atoms = (node.predicate.region for node in postorder(kernel.meanings.values()) if isinstance(node, Atom))
+    """Regions whose membership is tested; distances and shapes may use others as well.
+
+    Those that only some alternatives of an ``or`` ask for are left out: a dead alternative has its own warning.
+    """
+    asked = bottom_up(kernel.formulas, _asked)
+    names = set[str]().union(*(entered | avoided for entered, avoided in map(asked.__getitem__, kernel.formulas)))
     ends = (place.region for agent in mission.agents for place in agent.ends)
-    return {region.name for region in (*atoms, *ends) if region}
+    return names | {region.name for region in ends if region}
+
+
+def _asked(
+    node: Node, below: tuple[tuple[frozenset[str], frozenset[str]], ...]
+) -> tuple[frozenset[str], frozenset[str]]:
+    """Regions that a formula asks for, whichever alternative holds, and regions that it asks to avoid."""
+    match node:
+        case Atom(predicate):
+            return frozenset((predicate.region.name,) if predicate.region else ()), frozenset()
+        case Not():
+            ((entered, avoided),) = below
+            return avoided, entered
+    entered, avoided = (frozenset[str]().union(*(each[kind] for each in below)) for kind in (0, 1))
+    if isinstance(node, Any) and below:
+        entered = frozenset.intersection(*(each for each, _ in below))
+    return entered, avoided
 
 
 def _around(mission: Mission, ground: FreeSpace, region: Region) -> list[Obstacle]:

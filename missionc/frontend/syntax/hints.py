@@ -124,8 +124,22 @@ def missing_bounds(place: Place) -> Diagnostic | None:
     if place.expected != {"["} or before.kind not in forms.BOUNDS:
         return None
     what = "a time window" if before.kind.startswith("TIME") else "a route length"
-    written = f"{before.text}{forms.BOUNDS[before.kind]}"
-    return finding(f"{quoted(before.text)} needs {what}", before.span, f"write `{written}`")
+    advice = f"write `{before.text}{forms.BOUNDS[before.kind]}`"
+    if before.word == "count":
+        advice += f"; to count agents of a team, write `{forms.IN_FORMULA['least']}`"
+    return finding(f"{quoted(before.text)} needs {what}", before.span, advice)
+
+
+def counted_team(place: Place) -> Diagnostic | None:
+    """Explain ``count[drone] base >= 2``."""
+    if not place.in_bounds or place.found.kind != "]" or place.before.kind != NAME:
+        return None
+    operator, bracket = place.tokens[place.opened[-1] - 1], place.tokens[place.opened[-1]]
+    if operator.word != "count" or place.here != place.opened[-1] + 2:
+        return None
+    message = f"`count` takes a route length, not {quoted(place.before.text)}"
+    advice = f"to count agents of a team, write `at least 2 {place.before.text}: …`"
+    return finding(message, bracket.span.to(place.found.span), advice)
 
 
 def wrong_bounds(place: Place) -> Diagnostic | None:
@@ -554,6 +568,7 @@ def _form(place: Place) -> str:
 
 
 SLIPS: tuple[Callable[[Place], Diagnostic | None], ...] = (
+    counted_team,
     wrong_bounds,
     foreign_sign,
     unknown_declaration,

@@ -4,15 +4,16 @@ in   Mission, Kernel
 out  a Kernel with the same truth and robustness at step 0 of every trace and without constants, or a report
      that it would be too large
 
-A requirement is evaluated at step 0, so every formula below it is evaluated at known steps, including past operators.
-Formulas around a past operator are expanded for each of those steps. Formulas without past operators stay the same,
-under a window that begins at their step. Planners get such formulas and support one direction of time only; the monitor
-and the verifier judge the original.
+A requirement is evaluated at step 0, so every formula below it is evaluated at known steps, including past operators. A
+formula with bounded windows that is evaluated from a step on is the same formula with all windows moved ahead,
+evaluated earlier (``earlier``), unless a window reaches before step 0. Others around a past operator are expanded for
+each step. Formulas without past operators stay the same, under a window that begins at their step. Planners get such
+formulas and support one direction of time only; the monitor and the verifier judge the original.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import assert_never
 
@@ -60,7 +61,7 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
     agents = len(mission.agents)
     if not past:
         return without_constants(kernel, agents)
-    unrolling = _Unrolling(past, mission.steps)
+    unrolling = _Unrolling(past, mission.steps, _looks(order, past))
     asked: dict[Node, set[int]] = {node: set() for node in past}
     for formula in past.intersection(kernel.formulas):
         asked[formula].add(0)
@@ -69,6 +70,8 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
         for ask in asks(node) if node in past else ():
             for step in asked[node]:
                 window = ask.steps_from(step, mission.steps)
+                if isinstance(node, WindowNode):
+                    window = window[: len(window) - len(unrolling.moved(node, window))]
                 size += len(window) * _parts(node, len(window))
                 if ask.node in past:
                     asked[ask.node].update(window)
@@ -106,11 +109,39 @@ def _parts(node: Node, window: int) -> int:
             return 1
 
 
-class _Unrolling:
-    """Formulas at a step, evaluated at step 0; ``past`` are those that contain a past operator."""
+def _looks(order: Iterable[Node], past: set[Node]) -> dict[Node, tuple[int, int]]:
+    """Steps back and ahead that the value of a formula depends on, for those whose windows can be moved.
 
-    def __init__(self, past: set[Node], last: int) -> None:
-        self.past, self.last = past, last
+    Args:
+        order: formulas, each after its children.
+        past: those that contain a past operator; others need no move.
+    """
+    found: dict[Node, tuple[int, int]] = {}
+    for node in order:
+        below = [found.get(child) for child in children(node)]
+        known = [each for each in below if each is not None]
+        if len(known) < len(below):
+            continue
+        back, ahead = (max((each[end] for each in known), default=0) for end in (0, 1))
+        match node:
+            case WindowNode(low=low, high=int(high)):
+                found[node] = max(back - low, 0), max(ahead + high, 0)
+            case Is() | LeafNode() | Not() | All() | Any() | AtLeast() | At():
+                found[node] = back, ahead
+            case _ if node not in past:
+                found[node] = 0, 0
+    return found
+
+
+class _Unrolling:
+    """Formulas at a step, evaluated at step 0; ``past`` are those that contain a past operator.
+
+    ``looks``: steps back and ahead, as of ``_looks``.
+    """
+
+    def __init__(self, past: set[Node], last: int, looks: dict[Node, tuple[int, int]]) -> None:
+        self.past, self.last, self.looks = past, last, looks
+        self.moves: dict[tuple[Node, int], Node] = {}
         self.known: dict[tuple[Node, int], Node] = {}
         self.stretches: dict[tuple[object, ...], Node] = {}
         self.links: dict[tuple[Graph, int, bool], Node] = {}
@@ -144,13 +175,16 @@ class _Unrolling:
         match node:
             case All() | Any() | AtLeast() | At():
                 return rebuilt(node, tuple(self.at(child, step) for child in children(node)))
-            case WindowNode(WindowNode() as inner) if self.may_begin_earlier(inner, self.window(node, step)):
-                window = self.window(node, step)
-                ahead = replace(inner, low=0, high=(inner.high or 0) - inner.low)
-                return replace(node, body=ahead, low=window[0] + inner.low, high=window[-1] + inner.low)
             case WindowNode(body):
-                whole = self.each(body, self.window(node, step), node.every)
-                return replace(whole, span=node.span, dual=node.dual) if isinstance(whole, All | Any) else whole
+                window = self.window(node, step)
+                moved = self.moved(node, window)
+                if not moved:
+                    whole = self.each(body, window, node.every)
+                    return replace(whole, span=node.span, dual=node.dual) if isinstance(whole, All | Any) else whole
+                back = self.looks[body][0]
+                rest = replace(node, body=self.earlier(body, back), low=moved[0] - back, high=moved[-1] - back)
+                first = tuple(self.at(body, each) for each in window[: len(window) - len(moved)])
+                return (All if node.every else Any)((*first, rest), node.span, node.dual) if first else rest
             case UntilNode():
                 return self.since(node, step) if looks_back(node) else self.until(node, step)
             case NeighbourNode(graph, body):
@@ -166,9 +200,28 @@ class _Unrolling:
             case _:
                 assert_never(node)
 
-    def may_begin_earlier(self, node: WindowNode, steps: range) -> bool:
-        """Return whether windows that look back from these steps can begin earlier: none reaches before step 0."""
-        return looks_back(node) and node.body not in self.past and bool(steps) and steps[0] + node.low >= 0
+    def moved(self, node: WindowNode, window: range) -> range:
+        """Last steps of a window at which the body can be evaluated earlier; the others are expanded."""
+        if node.body not in self.past or node.body not in self.looks:
+            return range(0)
+        back, ahead = self.looks[node.body]
+        first = max(window.start, back)
+        return range(first, window.stop) if first < window.stop and window[-1] + ahead <= self.last else range(0)
+
+    def earlier(self, node: Node, by: int) -> Node:
+        """Formula that has some steps earlier the value that ``node`` has now; no window reaches over an end."""
+        if node not in self.past:
+            return self.later(node, by)
+        if (node, by) not in self.moves:
+            match node:
+                case WindowNode(body, low, int(high)):
+                    back = self.looks[body][0] if body in self.past else 0
+                    inner = self.earlier(body, back) if body in self.past else body
+                    made: Node = replace(node, body=inner, low=low + by - back, high=high + by - back)
+                case _:
+                    made = rebuilt(node, tuple(self.earlier(child, by) for child in children(node)))
+            self.moves[node, by] = made
+        return self.moves[node, by]
 
     def pair(self, node: Node, parts: tuple[Node, ...], *, contrary: bool = False) -> Node:
         """Disjunction of the parts, or conjunction if ``node`` is universal; ``contrary`` swaps them."""

@@ -23,6 +23,8 @@ from missionc.backends.clot.schedule.visits import Appointment, Schedule
 from missionc.backends.hybrid.backend import first_order
 from missionc.ir import Box, DoubleIntegrator, Mission, SingleIntegrator, Unicycle
 from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.lower.unroll_past import looking_ahead
 from tests.support.transport_missions import checked, planned
 
 YARD = """\
@@ -159,6 +161,36 @@ def test_a_place_where_speed_is_limited_is_gone_round_where_that_is_sooner() -> 
     _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
     inside = (motion[0, :, 0] > 10.5) & (motion[0, :, 0] < 17.5) & (motion[0, :, 1] > 6.5)
     assert not inside.any()
+
+
+@pytest.mark.parametrize(
+    ("closed", "until", "deadline", "round_it"),
+    [
+        ("always[6 s, 60 s]", 60, 60, True),  # the way round is sooner
+        ("always[6 s, 15 s]", 15, 60, False),  # to wait is sooner
+        ("always[40 s, 90 s]", 90, 60, False),  # it is through in time
+    ],
+)
+def test_a_place_that_is_closed_for_a_while_is_gone_round_or_waited_for(
+    closed: str, until: int, deadline: int, round_it: bool
+) -> None:
+    walls = "obstacle north_wall = box (12, 11) to (24, 20)\nobstacle south_wall = box (12, 2) to (24, 9)\n"
+    gate = "region gate = box (12, 9) to (24, 11)\n"
+    barred = f"require barred: {closed} not some rover: touches(gate)\n"
+    shop = "region shop = box (26, 9) to (30, 20)\n"
+    visit = f"require seen: rover[0]: eventually[0, {deadline} s] shop\n"
+    mission, scheduler, schedule = scheduled(
+        YARD.replace("(20, 10)", "(34, 14)") + walls + gate + shop + barred + visit
+    )
+    (seen,) = named(scheduler, schedule, "seen")
+    assert schedule.late == 0
+    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    assert motion[0, seen.step, 0] >= 26
+    inside = (motion[0, :, 0] > 12) & (motion[0, :, 0] < 24)
+    assert (motion[0, inside, 1] < 3).all() == round_it
+    begin = int(closed.removeprefix("always[").split()[0])
+    at_the_gate = np.flatnonzero(inside & (motion[0, :, 1] > 9))
+    assert not ((at_the_gate >= begin) & (at_the_gate <= until)).any()
 
 
 @pytest.mark.parametrize(("limit", "most"), [("not (at least 3 rover: east)", 2), ("at least 4 rover: not east", 1)])
@@ -559,3 +591,13 @@ def test_the_velocities_of_a_motion_are_those_of_its_positions() -> None:
     made = splines(mission)
     motion = trace(mission, made, np.random.default_rng(0).uniform(5, 30, (2, made.points, 2)))
     assert motion.velocity[0, :-1] == pytest.approx(np.diff(motion.position[0], axis=0))
+
+
+def test_a_dwell_that_ends_within_each_of_many_windows_is_a_recurrence_of_stays() -> None:
+    mission, kernel = checked(YARD + "require tended: every 30 s: some rover: historically[0, 4 s] east\n")
+    ahead = looking_ahead(mission, kernel, 10_000)
+    assert isinstance(ahead, Kernel)
+    tasks = outline(build(ahead), mission.steps).tasks
+    assert len(tasks) == 2  # the first, within the first window, and the others
+    again = [event for task in tasks for option in task.options for event in option.all_events if event.again]
+    assert {hold.high - hold.low for event in again for hold in event.holds} == {4}

@@ -178,6 +178,22 @@ def test_a_region_that_is_only_measured_or_a_shape_may_be_where_nobody_can_be() 
     assert len(found(entered, REGION_IN_OBSTACLE)) == len(found(entered, REGION_OUTSIDE_WORLD)) == 1
 
 
+@pytest.mark.parametrize(
+    ("asked", "refused"),
+    [
+        ("some drone: eventually[0, 20 s] (nook or x >= 8)", False),
+        ("every drone: eventually[0, 20 s] nook or eventually[0, 20 s] x >= 8", False),
+        ("some drone: eventually[0, 20 s] nook", True),
+        ("every drone: always[0, 20 s] (x >= 8 or not nook)", True),
+    ],
+)
+def test_a_region_in_an_obstacle_is_accepted_where_another_alternative_does_without_it(
+    asked: str, refused: bool
+) -> None:
+    mission = text(SHELF, "region nook = disc at (4.5, 1.5) radius 0.2 m", f"require r: {asked}")
+    assert bool(found(mission, REGION_IN_OBSTACLE)) == refused
+
+
 def test_a_region_that_two_obstacles_cover_together_is_refused() -> None:
     more = "obstacle crate = box (4, 2) to (5, 3)"
     region = "region nook = box (4.2, 1.5) to (4.8, 2.5)"
@@ -343,7 +359,7 @@ region pearl = ball at (5, 5, 1.5) radius 0.3
 def test_regions_are_checked_in_a_volume(extra: str, code: Code) -> None:
     uses = "above" if "above" in extra else "none" if "none" in extra else "low"
     avoid = f"require r: every drone: always[1 s, 20 s] not {uses}"
-    visit = "require q: some drone: eventually[0, 20 s] (high or pearl)"
+    visit = "require q: some drone: (eventually[0, 20 s] high) and eventually[0, 20 s] pearl"
     assert found(text(extra, avoid, visit, world=VOLUME, agents=drones(2, "start in start")), code)
 
 

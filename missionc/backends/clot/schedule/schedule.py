@@ -33,6 +33,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.presence import NOBODY, PresenceConstraints, attendance, implied
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option, Outline, Task
+from missionc.backends.clot.schedule.timed_paths import TimedPaths
 from missionc.backends.clot.schedule.timetable import (
     LATE,
     PerturbedDistances,
@@ -86,6 +87,9 @@ class Scheduler(Timetable):
         self.company = attendance(mission, self.always)
         self.tied = tied_agents(outline, self.company, links=links)
         self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
+        self.timed = TimedPaths(self.goals)
+        fixed = [hold for hold in outline.holds if not self._whole(hold)]
+        self.closures = [self.timed.closures(agent.index, fixed) for agent in mission.agents]
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
         settings = clot_settings(mission).schedule
         self.capacities = capacities(outline.holds, mission.step, settings.passing * mission.step)

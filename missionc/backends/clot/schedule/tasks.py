@@ -124,13 +124,40 @@ def outline(graph: Kernel, steps: int) -> Outline:
     holds: list[Hold] = []
     tasks: list[Task] = []
     for wanted in graph.requirements:
+        own: list[Task] = []
         for agent, part in conjuncts(0, wanted.formula):
             options = reader.options(part, agent, 0, 0, False)
             if len(options) == 1 and not options[0].events:
                 holds.extend(options[0].holds)
             else:
-                tasks.append(Task(wanted.name, options))
+                _add(own, Task(wanted.name, options))
+        tasks.extend(own)
     return Outline(tuple(holds), tuple(tasks))
+
+
+def _add(tasks: list[Task], task: Task) -> None:
+    """Add a task, unless the events of another one, which then loses its options without events, imply it."""
+    for number, each in enumerate(tasks):
+        events = tuple(option for option in each.options if option.events)
+        if events and all(any(_implies(one, other) for other in task.options) for one in events):
+            tasks[number] = replace(each, options=events)
+            return
+    tasks.append(task)
+
+
+def _implies(one: Option, other: Option) -> bool:
+    """Return whether the single event of an option is that of another one, in a window within the other's."""
+    if one.holds or other.holds or len(one.events) != 1 or len(other.events) != 1:
+        return False
+    (event,), (weaker,) = one.events, other.events
+    same = (event.agent, event.holds, event.before, event.then) == (
+        weaker.agent,
+        weaker.holds,
+        weaker.before,
+        weaker.then,
+    )
+    within = weaker.low <= event.low and event.high <= weaker.high and weaker.not_before <= event.not_before
+    return same and within and not (event.again or weaker.again)
 
 
 def conjuncts(agent: int, node: Node) -> Iterator[tuple[int, Node]]:

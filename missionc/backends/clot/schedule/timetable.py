@@ -24,6 +24,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
 )
 from missionc.backends.clot.schedule.presence import PresenceConstraints
 from missionc.backends.clot.schedule.tasks import Event, Option
+from missionc.backends.clot.schedule.timed_paths import Closure, TimedPaths
 from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Visit, VisitRun
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
@@ -101,7 +102,7 @@ class Timetable:
 
     ``waits``: for a visit, the stops before it. ``tied``: agents tied by a formation or links. ``pace``, ``speed`` in
     m/s and ``stopping`` in seconds have a number for each agent. ``unhurried`` is the share of the slack before a
-    visit.
+    visit. ``closures`` has the places that are closed to each agent for a time.
     """
 
     mission: Mission
@@ -117,6 +118,8 @@ class Timetable:
     waits: Mapping[Key, tuple[Key, ...]]
     unhurried: float
     shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
+    timed: TimedPaths
+    closures: list[tuple[Closure, ...]]
 
     def _run(self, visits: list[Visit], perturbed: PerturbedDistances, fixed: list[TimedLiterals]) -> VisitRun:
         """Each visit of an order at its earliest time."""
@@ -125,6 +128,7 @@ class Timetable:
         since = [-1] * len(self.starts)
         number_of: dict[Key, int] = {}
         sure, way, run = list(fixed), 0.0, VisitRun()
+        guarded = [(number, visit) for number, visit in enumerate(visits) if visit.event.before]
         for number, visit in enumerate(visits):
             low, high = visit.event.low * step, visit.event.high * step
             base = 0.0
@@ -143,6 +147,11 @@ class Timetable:
                 agent = place.agent
                 stretch = perturbed.factor(visit.event) if visit.come.goals else 1.0
                 seconds = self._travel(agent, length) * stretch
+                barring = [each for at, each in guarded if at >= number]
+                closures = (*self.closures[agent], *self._closed_until(barring, agent, number_of, run))
+                if closures and place.goal is not None:
+                    place, arrival = self._among_closures(place, where[agent], float(free[agent]), seconds, closures)
+                    seconds = arrival - float(free[agent])
                 begin = max(begin, free[agent] + seconds)
                 if not place.sure:
                     run.late += self.mission.horizon
@@ -205,6 +214,36 @@ class Timetable:
         run.late += max(0.0, run.end - self.mission.horizon)
         run.cost = LATE * run.late + run.end + 0.1 * way / float(self.pace.mean())
         return run
+
+    def _closed_until(
+        self, visits: Sequence[Visit], agent: int, number_of: Mapping[Key, int], run: VisitRun
+    ) -> Iterator[Closure]:
+        """Places closed to an agent up to one of these visits, from the visit that it counts from."""
+        for visit in visits:
+            if visit.after is None or visit.after in number_of:
+                base = 0.0 if visit.after is None else run.times[number_of[visit.after]]
+                for each in self.timed.closures(agent, visit.event.before):
+                    yield replace(each, low=base + each.low, high=math.inf)
+
+    def _among_closures(
+        self, place: Place, here: Array, free: float, seconds: float, closures: Sequence[Closure]
+    ) -> tuple[Place, float]:
+        """Place of a visit, and the earliest time of arrival, seconds, if places are closed to the agent for a time.
+
+        Args:
+            here: position, (dim,), metres, from ``free`` on, seconds.
+            seconds: duration of the path without closed places.
+        """
+        agent, goal = place.agent, place.goal
+        assert goal is not None
+        path = self.timed.path(agent, here, free, goal.cells, closures, float(self.pace[agent]))
+        if path is None:
+            return replace(place, sure=False), free + seconds
+        length = (path.arrival - free) * float(self.pace[agent])
+        if length <= seconds * float(self.pace[agent]):
+            return place, free + seconds
+        there = goal.points[int(np.flatnonzero(goal.cells == path.cell)[0])]
+        return replace(place, point=there), path.arrival + float(self.stopping[agent])
 
     def _moving_on(self, visit: Visit, places: list[Place], later: Sequence[Visit]) -> list[Place]:
         """Places of a visit, with the final ones of meeting agents that cannot wait."""
@@ -402,9 +441,13 @@ class Timetable:
             if latest == before:
                 break
         return [
-            soon + (self.unhurried * max(0.0, late - soon) if self._is_loose(visit) else 0.0)
+            soon + (self.unhurried * max(0.0, late - soon) if self._is_loose(visit) and not self._timed(visit) else 0.0)
             for visit, soon, late in zip(visits, soonest, latest, strict=True)
         ]
+
+    def _timed(self, visit: Visit) -> bool:
+        """Return whether an agent of the visit, if delayed, may meet a closed place."""
+        return any(self.closures[agent] for agent in visit.agents)
 
     def _denied(self, appointments: tuple[Appointment, ...], fixed: list[TimedLiterals]) -> bool:
         """Return whether appointments or fixed times exclude each other."""

@@ -11,7 +11,7 @@ without places that must always stay near another one goes along with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -19,6 +19,7 @@ import numpy as np
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
+from missionc.backends.clot.schedule.timed_paths import Closure, TimedPaths
 from missionc.backends.clot.schedule.visits import Escort, KeyFrame, Schedule
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.late_dataclass import Record
@@ -60,8 +61,10 @@ def tours(
     """Key frames of the tours, and positions of all agents, (agents, steps + 1, dim), metres."""
     stops, near = _stops(mission, schedule, goals), clot_settings(mission).schedule.meeting
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
+    timed = TimedPaths(goals)
+    closures = [timed.closures(each.index, schedule.holds) for each in mission.agents]
     for each in mission.agents:
-        position[each.index] = _tour(mission, each.index, stops[each.index], goals, geodesics)
+        position[each.index] = _tour(mission, each.index, stops[each.index], timed, closures[each.index], geodesics)
     everybody = [Escort(meeting, 0, mission.steps) for meeting in schedule.company.meetings]
     along: dict[int, list[Along]] = {}
     for escort in sorted((*everybody, *schedule.escorts), key=lambda each: each.low):
@@ -70,7 +73,7 @@ def tours(
             ways = along.setdefault(agent, [])
             ways.append(Along(escort.low, position[leader, escort.low : escort.high + 1] + here))
             beside = [stop for way in ways for stop in (way.first, way.last)]
-            position[agent] = _tour(mission, agent, [*stops[agent], *beside], goals, geodesics)
+            position[agent] = _tour(mission, agent, [*stops[agent], *beside], timed, closures[agent], geodesics)
             for way in ways:
                 position[agent, way.begin : way.last.end + 1] = way.points
     _shaken(mission, position, generator)
@@ -160,12 +163,20 @@ def _beside(agent: int, stop: Stop, goal: GoalSet, stops: list[list[Stop]], apar
     return Stop(stop.begin, stop.end, points[best])
 
 
-def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geodesics: Geodesics) -> Array:
+def _tour(
+    mission: Mission,
+    agent: int,
+    stops: list[Stop],
+    timed: TimedPaths,
+    closures: Sequence[Closure],
+    geodesics: Geodesics,
+) -> Array:
     """Positions of one agent at every step, (steps + 1, dim), metres."""
     radius = mission.agents[agent].radius + mission.clearance
     position = np.zeros((mission.steps + 1, mission.dimension))
     position[:] = stops[0].point
-    slowness = goals.roaming(agent).slowness
+    slowness = timed.goals.roaming(agent).slowness
+    seconds = np.arange(mission.steps + 1, dtype=np.float64) * float(mission.step)
     for here, there in pairwise(sorted(stops, key=lambda each: (each.begin, each.end))):
         begin, end = min(here.end, there.begin), there.begin
         wide = radius + clot_settings(mission).schedule.tour_clearance
@@ -177,6 +188,12 @@ def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geod
         share = eased(share, way, (end - begin) * mission.step, mission.agents[agent].dynamics)
         position[begin : end + 1] = geodesics.paced(way, share, slowness)
         position[end:] = there.point
+        span = slice(here.end, end + 1)
+        if closures and here.end < end and timed.meets(agent, closures, position[span], seconds[span]):
+            path = timed.between(agent, here.point, there.point, (seconds[here.end], seconds[end]), closures)
+            if path is not None:
+                position[span] = path.at(seconds[span])
+                position[end] = there.point
     return position
 
 
