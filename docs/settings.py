@@ -44,19 +44,7 @@ def _row(setting: Setting) -> str:
     name = setting.name.rpartition(".")[2]
     allowed = setting.range.removeprefix("a whole number from ").removeprefix("a number from ")
     allowed = allowed.replace(" to 1,000,000,000,000", " or more").replace(" to ", "–")
-    return f"| `{name}` | {written(setting.default)} | {_meaning(setting)} | {allowed} |"
-
-
-def _meaning(setting: Setting) -> str:
-    """What a value counts or measures: the unit and the words of the setting as one phrase."""
-    unit = {"m": "metres", "units": "units of work"}.get(setting.unit, setting.unit)
-    if unit.startswith("/"):
-        unit = f"cost per {unit[1:]}"
-    elif isinstance(setting.default, int) and unit and unit != "numbers":
-        unit = f"number of {unit}"
-    elif setting.says.startswith("of "):
-        unit = unit or "share"
-    return f"{unit} {setting.says}".strip()
+    return f"| `{name}` | {written(setting.default)} | {setting.says} | {allowed} |"
 
 
 def _changed(group: str, value: object) -> Iterator[str]:

@@ -43,7 +43,7 @@ SAYS = {
     "a part of `flight`": "keyword.other.part",
     "a part of `tolerate`": "keyword.other.part",
     "a part of `from`": "keyword.other.part",
-    "a way to turn": "keyword.other.part",
+    "a yaw mode": "keyword.other.part",
     "a kind of graph": "keyword.other.kind",
 }
 """Scope of a word, by its description; for an operator, by its bounds."""

@@ -210,7 +210,7 @@ def _able_extensions(required: tuple[Need, ...]) -> list[str]:
 
 def _change(able: list[str], foreign: list[str]) -> str:
     if not able and not foreign:
-        return "delete this part: no single backend can express the whole mission"
+        return "delete this construct: no single backend can express the complete mission"
     auto = "write `solve with auto`, or " if able else ""
     return f"{auto}choose {' or '.join(f'`{name}`' for name in dict.fromkeys((*able, *foreign)))}, which can"
 
@@ -234,7 +234,7 @@ def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
         labels[0],
         tuple(labels[1:]),
         (_who_cannot_wait(mission),) if restless else (),
-        _change([], foreign) if foreign else _allow_waiting(mission) if restless else "delete one of these parts",
+        _change([], foreign) if foreign else _allow_waiting(mission) if restless else "delete one of these constructs",
     )
 
 
@@ -251,13 +251,13 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
     """Text of ``--emit backend``."""
     by_need = (forced or mission.solve.backend) == AUTO
     if forced and not by_need:
-        why = "the command line chooses it"
+        why = "the command line selects this backend"
     elif not by_need:
-        why = f"the mission chooses it{_where(mission.solve.span)}"
+        why = f"the mission selects this backend{_where(mission.solve.span)}"
     elif len(chosen) > 1:
-        why = "all of them support the mission; they run in turns until one finds a plan"
+        why = "all these backends support the mission; they run in turns until a backend finds a plan"
     else:
-        why = "it supports the mission"
+        why = "this backend supports the mission"
     lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
     for name in BACKENDS.built_in:
         if name not in chosen:
@@ -270,9 +270,9 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
 def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...]) -> Iterator[str]:
     missing = _missing(name, required)
     if not missing:
-        yield f"not {name}: it supports the mission, but {chosen[0]} is chosen"
+        yield f"not {name}: this backend supports the mission, but {chosen[0]} is selected"
         return
-    yield f"not {name}: it cannot express"
+    yield f"not {name}: this backend cannot express"
     for need in missing:
         yield f"  {need.feature.value}{_where(need.span)}"
 

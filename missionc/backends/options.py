@@ -167,7 +167,7 @@ DESCRIBED: Final = {
         Described(
             "preset",
             OneOf(PRESETS),
-            help="Planning method of clot. The backend smt has `paper` and `paper-apart` only.",
+            help="Planning method of the backend clot. The backend smt has only the presets `paper` and `paper-apart`.",
             recorded=Recorded.BY_ITS_BACKENDS,
             refused=True,
         ),
@@ -182,31 +182,31 @@ DESCRIBED: Final = {
             "samples",
             Whole(1, 100_000),
             "N",
-            "Number of trajectories optimized together, in all presets except `sketch`.",
+            "Number of trajectories that are optimized together in all presets except `sketch`.",
             Recorded.WHERE_GIVEN,
         ),
         Described(
             "margin",
             Real(0, 1e3),
             "METRES",
-            "Robustness margin to plan for. [default: tracking margin of the vehicles]",
+            "Robustness margin that the plan should reach. [default: tracking margin of the vehicles]",
             Recorded.WHERE_GIVEN,
         ),
         Described(
             "processes",
             Whole(1, 256),
             "N",
-            "Number of child processes of clot and hybrid. It does not change the plan.",
+            "Number of child processes of the backends clot and hybrid. The plan does not depend on this number.",
             refused=True,
         ),
         Described(
             "stretch",
             Real(1, SLOWEST),
             "S",
-            "Scale the time of the plan by S, so that agents move S times slower.",
+            "Scale the duration of the plan by S, so that agents move S times slower.",
             Recorded.WHERE_GIVEN,
         ),
-        Described("certify", Switch(), help="Write a proof if no plan exists. `missionc verify` checks it."),
+        Described("certify", Switch(), help="Write a proof if no plan exists. `missionc verify` checks the proof."),
     )
 }
 """Every option with a flag, in the order of the manifest."""

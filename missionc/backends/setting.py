@@ -35,16 +35,15 @@ def flag_of(name: str) -> str:
     return "--set" if is_setting(name) else "-D"
 
 
-def setting(default: Figure, unit: str, says: str, low: float = 0.0, high: float = 1e12) -> Figure:
+def setting(default: Figure, says: str, low: float = 0.0, high: float = 1e12) -> Figure:
     """Field with a default.
 
     Args:
-        unit: unit of the value in messages; empty for a plain number.
-        says: meaning of the value, and effect of a change, in one line.
+        says: noun phrase for the value with its unit, and effect of a change, in one line.
         low: least value, included.
         high: greatest value, included.
     """
-    made: Figure = field(default=default, metadata={"unit": unit, "says": says, "low": low, "high": high})
+    made: Figure = field(default=default, metadata={"says": says, "low": low, "high": high})
     return made
 
 
@@ -60,7 +59,6 @@ class Setting(Record):
     name: str
     value: float
     default: float
-    unit: str
     says: str
     low: float
     high: float

@@ -109,9 +109,8 @@ def _table(backend: str, value: DataclassInstance) -> str:
         if each.group != group:
             lines += [f"\n[{backend}.{each.group}]" if lines else f"[{backend}.{each.group}]"]
             group = each.group
-        about = f"{each.unit} {each.says}".strip()
         default = "" if each.value == each.default else f"; default {written(each.default)}"
-        lines.append(f"{each.name.rpartition('.')[2]} = {written(each.value)}  # {about}; {each.range}{default}")
+        lines.append(f"{each.name.rpartition('.')[2]} = {written(each.value)}  # {each.says}; {each.range}{default}")
     return "\n".join(lines) + "\n"
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from missionc.base.late_dataclass import Record
 
-LAST = "the answer"
+LAST = "result"
 """Marker for the end after the last attempt."""
 
 

@@ -20,7 +20,7 @@ jobs = click.option(
 )
 
 cluster = click.option(
-    "--cluster", metavar="ADDRESS", help="Run on a Dask cluster: tcp://HOST:PORT, a scheduler file, or local:8."
+    "--cluster", metavar="ADDRESS", help="Run on a Dask cluster: tcp://HOST:PORT, a scheduler file, or local:WORKERS."
 )
 
 

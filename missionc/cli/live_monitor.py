@@ -104,7 +104,7 @@ class _Voice:
                 case Unusable(line, reason):
                     self._unusable(Diagnostic(UNUSABLE_SAMPLE, f"line {line}: {reason}", None, help=HELP))
                 case Implausible(line, agent, time):
-                    reason = f"line {line}: the time of `{agent}`, {time:g} s, is far ahead; it waits for confirmation"
+                    reason = f"line {line}: the time of `{agent}`, {time:g} s, is far ahead and needs confirmation"
                     self._unusable(Diagnostic(IMPLAUSIBLE_TIME, reason, None, help=self.help_ahead))
                 case Change(step, standing, unit, _, by_plan):
                     words = f"{standing.name:<{self.width}}  {_words(standing, unit, self.step, by_plan)}"
@@ -126,7 +126,7 @@ class _Voice:
                     words = "; ".join(f"{', '.join(names)} {says}" for names, says in who if names)
                     self._say(step, words, {"missing": list(missing), "back": list(back)})
                 case Outrun(step, agents):
-                    words = f"{', '.join(agents)} exceeded the top speed; forecasts based on it are withdrawn"
+                    words = f"{', '.join(agents)} exceeded the top speed; top-speed forecasts are withdrawn"
                     self._say(step, words, {"outrun": list(agents)})
                 case Breach(step, constraint):
                     record = constraint_records([constraint], [])["constraints"]

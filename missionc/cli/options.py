@@ -178,7 +178,7 @@ def _path(value: str) -> Path:
 
 def vehicle_name(value: str) -> str:
     """Name of an existing profile."""
-    return _known(value, profiles(), "vehicle", "`missionc vehicles` lists them")
+    return _known(value, profiles(), "vehicle", "`missionc vehicles` lists all vehicles")
 
 
 def _known(value: str, known: Collection[str], what: str, otherwise: str) -> str:
@@ -329,7 +329,7 @@ FORMS = ("text", "json")
 
 def form_of(forms: tuple[str, ...]) -> Callable[[Command], Command]:
     """Flag for one of these output formats."""
-    words = "Output format; `json` prints one document." if "sarif" not in forms else "Output format."
+    words = "Output format. `json` prints one JSON document." if "sarif" not in forms else "Output format."
     return click.option("--format", "form", type=click.Choice(forms), default="text", help=words)
 
 
@@ -346,7 +346,7 @@ memory_limit = click.option(
 )
 
 backend = of_registry(
-    "--backend", "backend", BACKENDS, AUTO, "Planning method; `auto` runs all suitable backends in turns.", AUTO
+    "--backend", "backend", BACKENDS, AUTO, "Planning backend; `auto` runs all suitable backends in turns.", AUTO
 )
 
 vehicle = click.option(
@@ -354,7 +354,7 @@ vehicle = click.option(
     type=vehicle_name,
     shell_complete=one_of(profiles),
     metavar="NAME",
-    help="Vehicle for teams without one. `missionc vehicles` lists the names.",
+    help="Vehicle profile of teams without `vehicle`. `missionc vehicles` lists all profiles.",
 )
 
 poses = click.option(
@@ -363,10 +363,10 @@ poses = click.option(
     type=existing,
     shell_complete=files,
     metavar="FILE",
-    help="Read measured start positions from a CSV file with agent,x,y,z or a JSON file.",
+    help="File of measured start positions: a CSV table with agent,x,y,z, or a JSON list.",
 )
 
-force = click.option("--force", is_flag=True, help="Replace an existing folder of the compiler.")
+force = click.option("--force", is_flag=True, help="Replace an existing folder that the compiler wrote.")
 
 quiet = click.option("--quiet", is_flag=True, help="Print no summary and no progress line.")
 
@@ -431,7 +431,7 @@ def between_steps(command: Command) -> Command:
     return refuse(take(command))
 
 
-watch = click.option("--watch", is_flag=True, help="Run again after each change of the mission files, until Ctrl-C.")
+watch = click.option("--watch", is_flag=True, help="Rerun after each change of the mission files, until Ctrl-C.")
 
 verbose = click.option(
     "-v",
@@ -451,7 +451,7 @@ explain_limit = click.option(
     default=EXPLAIN_LIMIT,
     show_default=True,
     metavar="SECONDS",
-    help="Time for suggested fixes if no plan is found, as part of the time limit.",
+    help="Time to search for suggested fixes if no plan is found. The time limit includes this time.",
 )
 
 
@@ -484,7 +484,7 @@ set_values = click.option(
     type=_set_pair,
     multiple=True,
     metavar="NAME=VALUE",
-    help="Change a backend setting. `--set help` lists all settings with units and ranges.",
+    help="Change a setting of a backend. `--set help` lists all settings with units and ranges.",
 )
 
 
@@ -496,6 +496,6 @@ def limits_and_form(command: Command, forms: tuple[str, ...] = FORMS) -> Command
         type=pair,
         multiple=True,
         metavar="NAME=VALUE",
-        help="Change a size limit, such as formula_nodes=100000.",
+        help="Change a size limit of the compiler, such as formula_nodes=100000.",
     )
     return limit(form_of(forms)(command))

@@ -70,7 +70,7 @@ def link_graph(mission: Checked, trace: Trace, graph: str, step: int) -> network
     from missionc.output.graphs import links_to_networkx
 
     if mission.mission is None:
-        raise ValueError(f"`{mission.file}` has errors: it has no graphs")
+        raise ValueError(f"`{mission.file}` has errors, so there are no graphs")
     named = {each.name: each for each in mission.mission.graphs}
     if graph not in named:
         raise ValueError(f"there is no graph `{graph}`; the mission has {', '.join(named) or 'none'}")
@@ -99,7 +99,7 @@ def first_roadmaps(checked: Checked, seed: int, preset: str = "") -> tuple[Roadm
     from missionc.backends.smt.roadmap.roadmap_graph import first_graphs
 
     if checked.mission is None or checked.kernel is None:
-        raise ValueError(f"`{checked.file}` has errors: it has no roadmap")
+        raise ValueError(f"`{checked.file}` has errors, so there is no roadmap")
     try:
         with limited(MEMORY):
             if preset in ROADMAP_PRESETS and checked.choice and checked.choice.backend == SMT.name:
@@ -107,7 +107,7 @@ def first_roadmaps(checked: Checked, seed: int, preset: str = "") -> tuple[Roadm
             else:
                 built = first_graphs(checked.mission, checked.kernel, seed)
     except MemoryError as error:
-        built = NoRoadmap(str(error) or "it takes too much memory")
+        built = NoRoadmap(str(error) or "the roadmap takes too much memory")
     if isinstance(built, NoRoadmap):
         return Diagnostic(NO_ROADMAP, f"no roadmap could be built: {built.statement}", None)
     return built

@@ -55,7 +55,7 @@ class PlanRequest(Record, eq=False):
 
     def __post_init__(self) -> None:
         if self.alternatives > 1 and self.options.stretch != 1:
-            raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
+            raise ValueError("alternatives have the duration of the mission, and cannot be scaled in time")
 
     @property
     def further(self) -> PlanRequest:

@@ -149,5 +149,5 @@ def not_said(error: NotProgressableError) -> Diagnostic:
         "no formula for the rest of this requirement: it needs a route at a past step, along agents with "
         "open conditions",
         None if span is None else Label(span),
-        help="split it into separate requirements",
+        help="split this requirement into separate requirements",
     )

@@ -107,7 +107,7 @@ class StrengthenedSet(Enum):
     """Set of the strengthened requirements."""
 
     NONE = "none"
-    FAILING = "those that failed between the steps of a plan"
+    FAILING = "requirements that failed between the samples of a plan"
     ALL = "all"
 
 
@@ -349,7 +349,7 @@ def stages(checked: Checked, request: PlanRequest) -> list[Stage]:
     """Strategy for a checked mission with a choice of engines, in the order of stages."""
     found = list(_stages(checked, request))
     names = [each.name for each in found if each.name != "explain"]
-    following = dict(zip(names, [*names[1:], "the answer"], strict=True))
+    following = dict(zip(names, [*names[1:], "result"], strict=True))
     return [
         replace(each, then=tuple((why, after.replace(NEXT, following.get(each.name, ""))) for why, after in each.then))
         for each in found
@@ -369,7 +369,7 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
     paces = speed_limited(room, kernel, 1.0, stretched=options.stretch != 1)
     before = tries(room, paces, margin, 1.0)
     several = len(choice.engines) > 1
-    explain = "explain" if request.explain_limit else "the answer"
+    explain = "explain" if request.explain_limit else "result"
     yield Stage(
         "search",
         " and ".join(choice.engines) + (f" in turns of {FIRST:g}, {FIRST * LONGER:g}, … units" if several else ""),
@@ -389,20 +389,20 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
         ),
     )
     tolerant = (("delays not tolerated", "continuous time"),) if mission.tolerances else ()
-    failed = "search by the other backends" if several else "the answer: a bug of the compiler"
+    failed = "search by the other backends" if several else "result: bug of the compiler"
     yield Stage("verify", "always", (), (("passed", NEXT), ("failed", failed), *tolerant))
     if not BACKENDS[choice.engines[0]].optimises_globally and mission.objective is not Objective.NONE:
         better = (("always", f"{NEXT}, with the best plan by the objective"),)
         limit = f"at most {COMPARISON.most} plans, {_work(COMPARISON)} in all"
-        yield Stage("options", f"if the backend chose options by an estimate; {limit}", ("other options",), better)
+        yield Stage("options", f"if the backend chose disjuncts by an estimate; {limit}", ("other options",), better)
     if options.stretch == 1:
         slower = tuple(f"{fraction:.0%} of the vehicles' speed" for fraction in TIME_SCALING.fractions)
-        after = (("flyable plan", NEXT), ("none", "the answer: the plan cannot be flown"))
+        after = (("flyable plan", NEXT), ("none", "result: plan cannot be flown"))
         yield Stage("time scaling", f"if the plan exceeds vehicle limits; {_seconds(TIME_SCALING)}", slower, after)
     if request.continuous_time is not ContinuousTime.AT_STEPS:
         wanted = request.continuous_time is ContinuousTime.WANTED
         limit = _seconds(CONTINUOUS_TIME) if wanted else "remaining time"
-        last = f"{NEXT}, with the first plan and a warning" if wanted else "the answer: no plan in continuous time"
+        last = f"{NEXT}, with the first plan and a warning" if wanted else "result: no plan in continuous time"
         yield Stage(
             "continuous time",
             f"if a requirement is violated between samples; {limit}",
@@ -410,7 +410,7 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
             (("plan in continuous time", NEXT), ("none", last)),
         )
     if request.alternatives > 1:
-        best = (("always", "the answer: the best plan and the other plans"),)
+        best = (("always", "result: best plan and other plans"),)
         most = ALTERNATIVES.tries * (request.alternatives - 1)
         limit = f"at most {most} attempts, {_work(ALTERNATIVES)} each"
         runs = f"until {request.alternatives} different plans are found; {limit}"
@@ -418,7 +418,7 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
     if request.explain_limit:
         changes = ("fewer requirements, wider windows and limits, more time, another roadmap",)
         limit = f"{request.explain_limit:g} s"
-        yield Stage("explain", f"if there is no plan; {limit}", changes, (("always", "the answer with its causes"),))
+        yield Stage("explain", f"if there is no plan; {limit}", changes, (("always", "result with its causes"),))
 
 
 def _work(stage: RestrictedStage) -> str:

@@ -69,14 +69,14 @@ def test_verdicts_and_places_come_as_they_are_published_and_are_there_again_when
     flight.wait("#verdict", "▲ 1 at risk")
     assert shown.picture() != before
     flight.feed(line(2, (1, 1), (3, 2)))
-    flight.wait(".lane", "✗ violated for good from 2 s")
-    assert "there: violated for good" in shown.text("#news li:first-child")
+    flight.wait(".lane", "✗ violated (final) from 2 s")
+    assert "there: violated (final)" in shown.text("#news li:first-child")
     assert shown.page.title().startswith("✗ flight")
     shown.page.click("#closer")
     shown.page.wait_for_function(f"() => ({CAMERA})() !== null")
     camera = shown.page.evaluate(CAMERA)
     shown.page.reload()
-    flight.wait(".lane", "✗ violated for good from 2 s")
+    flight.wait(".lane", "✗ violated (final) from 2 s")
     assert shown.page.locator("#news li").count() == 2
     shown.page.click("#closer")
     shown.page.wait_for_function(f"() => ({CAMERA})() !== {json.dumps(camera)}")
@@ -143,7 +143,7 @@ def test_the_command_serves_the_page_until_it_is_interrupted(browser: Any, tmp_p
         run.stdin.write("".join(line(time, (1, 1), (2, 1)) + "\n" for time in range(5)))
         run.stdin.flush()
         page.locator("#stream", has_text="the mission is over").wait_for()
-        page.locator(".lane", has_text="satisfied for good from 4 s").wait_for()
+        page.locator(".lane", has_text="satisfied (final) from 4 s").wait_for()
         run.send_signal(signal.SIGINT)
         assert run.wait(60) == 3
         page.locator("#stream", has_text="missionc has ended").wait_for()
@@ -164,7 +164,7 @@ def test_axe_finds_nothing(browser: Any, width: int, scheme: str) -> None:
         for time in (1.0, 2.0):
             found.feed(json.dumps({"t": time, "agent": "drone[0]", "position": [1, 1]}))
         found.feed(line(3, (1, 1), (2, 1)))
-        found.wait("#verdict", "✗ 1 violated for good")
+        found.wait("#verdict", "✗ 1 violated (final)")
         result = Axe().run(found.shown.page).response
         assert len(result["passes"]) > 15
         assert [(each["id"], [node["html"] for node in each["nodes"]]) for each in result["violations"]] == []

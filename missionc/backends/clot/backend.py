@@ -396,7 +396,7 @@ class TransportRun:
         """
         reached, self.reached = self.reached, None
         if reached is not None and self.accepted(reached.control) is None:
-            raise UnusableSnapshot("its plan is invalid")
+            raise UnusableSnapshot("the plan in the checkpoint is invalid")
         return reached
 
     def in_time(self) -> bool:

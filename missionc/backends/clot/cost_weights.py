@@ -52,12 +52,12 @@ SHORT = 0.01
 class Aim(Record):
     """Objective of an improvement, while nothing else has a cost."""
 
-    length: float = setting(0.0, "/m^2", "between neighbouring control points")
-    bend: float = setting(0.0, "/m^2", "of second differences of control points")
-    metres: float = setting(0.0, "/m", "of way between neighbouring control points")
-    steps: int = setting(0, "steps", "of descent at most")
-    gain: float = setting(0.0, "", "of the cost: the share that a step must gain for there to be another")
-    cuts: int = setting(4, "programs", "for a step, each with what the last one broke")
+    length: float = setting(0.0, "cost of squared distances between neighbouring control points (/m^2)")
+    bend: float = setting(0.0, "cost of squared second differences of control points (/m^2)")
+    metres: float = setting(0.0, "cost of distances between neighbouring control points (/m)")
+    steps: int = setting(0, "largest number of descent steps")
+    gain: float = setting(0.0, "smallest relative decrease of the cost for another step")
+    cuts: int = setting(4, "number of programs for a step, each with the constraints that the last program violated")
 
     def weights(self, of: Weights) -> Weights:
         """Weights with those of length, bend and metres of this aim."""

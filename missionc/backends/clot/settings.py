@@ -19,130 +19,126 @@ MOST = 10**6
 class AttemptSettings(Record):
     """Settings of attempts: schedules tried one after the other, each with a polish of its motion."""
 
-    schedules: int = setting(40, "schedules", "tried before the answer is that no plan was found", 1, MOST)
-    polish: int = setting(60, "iterations", "of one polish; more repair worse motions, and take longer", 1, 10_000)
-    search_every: int = setting(8, "attempts", "of which the last one is a search, if the preset has none", 1, MOST)
-    noise: float = setting(0.4, "", "relative error of distances in every schedule but the first", 0, 10)
-    tours_every: int = setting(3, "attempts", "of which the second one begins with tours", 1, MOST)
-    near: float = setting(0.2, "m", "that a motion falls short by at most, to be polished again", 0, MOST)
-    detours: float = setting(0.3, "", "probability of another route than the shortest, for each team", 0, 1)
-    repairs: int = setting(3, "rounds", "of a repair, each with a new choice of what has to be satisfied", 1, 1000)
-    repair_polish: int = setting(80, "iterations", "of one polish in a repair", 1, 10_000)
+    schedules: int = setting(40, "number of schedules before the backend reports that no plan was found", 1, MOST)
+    polish: int = setting(60, "iterations of one polish; more iterations repair worse trajectories", 1, 10_000)
+    search_every: int = setting(8, "attempts of which the last is a search, if the preset has no search", 1, MOST)
+    noise: float = setting(0.4, "relative error of distances in every schedule after the first", 0, 10)
+    tours_every: int = setting(3, "number of attempts of which the second begins with tours", 1, MOST)
+    near: float = setting(0.2, "largest violation of a trajectory that is polished again (m)", 0, MOST)
+    detours: float = setting(0.3, "probability that a team takes another route than the shortest", 0, 1)
+    repairs: int = setting(3, "number of repair rounds, each with a new choice of disjuncts and agents", 1, 1000)
+    repair_polish: int = setting(80, "number of iterations of one polish in a repair", 1, 10_000)
 
 
 class ScheduleSettings(Record):
     """Settings of schedules: tasks, the order of visits, and places to visit."""
 
-    cells: int = setting(12_000, "cells", "of the grid for distances; more find narrower paths", 16, MOST)
-    detour: float = setting(1.4, "", "length of a path with more clearance, over the shortest at most", 1, 100)
-    speed: float = setting(0.8, "", "share of the top speed that a schedule counts on", 0.01, 1)
-    late_speed: float = setting(0.95, "", "share of the top speed for an agent that is late otherwise", 0.01, 1)
-    work: int = setting(30_000, "visits", "tried while tasks are exchanged", 0, 10**9)
-    vain: int = setting(6, "exchanges", "without success for each task, after which that ends", 1, MOST)
-    inside: float = setting(0.3, "m", "of robustness at the place that an agent visits for a requirement", 0, 1000)
-    meeting: float = setting(0.8, "", "distance of agents that meet, as a share of what is allowed", 0.01, 1)
-    passing: float = setting(1.5, "steps", "before and after a visit in which its agent counts as present", 0, 1000)
-    samples: int = setting(256, "points", "of a place that the deepest are chosen from", 1, MOST)
-    tour_clearance: float = setting(0.3, "m", "beside what bodies need on a tour", 0, 1000)
-    stops: int = setting(60, "schedules", "tried with stops to refill a resource", 1, MOST)
+    cells: int = setting(12_000, "number of cells of the distance grid; more cells find narrower paths", 16, MOST)
+    detour: float = setting(1.4, "largest length of a path with more clearance, relative to the shortest path", 1, 100)
+    speed: float = setting(0.8, "fraction of the top speed that a schedule assumes", 0.01, 1)
+    late_speed: float = setting(0.95, "fraction of the top speed that a schedule assumes for a late agent", 0.01, 1)
+    work: int = setting(30_000, "number of visits tried in the exchange of tasks", 0, 10**9)
+    vain: int = setting(6, "number of unsuccessful exchanges for each task after which the exchange ends", 1, MOST)
+    inside: float = setting(0.3, "robustness at the position that an agent visits for a requirement (m)", 0, 1000)
+    meeting: float = setting(0.8, "distance of meeting agents, as a fraction of the allowed distance", 0.01, 1)
+    passing: float = setting(1.5, "time before and after a visit in which its agent counts as present (steps)", 0, 1000)
+    samples: int = setting(256, "number of sampled points of a region from which the deepest are chosen", 1, MOST)
+    tour_clearance: float = setting(0.3, "clearance on a tour in addition to the required clearance (m)", 0, 1000)
+    stops: int = setting(60, "number of schedules tried with stops to refill a resource", 1, MOST)
 
 
 class GuessSettings(Record):
     """Settings of initial configurations and sketches: the motion with which a polish begins."""
 
-    iterations: int = setting(40, "iterations", "of the polish of one configuration", 1, 10_000)
-    jitter: float = setting(0.02, "m", "by which a configuration is shaken", 0, 100)
-    middles: int = setting(400, "places", "tried for the middle of a formation", 1, MOST)
-    clearance: float = setting(0.1, "m", "beyond what bodies need in a configuration", 0, 1000)
-    team: float = setting(0.5, "m", "that a member of a team may change place by, and go as one of it", 0, 1000)
-    team_clearance: float = setting(0.3, "m", "beyond what a team needs that goes as one", 0, 1000)
-    grid: int = setting(20_000, "cells", "of the grid on which agents give way to each other", 16, MOST)
-    rounds: int = setting(3, "rounds", "of giving way after the first", 0, 1000)
-    moving_grid: int = setting(2500, "cells", "of the grid on which obstacles that move are avoided", 16, MOST)
-    meeting: float = setting(60.0, "", "cost of a meeting, in squares of cells", 0)
+    iterations: int = setting(40, "number of iterations of the polish of one configuration", 1, 10_000)
+    jitter: float = setting(0.02, "random displacement of the agents in a configuration (m)", 0, 100)
+    middles: int = setting(400, "number of candidate positions for the centre of a formation", 1, MOST)
+    clearance: float = setting(0.1, "clearance in a configuration in addition to the required clearance (m)", 0, 1000)
+    team: float = setting(0.5, "largest offset of agents that move together as one group (m)", 0, 1000)
+    team_clearance: float = setting(0.3, "additional clearance of agents that move together as one group (m)", 0, 1000)
+    grid: int = setting(20_000, "number of cells of the grid for conflict resolution between agents", 16, MOST)
+    rounds: int = setting(3, "number of conflict resolution rounds after the first", 0, 1000)
+    moving_grid: int = setting(2500, "number of cells of the grid for paths around moving obstacles", 16, MOST)
+    meeting: float = setting(60.0, "cost of a conflict between two agents, in squares of cells", 0)
 
 
 class PolishSettings(Record):
     """Settings of joint polish: Levenberg-Marquardt on the violated or nearly violated constraints."""
 
-    damping: float = setting(0.001, "", "against the length term, to begin with", 1e-9, 1000)
-    settled: float = setting(0.01, "", "share of the cost that another step has to gain", 0, 1)
-    enough: float = setting(0.9, "", "share of its spare that a margin may lack at the end", 0, 1)
-    wide_enough: float = setting(0.15, "", "the same of wide margins, those with a share of their natural scale", 0, 1)
-    harder: float = setting(4.0, "", "weight of what is violated at rest, as a multiple of the one before", 1, 1000)
-    hardest: float = setting(256.0, "", "weight of what is violated at most", 1)
-    longest: float = setting(1.0, "m", "that a control point moves in one step", 1e-6, MOST)
-    close: float = setting(0.4, "m", "beyond what bodies need, within which they count", 0, 1000)
-    gap: float = setting(0.1, "m", "between points where obstacles count; less cuts fewer corners", 0.001, 100)
+    damping: float = setting(0.001, "initial damping relative to the length term", 1e-9, 1000)
+    settled: float = setting(0.01, "smallest relative decrease of the cost for another step", 0, 1)
+    enough: float = setting(0.9, "largest missing fraction of a constraint's target margin at the end", 0, 1)
+    wide_enough: float = setting(0.15, "largest missing fraction of a constraint's scaled target margin", 0, 1)
+    harder: float = setting(4.0, "growth factor of the weight of violated constraints at a local minimum", 1, 1000)
+    hardest: float = setting(256.0, "largest weight of violated constraints", 1)
+    longest: float = setting(1.0, "largest displacement of a control point in one step (m)", 1e-6, MOST)
+    close: float = setting(0.4, "distance beyond the required one within which two bodies have a cost (m)", 0, 1000)
+    gap: float = setting(0.1, "distance of points checked for obstacles; smaller cuts fewer corners (m)", 0.001, 100)
 
 
 class ShorteningSettings(Record):
     """Settings for shortening and smoothing a plan."""
 
-    iterations: int = setting(40, "iterations", "of the polish of a shorter motion", 1, 10_000)
-    same: float = setting(0.001, "m", "that a plan has to be shorter by", 0, 1000)
-    tidy: int = setting(6000, "numbers", "of control points, times steps, without an objective", 0)
-    duration_iterations: int = setting(40, "iterations", "of the polish of a motion of less duration", 1, 10_000)
-    reach: float = setting(0.4, "", "step of one program in metres, for each metre of the longest step", 0.01, 100)
-    least_reach: float = setting(0.05, "", "such a step, below which no program is solved", 1e-6, 100)
-    least_ascent: float = setting(0.005, "", "such a step for robustness, below which no program is solved", 1e-6, 100)
-    ascent: int = setting(60, "programs", "for the objective `maximize robustness`", 0, 100_000)
-    near: float = setting(0.15, "m", "of margin, above which a constraint is left out of a program", 0, 1000)
-    straighten: int = setting(60_000, "numbers", "of control points, times steps, for a plan from a roadmap", 0)
-    straighten_polish: int = setting(40, "iterations", "of a polish for more clearance", 0, 10_000)
-    longer: float = setting(0.02, "", "share by which a plan with more clearance may be longer", 0, 10)
-    wider: float = setting(
-        0.01, "", "least gain of the square roots of normalised margins, for which a plan may be longer", 0, 1
-    )
-    margin: float = setting(0.15, "", "normalised margin above which a plan is not made longer for more", 0, 1)
-    longer_margin: float = setting(0.1, "", "share by which a plan with a wider margin may be longer", 0, 10)
-    wide: float = setting(
-        0.18, "", "share of the natural scale of a margin that a polish for wider margins aims at", 0, 1
-    )
-    wide_tries: int = setting(3, "polishes", "for wider margins, each for half of the margins of the one before", 1, 20)
-    restores: int = setting(3, "rounds", "in which agents that violate something are put back", 1, 1000)
-    top: float = setting(0.97, "", "share of the top speed and acceleration that is used at most", 0.01, 1)
-    retiming: int = setting(40_000_000, "numbers", "of nodes, times steps, times agents, for other paces", 0)
+    iterations: int = setting(40, "number of iterations of the polish of a shorter trajectory", 1, 10_000)
+    same: float = setting(0.001, "smallest length by which a plan must become shorter (m)", 0, 1000)
+    tidy: int = setting(6000, "largest product of control points and steps that is shortened without an objective", 0)
+    duration_iterations: int = setting(40, "iterations of the polish of a trajectory of shorter duration", 1, 10_000)
+    reach: float = setting(0.4, "trust region of one program, relative to the longest step", 0.01, 100)
+    least_reach: float = setting(0.05, "smallest trust region, relative to the longest step", 1e-6, 100)
+    least_ascent: float = setting(0.005, "smallest trust region for robustness, relative to the step", 1e-6, 100)
+    ascent: int = setting(60, "number of programs for the objective `maximize robustness`", 0, 100_000)
+    near: float = setting(0.15, "margin above which a program omits a constraint (m)", 0, 1000)
+    straighten: int = setting(60_000, "largest product of control points and steps for straightening a roadmap plan", 0)
+    straighten_polish: int = setting(40, "number of iterations of a polish for more clearance", 0, 10_000)
+    longer: float = setting(0.02, "largest relative increase of the length of a plan with more clearance", 0, 10)
+    wider: float = setting(0.01, "least gain of the roots of normalised margins for which a plan may be longer", 0, 1)
+    margin: float = setting(0.15, "normalised margin above which a plan is not lengthened for more margin", 0, 1)
+    longer_margin: float = setting(0.1, "largest relative increase of the length of a plan with a wider margin", 0, 10)
+    wide: float = setting(0.18, "target of a polish for wider margins, relative to the margin's natural scale", 0, 1)
+    wide_tries: int = setting(3, "number of polishes for wider margins; each halves the target of the previous", 1, 20)
+    restores: int = setting(3, "number of rounds that restore agents with violations", 1, 1000)
+    top: float = setting(0.97, "largest fraction of the top speed and acceleration that a plan uses", 0.01, 1)
+    retiming: int = setting(40_000_000, "largest product of nodes, steps and agents for a search of other speeds", 0)
 
 
 class Weights(Record):
     """Weights of the costs of a joint motion."""
 
     title: ClassVar[str] = "weight"
-    task: float = setting(400.0, "/m^2", "by which a margin of the formulas falls short")
-    bodies: float = setting(400.0, "/m^2", "of obstacles, separation and the world's bounds")
-    limits: float = setting(400.0, "/m^2", "of speed, acceleration and turning beyond their limits")
-    links: float = setting(1.0, "/m^2", "by which lambda_2 falls short of a ring's, if connectivity is judged by it")
-    length: float = setting(0.02, "/m^2", "between neighbouring control points")
-    bend: float = setting(1.0, "/m^2", "of second differences of control points")
-    metres: float = setting(0.0, "/m", "of way between neighbouring control points, in a descent")
+    task: float = setting(400.0, "cost of the squared shortfall of a robustness margin (/m^2)")
+    bodies: float = setting(400.0, "cost of the squared violation of obstacles, separation and world bounds (/m^2)")
+    limits: float = setting(400.0, "cost of the squared excess of speed, acceleration and turning rate (/m^2)")
+    links: float = setting(1.0, "cost of the shortfall of lambda_2 from a ring's, with `connectivity = lambda2` (/m^2)")
+    length: float = setting(0.02, "cost of squared distances between neighbouring control points (/m^2)")
+    bend: float = setting(1.0, "cost of squared second differences of control points (/m^2)")
+    metres: float = setting(0.0, "cost of distances between neighbouring control points (/m)")
 
 
 class Spare(Record):
     """Margins beyond what is required."""
 
     title: ClassVar[str] = "spare"
-    task: float = setting(0.03, "m", "of every margin of the formulas, where its tolerance allows")
-    bodies: float = setting(0.03, "m", "beyond what obstacles, separation and bounds need")
-    limits: float = setting(0.02, "", "of each limit, left unused", 0, 0.99)
-    links: float = setting(0.3, "m", "of a link that counts in full in lambda_2, if connectivity is judged by it")
-    share: float = setting(0.02, "", "of the longest step, if that is more than `task` and `bodies`", 0, 10)
-    room: float = setting(0.005, "", "of the narrower side of the world, for clearance where there is room", 0, 1)
-    scaled: float = setting(0.0, "", "of the natural scale of a margin, if that is more than `task`", 0, 1)
+    task: float = setting(0.03, "target margin of every robustness margin, up to its tolerance (m)")
+    bodies: float = setting(0.03, "target margin of obstacles, separation and world bounds (m)")
+    limits: float = setting(0.02, "target margin of each dynamic limit, as a fraction of the limit", 0, 0.99)
+    links: float = setting(0.3, "margin of a link that counts fully in lambda_2, with `connectivity = lambda2` (m)")
+    share: float = setting(0.02, "smallest target margin, as a fraction of the longest step", 0, 10)
+    room: float = setting(0.005, "target clearance in free space, as a fraction of the shorter side of the world", 0, 1)
+    scaled: float = setting(0.0, "smallest target margin of a formula, as a fraction of its natural scale", 0, 1)
 
 
 class ProbeWeights(Record):
     """Weights of a moved waypoint's costs in Algorithm 1, which only compares them."""
 
     title: ClassVar[str] = "probe"
-    bodies: float = setting(8.0, "/m", "by which obstacles, bounds and separation lack room")
-    task: float = setting(6.0, "/m", "of robustness")
-    limits: float = setting(4.0, "/m", "in a step above a limit")
-    bend: float = setting(2.4, "/m^2", "of half the squared second differences")
-    room: float = setting(0.08, "m", "beyond what bodies need, below which they cost: r_o and r_s")
-    margin: float = setting(0.1, "m", "of robustness above which a goal costs nothing, where goals cost what they lack")
-    enough: float = setting(1.0, "m", "of robustness above which a goal earns nothing more, in the mean of all goals")
-    later: float = setting(0.3, "", "of what a goal lacks, where agents still to come may see to it")
+    bodies: float = setting(8.0, "cost of the violation of obstacles, bounds and separation (/m)")
+    task: float = setting(6.0, "cost of the shortfall of robustness (/m)")
+    limits: float = setting(4.0, "cost of the excess of a step over a dynamic limit (/m)")
+    bend: float = setting(2.4, "cost of half the squared second differences (/m^2)")
+    room: float = setting(0.08, "r_o and r_s: distance beyond the required one below which bodies have a cost (m)")
+    margin: float = setting(0.1, "robustness above which a goal has no cost, if goals cost their shortfall (m)")
+    enough: float = setting(1.0, "robustness above which a goal has no further reward in the mean of goals (m)")
+    later: float = setting(0.3, "cost of a goal's shortfall that unplanned agents may still remove, as a fraction")
 
 
 class SearchSettings(Record):
@@ -151,19 +147,19 @@ class SearchSettings(Record):
     The paper prints only the number of trajectories. [clot] (9), (11), IV-C.
     """
 
-    eta: float = setting(0.2, "", "η of (9): cost for each agent, against progress from 0 to 1")
-    gamma: float = setting(0.8, "", "γ of (11)", 1e-9, 1 - 1e-9)
-    reward: float = setting(0.5, "", "ψ(ν⁺) of (11): value of a new node; a failure is worth as much less")
-    delta: float = setting(0.1, "m", "δ of IV-C.2: joint motions closer than this at every step count as one")
-    wide: int = setting(4, "nodes", "H of (9) where nothing is planned", 1, MOST)
-    narrow: int = setting(1, "nodes", "H where all but the last agent are planned", 1, MOST)
-    children: int = setting(4, "candidates", "K of (10) that become nodes in an expansion", 1, MOST)
-    few_samples: int = setting(64, "trajectories", "of an expansion where nothing is planned", 1, 100_000)
-    many_samples: int = setting(128, "trajectories", "where all but the last agent are planned", 1, 100_000)
-    tries: int = setting(3, "times", "that one node is expanded by one agent", 1, MOST)
-    expansions: int = setting(20, "expansions", "for each agent", 1, MOST)
-    improvement: int = setting(0, "expansions", "after the first solution", 0, MOST)
-    printed: bool = setting(False, "", "(9), the choice among solutions and the pruning as printed")
+    eta: float = setting(0.2, "η of (9): cost for each agent, relative to progress from 0 to 1")
+    gamma: float = setting(0.8, "γ of (11): discount factor of the search tree", 1e-9, 1 - 1e-9)
+    reward: float = setting(0.5, "ψ(ν⁺) of (11): value of a new node; a failure has the negative value")
+    delta: float = setting(0.1, "δ of IV-C.2: joint trajectories closer than this at every step count as equal (m)")
+    wide: int = setting(4, "H of (9): number of nodes if no agent is planned", 1, MOST)
+    narrow: int = setting(1, "H of (9): number of nodes if all but the last agent are planned", 1, MOST)
+    children: int = setting(4, "K of (10): number of candidates that become nodes in an expansion", 1, MOST)
+    few_samples: int = setting(64, "trajectories of an expansion if no agent is planned", 1, 100_000)
+    many_samples: int = setting(128, "trajectories of an expansion if all but the last agent are planned", 1, 100_000)
+    tries: int = setting(3, "number of times that one agent expands one node", 1, MOST)
+    expansions: int = setting(20, "number of expansions for each agent", 1, MOST)
+    improvement: int = setting(0, "number of expansions after the first solution", 0, MOST)
+    printed: bool = setting(False, "true for (9), the choice of solutions and the pruning as printed in the paper")
 
 
 class Polytope(Enum):
@@ -193,17 +189,17 @@ class TransportSettings(Record):
     A good guess wants smaller radii.
     """
 
-    iterations: int = setting(20, "iterations", "at most; more find better motions, and take longer", 0, 100_000)
-    first_radius: float = setting(1.0, "m", "that a waypoint looks and moves in the first iteration", 1e-6, MOST)
-    last_radius: float = setting(0.06, "m", "in the last iteration", 1e-6, MOST)
-    first_width: float = setting(8.0, "steps", "of the kernel that smooths the first step", 0, MOST)
-    last_width: float = setting(0.8, "steps", "of the kernel that smooths the last step", 0, MOST)
-    regulariser: float = setting(0.08, "", "weight of the entropy, for costs scaled to [0, 1]", 1e-6, 1000)
-    flat: float = setting(0.3, "/m", "difference of the best and worst probe, below which a waypoint moves less")
+    iterations: int = setting(20, "largest number of iterations; more iterations find better trajectories", 0, 100_000)
+    first_radius: float = setting(1.0, "radius of the probes of a waypoint in the first iteration (m)", 1e-6, MOST)
+    last_radius: float = setting(0.06, "radius of the probes of a waypoint in the last iteration (m)", 1e-6, MOST)
+    first_width: float = setting(8.0, "width of the kernel that smooths the first step (steps)", 0, MOST)
+    last_width: float = setting(0.8, "width of the kernel that smooths the last step (steps)", 0, MOST)
+    regulariser: float = setting(0.08, "weight of the entropy, for costs scaled to [0, 1]", 1e-6, 1000)
+    flat: float = setting(0.3, "difference of the best and worst probe below which a waypoint moves less (/m)")
     polytope: Polytope = Polytope.ORTHOPLEX
-    probes: int = setting(1, "probes", "on each direction, at equal distances up to the radius", 1, 1000)
+    probes: int = setting(1, "number of probes in each direction, at equal distances up to the radius", 1, 1000)
     coupling: Coupling = Coupling.SOFTMAX
-    check_every: int = setting(5, "iterations", "between two checks whether enough candidates hold", 1, 100_000)
+    check_every: int = setting(5, "number of iterations between two checks for enough feasible candidates", 1, 100_000)
 
 
 class ClotSettings(Record):

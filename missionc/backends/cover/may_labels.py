@@ -121,7 +121,7 @@ class _CellView:
     def place(self, agent: int | None) -> Boxes:
         agent = self.agent.index if agent is None else agent
         if agent not in self.places:
-            raise ValueError("where these agents are does not decide it")
+            raise ValueError("the cells of these agents do not decide the predicate")
         return self.places[agent]
 
     def radius(self) -> float:
@@ -177,20 +177,20 @@ class _CellView:
 
     def speed(self) -> Range:
         if self.known_speed is None:
-            raise ValueError("no speed is seen here")
+            raise ValueError("the cover represents no speeds")
         return self.known_speed
 
     def weakest_link(self, graph: Graph) -> Range:
-        raise ValueError("no connected graph is seen here")
+        raise ValueError("the cover represents no connectivity")
 
     def level(self, resource: Resource) -> Range:
-        raise ValueError("no steps before are seen here")
+        raise ValueError("the cover represents no earlier steps")
 
     def flagged(self, flag: Flag) -> Range:
-        raise ValueError("no steps before are seen here")
+        raise ValueError("the cover represents no earlier steps")
 
     def facing(self, towards: float | Beacon, within: float) -> Range:
-        raise ValueError("no heading is seen here")
+        raise ValueError("the cover represents no headings")
 
 
 BORDER = 1e-5

@@ -63,9 +63,9 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
     shell_complete=several_of(lambda: stage_names.ALL),
     multiple=True,
     metavar="STAGE[,STAGE...]",
-    help=f"Print intermediate representations: {', '.join(stage_names.ALL)}. Write a folder only with `-o`.",
+    help=f"Print intermediate representations: {', '.join(stage_names.ALL)}. No folder is written without `-o`.",
 )
-@options.exported("Also write the flight in these formats. `missionc export --list` lists them.")
+@options.exported("Also export the flight to these formats. `missionc export --list` lists all formats.")
 @click.option("--timings", is_flag=True, help="Print the time of each stage of the compiler.")
 @options.plot("Plot the plan")
 @click.option(
@@ -76,7 +76,7 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
     help="Content of the plot: a map, a map with the roadmap, or a chart over time.",
 )
 @click.option(
-    "--at", type=moments, default="", metavar="SECONDS[,SECONDS...]", help="Plot one map for each of these times."
+    "--at", type=moments, default="", metavar="SECONDS[,SECONDS...]", help="Plot one map for each given time."
 )
 @options.plot_width
 @options.of_a_plan("certify")
@@ -87,7 +87,7 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
     default=1,
     show_default=True,
     metavar="K",
-    help="Write up to K plans that differ in the option of an `or`, the order of tasks, or the side of an obstacle.",
+    help="Write up to K plans that differ in a disjunct of an `or`, the order of tasks, or a homotopy class.",
 )
 @options.explain_limit
 @options.quiet

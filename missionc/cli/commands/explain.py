@@ -34,7 +34,8 @@ def _codes_or_files(context: click.Context, parameter: click.Parameter, incomple
 def command(what: str | None, requirement: str | None, overrides: Pairs, limits: Pairs, form: str) -> Status:
     """Explain a mission, a requirement or an error code.
 
-    An argument such as MC301 is a code; any other is a mission file. Without an argument, the command lists all codes.
+    An argument such as MC301 is an error code; any other argument is a mission file. Without an argument, the command
+    lists all codes.
     """
     if what is not None and not CODE.fullmatch(what):
         return _mission(existing(what), requirement, dict(overrides), limits, form)

@@ -25,7 +25,7 @@ MOST_FLIGHTS = 10_000
     "where",
     type=click.Choice(["simulation"]),
     required=True,
-    help="Place of the flight. `simulation` is the only choice.",
+    help="Environment of the flight. `simulation` is the only choice.",
 )
 @click.option(
     "--scenario",
@@ -66,7 +66,7 @@ MOST_FLIGHTS = 10_000
     default=1,
     show_default=True,
     metavar="N",
-    help="Speed of the flight on the page: N times real time.",
+    help="Playback speed on the page, as a multiple of real time.",
 )
 @click.option("--no-open", is_flag=True, help="Print the address of the page without opening a browser.")
 @options.quiet_progress
@@ -89,7 +89,7 @@ def command(
     form: str,
 ) -> Status:
     """Fly a plan in simulation, monitor it and replan on events."""
-    assert where == "simulation", "there is nowhere else to fly to"
+    assert where == "simulation", "a flight in another environment"
     from missionc.cli.fly_folder import flights_page, open_folder, paths_table, read_events
     from missionc.cli.loop_summary import loop_lines
     from missionc.cli.page_to_write import refuse_page

@@ -28,13 +28,13 @@ STANDARD_INPUT = Path("-")
     shell_complete=files,
     metavar="FILE...",
 )
-@click.option("--check", is_flag=True, help="Exit with status 1 if a file needs formatting, and change no file.")
-@click.option("--diff", is_flag=True, help="Print the changes, and change no file.")
+@click.option("--check", is_flag=True, help="Change no file, and exit with status 1 if a file needs formatting.")
+@click.option("--diff", is_flag=True, help="Change no file, and print the changes that formatting would make.")
 @limits_and_form
 def command(
     missions: tuple[Path, ...], check: bool, diff: bool, limits: tuple[tuple[str, str], ...], form: str
 ) -> Status:
-    """Format mission files, or standard input for `-`.
+    """Format mission files; `-` stands for standard input.
 
     The formatter changes white space only. It skips missions with syntax errors.
     """

@@ -35,9 +35,9 @@ from missionc.ir import Mission
     default=0,
     show_default=True,
     metavar="METRES",
-    help="Largest position error of the recording; constraints are relaxed by it.",
+    help="Largest position error of the recording. Constraints are relaxed by this distance.",
 )
-@click.option("--live", is_flag=True, help="Check samples as they arrive, by default JSON lines on standard input.")
+@click.option("--live", is_flag=True, help="Check samples while they arrive, by default JSON on standard input.")
 @click.option(
     "--udp",
     type=sample_lines.port_of,
@@ -50,7 +50,7 @@ from missionc.ir import Mission
     type=pair,
     multiple=True,
     metavar="TOPIC=NAME",
-    help="MCAP topic of the poses of agent NAME. [default: /ROBOT/pose]",
+    help="MCAP topic of the poses of agent NAME. [default: /ROBOT/pose with the export name ROBOT of the agent]",
 )
 @click.option(
     "--wait",
@@ -69,13 +69,13 @@ from missionc.ir import Mission
     "--leap",
     type=Number(min=0, max=1e9),
     metavar="SECONDS",
-    help="Reject a sample this far ahead until a second one confirms it. [default: at least 10 s]",
+    help="Set a sample aside if its time is this far ahead, until a second one confirms it. [default: at least 10 s]",
 )
 @click.option(
     "--plan",
     type=file_or_folder,
     metavar="FOLDER|TRACE",
-    help="Plan that the agents follow, for forecasts of open requirements.",
+    help="Plan that the agents follow. It is used to forecast undecided requirements.",
 )
 @click.option("--page", is_flag=True, help="Show the verdicts on a page in the browser until Ctrl-C.")
 @no_open

@@ -39,7 +39,7 @@ def speed(value: str) -> tuple[str, float]:
     required=True,
     shell_complete=options.files,
     metavar="TRACE",
-    help="Flight recorded since the start of the plan, a CSV or JSON file.",
+    help="CSV or JSON file of the flight recorded since the start of the plan.",
 )
 @click.option(
     "--changed",
@@ -48,7 +48,7 @@ def speed(value: str) -> tuple[str, float]:
     metavar="PATCH",
     help="Read changed declarations, such as a new obstacle, from a file.",
 )
-@click.option("--lost", multiple=True, metavar="AGENT", help="Plan without this agent; repeatable.")
+@click.option("--lost", multiple=True, metavar="AGENT", help="Omit this lost agent from the new plan; repeatable.")
 @click.option(
     "--slow",
     type=speed,
@@ -66,7 +66,7 @@ def speed(value: str) -> tuple[str, float]:
     help="Time from the recorded state to the start of the new plan.",
 )
 @options.seed()
-@options.exported("Also write the flight in these formats. `missionc export --list` lists them.")
+@options.exported("Also export the flight to these formats. `missionc export --list` lists all formats.")
 @options.output("Plan folder to write. [default: FOLDER-replan]")
 @options.force
 @options.limits_and_form

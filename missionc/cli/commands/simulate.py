@@ -54,7 +54,7 @@ DRAWN = 20
     "--journal",
     type=file_to_write,
     metavar="FILE",
-    help="Save finished flights to FILE. The same command continues from it.",
+    help="Save finished flights to FILE. After an interruption, the same command continues from FILE.",
 )
 @options.quiet_progress
 def command(

@@ -40,7 +40,7 @@ MOST_SEEDS = 100_000
     type=options.pair,
     multiple=True,
     metavar="NAME=VALUES",
-    help="Vary a parameter or a setting, such as N=3,5,8 or smt.nodes=100..400/100.",
+    help="Vary a mission parameter or a backend setting, such as N=3,5,8 or smt.nodes=100..400/100.",
 )
 @click.option(
     "--seeds",
@@ -50,7 +50,7 @@ MOST_SEEDS = 100_000
     metavar="K",
     help="Number of random seeds for each combination of values.",
 )
-@options.output("Folder to write, or to continue in. [default: build/MISSION-sweep]")
+@options.output("Sweep folder to write or to continue. [default: build/MISSION-sweep]")
 @click.option("--keep", is_flag=True, help="Keep the plan folder of each run.")
 @cluster_options.jobs
 @cluster_options.cluster
@@ -59,7 +59,7 @@ MOST_SEEDS = 100_000
     type=options.folder,
     shell_complete=options.folders,
     metavar="FOLDER",
-    help="Compare with the folder of a previous sweep.",
+    help="Compare the results with the folder of a previous sweep.",
 )
 @options.vehicle
 @options.backend

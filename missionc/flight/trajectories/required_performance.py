@@ -21,5 +21,5 @@ def required_performance(mission: Mission, certificate: Certificate) -> tuple[st
     when = f"{peak.at or 0.0:.2f} s"
     return (
         f"`{peak.subject}` accelerates at {peak.value:.1f} m/s^2 at {when}, and its team names no vehicle; no profile "
-        f"allows more than {most:g} m/s^2. `--vehicle NAME` plans for one",
+        f"allows more than {most:g} m/s^2. Add `--vehicle NAME`",
     )

@@ -148,7 +148,7 @@ class Causes:
         return Cause(
             JUMP,
             _bits([agent for agent, _ in found]),
-            f"{_nobody([agent for agent, _ in found])} get from the left to the right side of this `until` in one step",
+            f"{_nobody([agent for agent, _ in found])} go from the left to the right side of this `until` in one step",
             node.end.span or node.span,
             f"{apart}{' around the obstacles' if way.bent and math.isfinite(way.length) else ''}; {far} per step",
             (Label(node.hold.span, "left side"),) if node.hold.span else (),

@@ -73,5 +73,6 @@ def _before_start(mission: Mission, formula: Apply, nearest: int, every: bool, s
         message,
         Label(operator_words(formula), says),
         notes=("there are no steps before 0 s",),
-        help=f"evaluate it later, for example `always[0, {seconds(mission, mission.steps)}] (f implies {word}[…] …)`",
+        help=f"evaluate the formula later, for example "
+        f"`always[0, {seconds(mission, mission.steps)}] (f implies {word}[…] …)`",
     )

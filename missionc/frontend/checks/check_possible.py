@@ -193,7 +193,7 @@ def _cannot(goal: Goal, reasons: list[Cause]) -> Diagnostic:
     first, *others = reasons
     message = first.headline
     if others:
-        message = f"requirement `{goal.name}` can never be satisfied: {message}, and the other alternatives fail too"
+        message = f"requirement `{goal.name}` can never be satisfied: {message}, and so do the other disjuncts"
     labels = [Label(each.span, each.figure) for each in others if each.span is not None]
     return Diagnostic(
         first.code,
@@ -209,7 +209,7 @@ def _vain(goal: Goal, reasons: list[Cause]) -> Diagnostic:
 
 
 def _never(part: Node, reasons: list[Cause]) -> Diagnostic:
-    return _warned("this alternative can never be satisfied", part.span, reasons)
+    return _warned("this disjunct can never be satisfied", part.span, reasons)
 
 
 def _warned(what: str, span: Span | None, reasons: list[Cause]) -> Diagnostic:

@@ -347,7 +347,7 @@ def _clash(mission: ir.Mission, one: RequiredFact, other: RequiredFact, steps: t
         Label(other.fact.span, _says(mission, other.fact)),
         (Label(one.fact.span, _says(mission, one.fact)),),
         (f"{_whose(one.fact)}, {_meeting(mission, *steps)}",),
-        "change one of the two",
+        "change one of the two requirements",
     )
 
 
@@ -358,7 +358,7 @@ def _clash_at_once(one: RequiredFact, other: RequiredFact) -> Diagnostic:
         Label(other.fact.span, f"`{_text(other.fact)}`"),
         (Label(one.fact.span, f"`{_text(one.fact)}`"),),
         (f"{_whose(one.fact)}, at the same step",),
-        "require them at different steps",
+        "require the two conditions at different steps",
     )
 
 

@@ -177,7 +177,7 @@ def _beyond_the_world(mission: Mission, stage: Stage, there: list[tuple[Agent, I
         Label(place.span),
         (Label(mission.world.span, f"the world is {extent}"),),
         _others(there),
-        "move it into the world",
+        "move this position into the world",
     )
 
 
@@ -203,7 +203,7 @@ def _touches_obstacle(
         Label(place.span, f"at {_point(place)}"),
         (Label(obstacle.span, f"this obstacle{moving}"),),
         _others(there),
-        f"move it at least {at_least_metres(needed - distance)} away from the obstacle",
+        f"move the agent at least {at_least_metres(needed - distance)} away from the obstacle",
     )
 
 
@@ -222,7 +222,7 @@ def _too_close(
     more = (
         ()
         if pairs == 1
-        else (f"{counted} more {'pair of these places is' if pairs == 2 else 'pairs of these places are'} too close",)
+        else (f"{counted} more {'pair of agents is' if pairs == 2 else 'pairs of agents are'} too close",)
     )
     takes = f"the radii and the separation need {spaced(needed)}"
     if needed.most > one.radius + other.radius + mission.separation:
@@ -233,7 +233,7 @@ def _too_close(
         Label(there.span, f"`{other.name}`" if there.span != here.span else ""),
         (Label(here.span, f"`{one.name}`"),) if there.span != here.span else (),
         (takes, *more),
-        f"place them more than {spaced(needed)} apart",
+        f"place the agents more than {spaced(needed)} apart",
     )
 
 

@@ -239,7 +239,7 @@ def _beyond_the_fence(mission: Mission, verb: str, there: list[tuple[Agent, Init
         Label(place.span),
         (Label(agent.span, f"vehicle `{agent.vehicle.name}`"),),
         (_kept(mission, agent), *((f"also {listed(others)}",) if others else ())),
-        "move it into the flight volume",
+        "move this position into the flight volume",
     )
 
 

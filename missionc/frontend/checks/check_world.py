@@ -145,7 +145,7 @@ def _past_motion(graph: Graph, moving: list[Obstacle]) -> Diagnostic:
         f"obstacles of the sight graph `{graph.name}` change: {names} {does}{'s' if len(moving) == 1 else ''}",
         Label(graph.span),
         tuple(Label(obstacle.span, f"{verb}s") for obstacle, verb in zip(moving, verbs, strict=True)),
-        notes=("lines of sight are computed once, for constant obstacles",),
+        notes=("lines of sight are computed once, so obstacles must be constant",),
         help="use a `proximity` graph",
     )
 
@@ -153,7 +153,7 @@ def _past_motion(graph: Graph, moving: list[Obstacle]) -> Diagnostic:
 def _one_way(graph: Graph) -> Diagnostic:
     return Diagnostic(
         codes.ONE_WAY_LAMBDA2,
-        f"`connectivity = lambda2` needs two-way links; graph `{graph.name}` has one-way links",
+        f"`connectivity = lambda2` needs bidirectional links; graph `{graph.name}` has directed links",
         Label(graph.span),
         notes=("λ₂ is an eigenvalue of a symmetric Laplacian",),
         help="set the same range in both directions",
@@ -401,7 +401,7 @@ def _unjoined(lanes: Lanes, agent: Agent, verb: str, place: InitialSet) -> Diagn
         f"`{agent.name}` {verb} without a free straight path to a node of the roadmap",
         Label(place.span, f"{verb} here"),
         (Label(lanes.span, "roadmap of the mission"),),
-        help="add a node near this place",
+        help="add a node near this position",
     )
 
 
@@ -413,7 +413,7 @@ def _too_few(lanes: Lanes, region: Region, crowd: list[tuple[Agent, InitialSet]]
         f"{agents} in `{region.name}`, but the roadmap has {has} there",
         Label(crowd[0][1].span, "starts here"),
         (Label(lanes.span, "roadmap of the mission"),),
-        help=f"add a node in `{region.name}` for each of them",
+        help=f"add a node in `{region.name}` for each agent",
     )
 
 

@@ -80,26 +80,26 @@ RING = ((0.5, 0.5), (1.3, 0.5), (1.3, 1.3), (0.5, 1.3))
 TRAPS = (
     Trap(
         "until, at its end",
-        "the left side need not be true at the step at which the right side becomes true",
-        "the STREL paper and stljax require it there too; write `f until[a, b] (f and g)` for that",
+        "the left operand need not be true at the step at which the right operand becomes true",
+        "the STREL paper and stljax require both operands at that step; write `f until[a, b] (f and g)` for this",
         _steps("f until[0 s, 2 s] g", "f until[0 s, 2 s] (f and g)", True, f="TTF", g="FFT"),
     ),
     Trap(
         "until, at its beginning",
-        "the left side must be true from the current step on",
+        "the left operand must be true from the current step on",
         "the transport paper excludes the current step",
         _steps("f until[0 s, 2 s] g", "(g or next (f until[0 s, 1 s] g))", False, f="FTT", g="FFT"),
     ),
     Trap(
         "until, before its window",
-        "the left side must be true from the current step on, also before the window begins",
-        "stlpy 0.3.0 requires it from the first step of the window on",
+        "the left operand must be true from the current step on, also before the window begins",
+        "stlpy 0.3.0 requires the left operand from the first step of the window on",
         _steps("f until[1 s, 2 s] g", "eventually[1 s, 1 s] (f until[0 s, 1 s] g)", False, f="FTT", g="FFT"),
     ),
     Trap(
         "release, at its end",
-        "the right side must still be true at the step at which the left side becomes true",
-        "read as `g until f`, the right side may be false at that step, and `f` must become true",
+        "the right operand must still be true at the step at which the left operand becomes true",
+        "read as `g until f`, the right operand may be false at that step, and `f` must become true",
         _steps("f release[0 s, 2 s] g", "(g until[0 s, 2 s] f)", False, f="FTF", g="TFF"),
     ),
     Trap(
@@ -149,14 +149,14 @@ TRAPS = (
     ),
     Trap(
         "last agent of a route",
-        "the left side must be true for every agent on the route except the last one",
-        "a phrase such as `over safe agents` may include the last one; write `f reach[…] (f and g)` for that",
+        "the left operand must be true for every agent on the route except the last agent",
+        "a phrase such as `over safe agents` may include the last agent; write `f reach[…] (f and g)` for this meaning",
         _team(PAIR, "(f reach[hops 0..1 on radio] g)", "(f reach[hops 0..1 on radio] (f and g))", True, f=(0,), g=(1,)),
     ),
     Trap(
         "routes do not turn back",
         "a route visits no agent twice",
-        "in MoonLight a route may return: there and back is two hops",
+        "in MoonLight a route may turn back: a hop and its reverse are two hops",
         _team(
             PAIR,
             "somewhere[hops 2..2 on radio] f",
@@ -167,7 +167,7 @@ TRAPS = (
     ),
     Trap(
         "routes need not be shortest",
-        "a route may be longer than the shortest one: an agent one hop away may be reached in two hops",
+        "a route may be longer than the shortest route: an agent one hop away may be reached in two hops",
         "`somewhere` of MoonLight uses the shortest route, like `count` of missionc",
         _team(TRIANGLE, "somewhere[hops 2..2 on radio] f", "count[hops 2..2 on radio] f >= 1", True, f=(1,)),
     ),
@@ -187,12 +187,12 @@ TRAPS = (
     Trap(
         "count includes the agent itself",
         "with a lower bound of 0 the count includes the agent itself",
-        "a count of neighbours excludes the agent itself; write `hops 1..` for that",
+        "a count of neighbours excludes the agent itself; write `hops 1..` for this meaning",
         _team(PAIR, "count[hops 0..1 on radio] f >= 2", "count[hops 1..1 on radio] f >= 2", True, f=(0, 1)),
     ),
     Trap(
         "surround without neighbours",
-        "an agent without neighbours is surrounded if the left side is true, because no route leaves it",
+        "an agent without neighbours is surrounded if the left operand is true, because no route leaves it",
         "a reading that requires a neighbour adds `somewhere[…] g`",
         _team(
             ((0.5, 0.5), (2.5, 0.5)),

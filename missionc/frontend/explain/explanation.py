@@ -344,7 +344,7 @@ def lines(parts: tuple[Explained, ...], mission: ir.Mission, choice: Choice | No
         for part in of_family(of_one_text) or of_one_text:
             page += ["", *_part_lines(part, mission, unicode)]
     if left := left_out(parts, mission):
-        more = f"{left} more not shown; explain one by its name with `missionc explain FILE NAME`"
+        more = f"{left} more not shown; explain a requirement with `missionc explain FILE NAME`"
         page += ["", more]
     if choice is not None:
         page += ["", *choice.explanation.rstrip("\n").split("\n")]

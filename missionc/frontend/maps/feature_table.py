@@ -56,7 +56,7 @@ def _shape(row: Row, asked: FileRequest, x: float, y: float, unit: float) -> Are
     if sizes == ["radius"]:
         return Circle((x, y), _positive(row, "radius") * unit)
     if "radius" in sizes or not {"width", "depth"} <= set(sizes):
-        raise row.wrong("a place needs a `radius`, or a `width` and a `depth`", "fill these columns")
+        raise row.wrong("a region or obstacle needs a `radius`, or a `width` and a `depth`", "fill these columns")
     across, up = _positive(row, "width") * unit / 2, _positive(row, "depth") * unit / 2
     angle = math.radians(row.number("angle")) if "angle" in row.cells else 0.0
     cosine, sine = math.cos(angle), math.sin(angle)

@@ -238,7 +238,7 @@ class _Reader(Record):
         Args:
             another: True if it makes a place of another kind.
         """
-        way_out = "add a `radius`, in metres" if form == "Point" else "replace it by a polygon"
+        way_out = "add a `radius`, in metres" if form == "Point" else "replace the geometry by a polygon"
         if properties.get("kind") is not None:
             raise self.wrong(f"`{form}`: {reason}", way_out)
         self.leave_out(form, reason, "" if another else way_out)
@@ -277,7 +277,7 @@ class _Reader(Record):
             raise self.wrong(f"{first:g}, {second:g} are not a longitude and a latitude", way_out)
         x, y = self.metres(first, second)
         if not (math.isfinite(x) and math.isfinite(y) and max(abs(x), abs(y)) <= self.asked.limits.magnitude):
-            raise self.wrong(f"the position {first:g}, {second:g} is too far away")
+            raise self.wrong(f"the position {first:g}, {second:g} is too far from the origin")
         return x, y
 
     def altitude(self, position: object) -> tuple[float, ...]:

@@ -71,7 +71,7 @@ def _elsewhere(asked: FileRequest, extents: Extents, corners: list[tuple[float, 
     """Text about another origin."""
     if asked.origin is not None:
         longitude, latitude = geographic(asked.origin, asked.sources[0], asked.span)(*corners[0])
-        return f"set an origin near the places: `origin ({longitude:.5f} deg, {latitude:.5f} deg)`"
+        return f"set an origin near the objects: `origin ({longitude:.5f} deg, {latitude:.5f} deg)`"
     unit = asked.unit or 1.0
     file = [(x / unit, y / unit) for x, y in (corners[0], corners[-1])]
     degrees = all(abs(x) <= DEGREES[0] and abs(y) <= DEGREES[1] for x, y in file)

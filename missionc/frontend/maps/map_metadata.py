@@ -124,7 +124,7 @@ def read_metadata(source: Source, asked: Span) -> MapMetadata:
     entries = _Entries(source, whole, {})
     for key, value in root.value:
         if key.id == "scalar" and key.value in entries.nodes:
-            raise entries.wrong(key.value, f"duplicate key `{key.value[:40]}`", "delete one of the two")
+            raise entries.wrong(key.value, f"duplicate key `{key.value[:40]}`", "delete one of the keys")
         if key.id == "scalar":
             entries.nodes[key.value] = value
     return entries.read()

@@ -124,7 +124,7 @@ def read_map(asked: FileRequest) -> Reading | Diagnostic:
             raise too_many(source, "places", "map_features", summary.count, asked.limits, asked.span)
         low, high = summary.extents
         if not max(map(abs, (*low, *high))) <= asked.limits.magnitude:
-            far = f"`{source.name}` has places more than {asked.limits.magnitude:g} m away"
+            far = f"`{source.name}` has coordinates above {asked.limits.magnitude:g} m"
             raise unusable(far, asked.span, "check its unit, origin and resolution")
     except MapError as error:
         return error.finding

@@ -129,7 +129,7 @@ def _check_header(source: Source, span: Span, names: list[str], known: Sequence[
             raise unusable(f"`{source.name}`: unknown column `{name[:40]}`", span, meant)
     twice = next((name for at, name in enumerate(names) if name in names[:at]), "")
     if twice:
-        raise unusable(f"`{source.name}`: duplicate column `{twice}`", span, "delete one of the two")
+        raise unusable(f"`{source.name}`: duplicate column `{twice}`", span, "delete one of the columns")
     missing = next((name for name in needed if name not in names), "")
     if missing:
         raise unusable(f"`{source.name}`: missing column `{missing}`", span, f"add the column `{missing}`")

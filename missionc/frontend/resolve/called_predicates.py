@@ -30,7 +30,7 @@ def of_class(name: str, kind: object) -> Predicate:
         raise Unfit("its name is a keyword")
     says, example, slope = (getattr(kind, each, None) for each in ("says", "example", "slope"))
     if not (says and isinstance(says, str) and isinstance(example, str) and EXAMPLE.fullmatch(example)):
-        raise Unfit("its class needs `says` and `example`, texts; the example is a call with all arguments")
+        raise Unfit("its class needs the texts `says` and `example`; `example` is a call with all arguments")
     if not example.startswith(f"{name}("):
         raise Unfit(f"its `example` does not begin with `{name}(`")
     unknown = [each for each in kind.parameters if each not in PARAMETERS]

@@ -165,7 +165,7 @@ def collect(program: ast.Program, findings: list[Diagnostic]) -> Names:
 
 def _ways_out(text: str, kinds: tuple[Kind, ...], needed: str, fitting: list[str]) -> str:
     if kinds == (Kind.PARAM,):
-        return f"declare it with `param {text} = VALUE`"
+        return f"declare the name with `param {text} = VALUE`"
     if "state" in needed:
         states = ", ".join(f"`{word}`" for word in STATE_WORDS)
         return f"use a state: {states} or `distance(…)`"
@@ -184,7 +184,7 @@ def declared_twice(name: ast.Name, first: Declared) -> Diagnostic:
         f"`{name.text}` is declared twice",
         Label(name.span, "second declaration"),
         labels=(Label(first.span, f"{first.kind.value} with this name"),),
-        help="give one of them another name",
+        help="rename one of the two declarations",
     )
 
 

@@ -64,7 +64,7 @@ def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Gr
 def asked_of_the_lost(context: Context, part: ir.Formula, around: ast.Quantified) -> None:
     """Report an agent that may be lost, as in ``without any 1 drone: drone[0]: base``."""
     words = excerpt(around.span).split(":", 1)[0]
-    help = f"move this part outside of `{words}:`"
+    help = f"move this formula outside of `{words}:`"
     if isinstance(part, ir.OfAgent):
         name = context.agents[part.agent].name
         help = f"write `every {name}: …`, which is true if `{name}` is lost"

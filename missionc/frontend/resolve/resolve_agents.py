@@ -442,9 +442,9 @@ def _sound(ends: tuple[ir.Vector, ir.Vector]) -> bool:
 def _not_one_each(context: Context, places: ast.AtPoints, owner: str, agents: int) -> None:
     context.report(
         code.VALUE_OUT_OF_RANGE,
-        f"{owner} has {agents} {'agent' if agents == 1 else 'agents'} and {len(places.points)} places",
+        f"{owner} has {agents} {'agent' if agents == 1 else 'agents'} and {len(places.points)} positions",
         places.span,
-        help="give one place for each agent",
+        help="give one position for each agent",
     )
 
 

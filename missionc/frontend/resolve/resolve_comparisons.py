@@ -336,7 +336,7 @@ def _mixed(context: Context, comparison: ast.Compare) -> None:
         code.QUANTIFIER_TOO_MANY,
         f"`{excerpt(comparison.span)}` mixes the state of one agent with the distance of two named agents",
         comparison.span,
-        help="split it into two comparisons",
+        help="split the comparison into two",
     )
 
 

@@ -372,7 +372,7 @@ def _not_for(context: Context, message: str, span: Span, way_out: str) -> None:
 def _not_a_name(context: Context, feature: Feature) -> None:
     context.report(
         code.MAP_FEATURE,
-        f"`{feature.name[:80]}` cannot be the name of a place",
+        f"`{feature.name[:80]}` cannot be the name of a region, obstacle or beacon",
         feature.name_span,
         help="add a prefix, for example `named hall`",
     )

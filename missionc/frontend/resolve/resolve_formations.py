@@ -144,7 +144,7 @@ def _columns(context: Context, formation: ast.Formation, settings: dict[str, ast
     if rows is not None and columns is not None and rows * columns < count:
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"{shown(rows)} rows of {shown(columns)} have {shown(rows * columns)} places for {count} agents",
+            f"{shown(rows)} rows of {shown(columns)} have {shown(rows * columns)} positions for {count} agents",
             formation.span,
             help="delete `rows` or `columns`",
         )
@@ -210,7 +210,7 @@ def _distances(context: Context, formation: ast.Formation, agents: tuple[int, ..
             context,
             f"the distances of `{formation.name.text}`",
             formation.span,
-            "list them, for example `(0-1: 0.8 m)`",
+            "list the distances, for example `(0-1: 0.8 m)`",
         )
     for link in formation.links:
         places = [_place(context, formation, item, len(agents)) for item in (link.first, link.second)]

@@ -114,7 +114,7 @@ def _quantifier_missing(context: Context, operand: Typed, others: list[Typed], w
         code.QUANTIFIER_MISSING,
         f"`{text}` needs an agent or a quantifier",
         operand.span,
-        labels=tuple(Label(other.span, "this part is about the team") for other in others[:1]),
+        labels=tuple(Label(other.span, "this formula is about the team") for other in others[:1]),
         help=f"write `{words}`" if whole else f"write `({words})`",
         fix=Fix(operand.span, words if whole else f"({words})") if complete and teams else None,
     )
@@ -128,18 +128,18 @@ def _nothing_asked(context: Context, operand: Typed, others: list[Typed]) -> Non
         code.QUANTIFIER_MISSING,
         f"`{text}` alone is a membership test without an agent",
         operand.span,
-        labels=tuple(Label(other.span, "this part is about the team") for other in others[:1]),
+        labels=tuple(Label(other.span, "this formula is about the team") for other in others[:1]),
         help=f"add a formula, for example `({text if single else f'every {text}'}: f)`",
     )
 
 
 def _quantifier_too_many(context: Context, operand: Typed, asker: str, beside: bool) -> None:
     if beside and asker.endswith(":") and isinstance(operand.formula, ir.AtLeastOf | ir.OfAgent):
-        way_out = f"close `{asker}` before it with parentheses: `({asker} …)`"
+        way_out = f"close `{asker}` before this formula with parentheses: `({asker} …)`"
     elif isinstance(operand.formula, ir.AtLeastOf | ir.OfAgent) and operand.span == operand.formula.span:
         way_out = "delete its quantifier"
     else:
-        way_out = f"move it out of `{asker}`"
+        way_out = f"move this formula out of `{asker}`"
     context.report(
         code.QUANTIFIER_TOO_MANY,
         f"`{excerpt(operand.span)}` is about the team; `{asker}` needs a formula about one agent",
@@ -219,10 +219,10 @@ def _right(formula: ast.Apply) -> str:
 
 
 AS_FORMULA = {
-    Kind.PARAM: "compare it, for example `x <= {name}`",
+    Kind.PARAM: "compare the parameter, for example `x <= {name}`",
     Kind.OBSTACLE: "declare a region with the same shape",
     Kind.BEACON: "compare its distance: `distance({name}) <= 2 m`",
-    Kind.RESOURCE: "compare it, for example `{name} >= 15`",
+    Kind.RESOURCE: "compare the resource, for example `{name} >= 15`",
     Kind.GRAPH: "write `connected({name})`",
 }
 """Suggested replacement for a name that is not a formula."""
@@ -282,7 +282,7 @@ def _name(context: Context, name: ast.Name) -> Typed:
     text, span = name.text, name.span
     declared = context.names.declared.get(text)
     if text in STATE_WORDS:
-        not_a_formula(context, name, "a state", f"compare it, for example `{text} <= 1`", None)
+        not_a_formula(context, name, "a state", f"compare the state, for example `{text} <= 1`", None)
         return stand_in(span)
     if declared is not None and declared.kind in AS_FORMULA:
         way_out = AS_FORMULA[declared.kind].format(name=text)

@@ -152,7 +152,7 @@ def _label_twice(label: ast.Name, first: ast.Name) -> Diagnostic:
         f"two requirements are labelled `{label.text}`",
         Label(label.span, "second label"),
         labels=(Label(first.span, "first label"),),
-        help="give one of them another label",
+        help="rename one of the two labels",
     )
 
 

@@ -51,7 +51,7 @@ def resolve_resource(context: Context, resource: ast.Resource) -> ir.Resource:
             continue
         key = rate.name.text, unit or Dimension.NUMBER
         if key in given:
-            sum_of_both = "write the sum of both" if rate.name.text == "drain" else None
+            sum_of_both = "write the sum of both rates" if rate.name.text == "drain" else None
             said_twice(context, f"`{excerpt(given[key].span)}`", rate.span, given[key].span, help=sum_of_both)
         given.setdefault(key, rate)
         values.setdefault(key, _per(rate, value))

@@ -72,7 +72,7 @@ def resolve_world(context: Context, world: ast.World) -> None:
             code.WRONG_DIMENSION,
             f"the corners of the world have {counted_points(len(first))} and {counted_points(len(second))}",
             wrong.span,
-            help="write as many coordinates in both corners",
+            help="write the same number of coordinates for both corners",
         )
         return
     context.dimension = len(first)

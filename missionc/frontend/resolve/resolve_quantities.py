@@ -434,9 +434,7 @@ def _from_command_line(finding: Diagnostic, name: str, text: str) -> Diagnostic:
 
 
 def _unknown_parameter(name: str, names: list[str]) -> Diagnostic:
-    listed = (
-        f"use one of the parameters {some_of(names)}" if names else "declare it in the mission, as `param NAME = VALUE`"
-    )
+    listed = f"use one of the parameters {some_of(names)}" if names else "declare `param NAME = VALUE` in the mission"
     return Diagnostic(
         code.UNKNOWN_PARAMETER,
         f"unknown parameter `{name}`",

@@ -161,7 +161,7 @@ def _box(context: Context, box: ast.Box) -> ir.Shape:
     if context.dimension == 3 and len(box.low.coordinates) == 2:
         first: ir.Vector = plane_point(context, box.low, "this box", "")
         second: ir.Vector = plane_point(
-            context, box.high, "the other corner of this box", "write as many coordinates in both corners"
+            context, box.high, "the other corner of this box", "write the same number of coordinates for both corners"
         )
         band = _band(context, box.height)
         assert band is not None

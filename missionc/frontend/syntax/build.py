@@ -185,7 +185,7 @@ def formation(
         takes = {"offsets": "points, such as `(0, 0), (-1, 1)`", "distances": "links, such as `(0-1: 0.8 m)`"}
         message = f"`{kind.text}` takes {takes.get(kind.text, 'neither points nor links')}"
         where = listed[0].span.to(listed[-1].span) if listed else agents.span
-        advice = f"write them after {quoted(agents.span.text)}" if kind.text in takes else "delete them"
+        advice = f"write the list after {quoted(agents.span.text)}" if kind.text in takes else "delete the list"
         raise MisreadError(Diagnostic(SYNTAX, message, Label(where), help=advice))
     return ast.Formation(
         span,

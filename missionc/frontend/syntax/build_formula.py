@@ -188,9 +188,9 @@ def as_formula(node: ast.Formula | ast.Quantity) -> ast.Formula:
                 SYNTAX,
                 f"expected a formula, found the number {text}",
                 Label(node.span),
-                help=f"compare it, for example `{node.span.text} <= 2`"
+                help=f"compare the number, for example `{node.span.text} <= 2`"
                 if len(text) <= 30
-                else "compare it with another number",
+                else "compare the value with another number",
             )
             raise MisreadError(finding)
         case _:

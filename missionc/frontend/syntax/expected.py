@@ -41,7 +41,7 @@ _PHRASES: tuple[tuple[frozenset[str], frozenset[str], str], ...] = (
     (frozenset({NUMBER}), FORMULA, "a number or a parameter"),
     (JOINING, JOINING | COMPARISONS | ARITHMETIC | {UNIT, "[", "(", ":"}, "an operator"),
     (COMPARISONS, COMPARISONS | ARITHMETIC | {UNIT, "[", "(", "="}, "a comparison such as `>= 2`"),
-    (frozenset({"in", "at", NAME}), frozenset({"in", "at", "from", NAME}), "a place (`in`, `at`, `line` or `grid`)"),
+    (frozenset({"in", "at", NAME}), frozenset({"in", "at", "from", NAME}), "a position (`in`, `at`, `line` or `grid`)"),
     (frozenset({"dynamics", NAME}), frozenset({NAME}), "a setting such as `radius 0.1 m`"),
     (frozenset({"total", NAME}), frozenset({NAME}), "a setting such as `tolerance 0.1 m`"),
     (frozenset({TEXT}), frozenset({TEXT}), "a file name in double quotes"),

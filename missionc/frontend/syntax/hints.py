@@ -52,7 +52,7 @@ def foreign_sign(place: Place) -> Diagnostic | None:
             message, advice = f"unknown symbol {quoted(token.text)}", f"write `{ours}`"
         return finding(message, token.span, advice, ours)
     if token.text == '"':
-        return finding("unterminated text", token.span, 'end it with `"` on the same line')
+        return finding("unterminated text", token.span, 'end the text with `"` on the same line')
     if token.text in ("==", "!=", "<>", "><"):
         if token.text != "==" and counts(place):
             advice = "write `count[…] f < 2 or count[…] f > 2`"
@@ -201,7 +201,7 @@ def two_comparisons(place: Place) -> Diagnostic | None:
         return finding(
             "chained comparison: a comparison has two sides",
             place.found.span,
-            "split it, for example `x >= 0 and x <= 3`",
+            "split the comparison, for example `x >= 0 and x <= 3`",
         )
     return None
 
@@ -236,7 +236,7 @@ def brackets(place: Place) -> Diagnostic | None:
     if place.ends and closer in place.expected:
         end = just_after(place.before.span)
         message = f"expected `{closer}` after {quoted(place.before.text)}: unclosed bracket"
-        return finding(message, place.before.span, f"close it with `{closer}`", fix=Fix(end, closer), labels=label)
+        return finding(message, place.before.span, f"add the closing `{closer}`", fix=Fix(end, closer), labels=label)
     if token.kind in closing.values() and token.kind != closer:
         return finding(f"`{token.kind}` does not close `{opening.kind}`", token.span, f"write `{closer}`", labels=label)
     return None

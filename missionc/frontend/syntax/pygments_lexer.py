@@ -44,7 +44,7 @@ COLOURS: dict[str, TokenType] = {
     "a part of `time`": Keyword,
     "a motion": Keyword,
     "a part of a team": Keyword,
-    "a way to turn": Keyword,
+    "a yaw mode": Keyword,
     "a kind of graph": Name.Builtin,
     "a part of a formation": Keyword,
     "a part of `prefer`": Keyword,

@@ -85,7 +85,7 @@ WORDS: tuple[Word, ...] = (
     *_words("a quantifier", "without"),
     *_words("a part of a team", "start finish vehicle flight yaw", reserved=False),
     *_words("a part of `flight`", "pads", reserved=False),
-    *_words("a way to turn", "path", reserved=False),
+    *_words("a yaw mode", "path", reserved=False),
     *_words("a kind of graph", "proximity beacons sight", reserved=False),
     *_words("a part of a formation", "total", reserved=False),
     *_words("a part of `prefer`", "weight", reserved=False),

@@ -47,7 +47,7 @@ def safe_end_noted(certificate: Certificate) -> list[str]:
         return []
     if without == 0:
         return [f"a verified safe end exists at every time; it starts within {wait:.3g} s"]
-    return [f"no safe end was found for the last {without:.4g} s; before that it can be begun within {wait:.3g} s"]
+    return [f"no safe end was found for the last {without:.4g} s; before that, a safe end starts within {wait:.3g} s"]
 
 
 def _numbers(own: Pieces) -> list[float]:
@@ -66,14 +66,14 @@ def read_safe_end(text: str, mission: Mission) -> tuple[Stop, ...] | str:
     if set(value) != {"schema", "mission", "agents", "moments"}:
         return "its keys are not those of safe ends"
     if value["agents"] != names or not isinstance(value["moments"], list):
-        return "it has other agents, or no list of moments"
+        return "it has other agents, or no list of times"
     if len(value["moments"]) > MOST_MOMENTS:
-        return f"it has more than {MOST_MOMENTS} moments"
+        return f"it has more than {MOST_MOMENTS} times"
     stops = []
     for number, row in enumerate(value["moments"], 1):
         stop = _stop(row, names)
         if stop is None:
-            return f"moment {number} is not a stop of all agents"
+            return f"time {number} is not a stop of all agents"
         stops.append(stop)
     return tuple(stops)
 

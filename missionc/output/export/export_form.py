@@ -58,7 +58,7 @@ class Format(Record):
                 return made
             if isinstance(made, Exported) and all(map(_is_file, made.files, made.files.values())):
                 return made
-        raise rejected(Kind.EXPORT, self.name, "made something that is no file of its folder")
+        raise rejected(Kind.EXPORT, self.name, "wrote something other than a file of its folder")
 
 
 def _is_file(name: object, content: object) -> bool:

@@ -157,7 +157,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
     if far > CLOSE:
         return refused(
             NAME,
-            f"between whole milliseconds cubics stray {far * 1e3:.3g} mm from it",
+            f"between whole milliseconds, cubic curves deviate {far * 1e3:.3g} mm from it",
             f"the limit is {CLOSE * 1e3:g} mm",
             help="use a larger `step`",
         )
@@ -272,4 +272,4 @@ def _zipped(files: dict[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-FORMAT = Format(NAME, "Skybrush show (.skyc) from takeoff to landing, as cubics within 1 mm", write)
+FORMAT = Format(NAME, "Skybrush show (.skyc) from takeoff to landing, as cubic curves within 1 mm", write)

@@ -173,5 +173,5 @@ def _blocked(name: str, verb: str, part: Part, obstacle: Obstacle, clear: float,
         name,
         f"`{part.agent.name}` cannot {verb} vertically",
         near,
-        help=f"give it a {where} that is not above an obstacle",
+        help=f"give the agent a {where} that is not above an obstacle",
     )

@@ -336,9 +336,9 @@ class FlightRecord:
                 if missing:
                     self.tell(f"{', '.join(missing)} missing", "bad", step * seconds)
                 if back:
-                    self.tell(f"{', '.join(back)} seen again", "plain", step * seconds)
+                    self.tell(f"{', '.join(back)} received again", "plain", step * seconds)
             case session.Outrun(step, agents):
-                says = f"{', '.join(agents)} above the top speed; bounds that relied on it are withdrawn"
+                says = f"{', '.join(agents)} above the top speed; bounds based on the top speed are withdrawn"
                 self.tell(says, "bad", step * seconds)
             case session.Breach(step, constraint):
                 self.tell(f"violated: {constraint.violation()}", "bad", step * seconds)
@@ -484,9 +484,9 @@ def _change(standing: Standing, unit: str, seconds: float) -> tuple[str, Tone]:
     match standing.verdict:
         case LiveVerdict.VIOLATED:
             most = f", robustness at most {decimals(standing.most)} {unit}".rstrip()
-            return f"{standing.name}: violated for good{most if math.isfinite(standing.most) else ''}", "bad"
+            return f"{standing.name}: violated (final){most if math.isfinite(standing.most) else ''}", "bad"
         case LiveVerdict.SATISFIED:
-            return f"{standing.name}: satisfied for good", "good"
+            return f"{standing.name}: satisfied (final)", "good"
         case LiveVerdict.OPEN if standing.at_risk:
             return f"{standing.name}: at risk; violated at the next step if velocities stay constant", "risk"
         case LiveVerdict.OPEN:

@@ -295,7 +295,7 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
     elif before.word == "dynamics":
         yield from ((name, "a kind of dynamics") for name in KINDS if KINDS.usable(name))
     elif before.word in ("start", "finish"):
-        yield from ((name, "a layout of places") for name in ("line", "grid"))
+        yield from ((name, "a layout of positions") for name in ("line", "grid"))
     elif before.word == "with" and first == "solve":
         yield from ((name, "a backend") for name in (AUTO, *BACKENDS))
     elif before.word in ("minimize", "maximize"):

@@ -94,4 +94,4 @@ def _keeps_its_meaning(text: OpenText, name: Name, new: str, places: list[Name])
     matches = [other for other in after.names if other.text == new and other.label == name.label]
     there = [other for other in matches if other.span.source is renamed]
     if not after.whole or len(there) != len(mine):
-        raise RefusedError(f"`{new}` has another meaning at a place of `{name.text}`")
+        raise RefusedError(f"`{new}` has another meaning where the mission uses `{name.text}`")

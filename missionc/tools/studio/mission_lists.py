@@ -37,7 +37,7 @@ def taken(shelf: Shelf, name: str, home: Path, limits: Limits) -> TextFile | Dia
     A text from the gallery keeps its path there, so that what it includes is found.
     """
     if name not in [entry["name"] for entry in listed(shelf, home)]:
-        return Diagnostic(UNREADABLE, f"there is no `{name}` to open", None, help="choose one that is listed")
+        return Diagnostic(UNREADABLE, f"there is no `{name}` to open", None, help="choose a listed mission")
     match shelf:
         case "folder":
             return opened_text(home / name, limits)

@@ -60,7 +60,7 @@ COLOURS = {
     "a measure": "propertyName",
     "a preposition": "modifier",
     "a motion": "modifier",
-    "a way to turn": "modifier",
+    "a yaw mode": "modifier",
     "a kind of graph": "typeName",
     "a part of `time`": "propertyName",
     "a part of a team": "propertyName",
@@ -183,7 +183,7 @@ def refused_name(home: Path, path: Path) -> Diagnostic | None:
     name = path.name
     plain = path.parent == home and name.isprintable() and not name.startswith(".") and "\\" not in name
     if not plain or len(os.fsencode(name)) > LONGEST:
-        return cannot_write(path, f"a plain name is needed, which ends in `{SUFFIX}`", ANOTHER_NAME)
+        return cannot_write(path, f"expected a file name without a folder, which ends in `{SUFFIX}`", ANOTHER_NAME)
     if Path(os.path.realpath(path)).parent != Path(os.path.realpath(home)):
         return cannot_write(path, "it is a link that leads out of the folder", ANOTHER_NAME)
     return None

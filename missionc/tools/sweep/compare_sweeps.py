@@ -66,7 +66,7 @@ class Comparison:
             return "better" if (self.direction > 0) == self.measure.more_is_better else "worse"
         if self.p == 1 and self.direction == 0:
             return "the same"
-        return "noise" if self.tellable else "too few pairs to tell"
+        return "noise" if self.tellable else "too few pairs for a verdict"
 
     def as_record(self) -> dict[str, object]:
         return {

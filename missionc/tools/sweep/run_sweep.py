@@ -317,7 +317,7 @@ def not_done(why: str) -> Diagnostic:
 
 def lost(why: str) -> Diagnostic:
     """Finding for a lost scheduler."""
-    help_ = "run the same command again; finished runs are kept"
+    help_ = "run the same command again; finished runs are saved"
     return Diagnostic(CLUSTER_UNREACHABLE, "the connection to the cluster was lost", None, notes=(why,), help=help_)
 
 

@@ -45,10 +45,10 @@ def test_lengths_in_metres_are_given_to_transport_before_they_are_rounded() -> N
 def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
     assert choice(text(HOPS, TOTAL)).explanation == (
         "backend: hybrid\n"
-        "because it supports the mission\n"
-        "not smt: it cannot express\n"
+        "because this backend supports the mission\n"
+        "not smt: this backend cannot express\n"
         "  a formation with a total tolerance (line 12: `tight`)\n"
-        "not clot: it cannot express\n"
+        "not clot: this backend cannot express\n"
         "  a route bounded in hops (line 10: `somewhere[hops 1..2]`)\n"
         "the mission needs:\n"
         "  a route bounded in hops (line 10: `somewhere[hops 1..2]`)\n"
@@ -59,7 +59,7 @@ def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
 def test_all_that_can_express_the_mission_take_turns() -> None:
     near = choice(text("require near: every drone: eventually[0, 20 s] goal"))
     assert near.engines == ("smt", "clot", "hybrid")
-    assert near.explanation.startswith("backends: smt, clot, hybrid\nbecause all of them support the mission")
+    assert near.explanation.startswith("backends: smt, clot, hybrid\nbecause all these backends support the mission")
 
 
 def test_hybrid_takes_the_turns_of_transport_where_that_cannot() -> None:
@@ -92,14 +92,14 @@ def test_a_formation_is_given_to_transport_first() -> None:
 
 def test_a_backend_that_is_not_asked_for_is_said_to_have_been_able() -> None:
     asked = choice(text(ROW, "solve with clot")).explanation
-    assert "because the mission chooses it (line 12: `solve with clot`)\n" in asked
-    assert "not smt: it supports the mission, but clot is chosen\n" in asked
+    assert "because the mission selects this backend (line 12: `solve with clot`)\n" in asked
+    assert "not smt: this backend supports the mission, but clot is selected\n" in asked
 
 
 def test_the_command_line_overrules_the_mission() -> None:
     chosen = choice(text(ROW, "solve with clot"), "smt")
     assert chosen.backend == "smt"
-    assert "because the command line chooses it\n" in chosen.explanation
+    assert "because the command line selects this backend\n" in chosen.explanation
     assert choice(text(ROW, "solve with clot"), "auto").engines == ("clot", "smt", "hybrid")
 
 

@@ -163,7 +163,7 @@ def test_presets_of_the_paper_have_as_many_trajectories_as_published_and_our_own
 
 
 def test_an_unknown_preset_and_too_few_samples_are_named() -> None:
-    with pytest.raises(ValueError, match="there is no preset `serach`"):
+    with pytest.raises(ValueError, match="unknown preset `serach`"):
         preset("serach")
     with pytest.raises(ValueError, match="many_samples = 0"):
         preset("paper", 0)
@@ -175,7 +175,7 @@ def test_published_presets_take_as_many_trajectories_as_published_on_a_gpu_and_s
     assert (on_gpu.search.few_samples, on_gpu.search.many_samples) == (200 if name == "paper" else 800, 800)
     said = fewer_samples(on_cpu, None, "cpu")
     assert said is not None
-    assert "96 trajectories at once, where the paper has 800" in said
+    assert "96 trajectories together; the paper uses 800" in said
     assert fewer_samples(on_gpu, None, "cuda") is None
     assert fewer_samples(preset(name, 24), 24, "cpu") is None
 

@@ -412,13 +412,13 @@ def test_a_state_of_something_else_is_refused() -> None:
         taken_up(arrays, text, 4, replace(DEFAULT, gamma=0.5))
     with pytest.raises(ValueError, match="no agent"):
         taken_up(arrays, text, 3)
-    with pytest.raises(ValueError, match="not the state of a search"):
+    with pytest.raises(ValueError, match="contains no saved search"):
         taken_up({}, text, 4)
     with pytest.raises(ValueError, match="different lengths"):
         taken_up({**arrays, "cost": arrays["cost"][:-1]}, text, 4)
     with pytest.raises(ValueError, match="no parent before it"):
         taken_up({**arrays, "parent": arrays["parent"] + 99}, text, 4)
-    with pytest.raises(ValueError, match="not the state of a search"):
+    with pytest.raises(ValueError, match="contains no saved search"):
         taken_up(arrays, json.dumps([1]), 4)
     with pytest.raises(ValueError, match="no number"):
         taken_up(arrays, json.dumps({**json.loads(text), "rounds": "3"}), 4)
@@ -428,7 +428,7 @@ def test_a_state_of_something_else_is_refused() -> None:
 
 
 def test_a_planner_that_breaks_its_promise_is_refused() -> None:
-    with pytest.raises(ValueError, match="0 answers"):
+    with pytest.raises(ValueError, match="0 results"):
         search(lambda work, samples, seed: [], 2).run()
     with pytest.raises(ValueError, match="finite"):
         search(answers((0, math.nan, True)), 2).run()

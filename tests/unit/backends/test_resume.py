@@ -324,7 +324,7 @@ def test_a_plan_in_a_checkpoint_is_not_believed() -> None:
     control[:, 3] += 100.0
     finding = refused(ROW, changed(kept[-1], {"reached.control": control}))
     assert finding.code is CHECKPOINT_UNREADABLE
-    assert finding.notes == ("its plan is invalid",)
+    assert finding.notes == ("the plan in the checkpoint is invalid",)
 
 
 def test_a_checkpoint_is_refused_where_the_mission_goes_to_a_solver(tmp_path: Path) -> None:

@@ -372,7 +372,7 @@ def test_an_export_of_an_extension_is_written_verified_and_listed(
     with package(tmp_path / "bad", "name_robots", entries, EXPORT.replace("NAME", "../names.txt")):
         assert main(["export", folder, "names", "-o", str(tmp_path / "further")]) == 1
         assert (
-            "error[MC413]: the export `names` of `name_robots` 1.0 made something that is no file"
+            "error[MC413]: the export `names` of `name_robots` 1.0 wrote something other than a file"
             in capsys.readouterr().err
         )
     assert not (tmp_path / "further").exists()

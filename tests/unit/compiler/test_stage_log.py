@@ -53,7 +53,7 @@ def test_the_attempts_are_those_of_the_strategy_in_its_order() -> None:
         "engine": verified().plan.backend,
         "work": 0.0,
         "outcome": "passed",
-        "then": "the answer",
+        "then": "result",
     }
     assert [row["then"] for row in rows[:-1]] == [row["stage"] for row in rows[1:]]
 

@@ -321,7 +321,7 @@ def test_for_how_long_there_is_no_safe_end_is_said() -> None:
     figures = {figure.name: figure.value for figure in certificate.figures}
     assert figures["safe end without"] == pytest.approx(8 - found[-1].at, abs=1e-5)
     (note,) = safe_end_noted(certificate)
-    assert re.fullmatch(r"no safe end was found for the last \S+ s; before that it can be begun within \S+ s", note)
+    assert re.fullmatch(r"no safe end was found for the last \S+ s; before that, a safe end starts within \S+ s", note)
     none = verify_safe_end(empty, flown, 0.0, 0.0, ())
     assert none.passed
     assert {figure.name: figure.value for figure in none.figures}["safe end without"] == pytest.approx(8, abs=1e-5)

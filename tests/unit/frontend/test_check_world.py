@@ -67,7 +67,7 @@ def test_radius_and_clearance_keep_a_start_from_an_obstacle() -> None:
     near = text(SHELF, "clearance 0.2 m", SAFE, agents=drones(1, "start at (3.8, 1.5)"))
     finding = only(near, IN_OBSTACLE)
     assert finding.message == "`drone[0]` starts 0.2 m from obstacle `shelf`; its radius and the clearance need 0.3 m"
-    assert finding.help == "move it at least 0.1 m away from the obstacle"
+    assert finding.help == "move the agent at least 0.1 m away from the obstacle"
     assert found(near.replace("(3.8, 1.5)", "(3.69, 1.5)"), IN_OBSTACLE) == []
 
 
@@ -108,7 +108,7 @@ def test_agents_that_touch_are_too_close() -> None:
 def test_a_crowded_line_is_one_finding() -> None:
     finding = only(text(SAFE, agents=drones(6, "start line (1, 1) to (1.5, 1)")), AGENTS_OVERLAP)
     assert finding.message == "`drone[0]` and `drone[1]` start 0.1 m apart"
-    assert finding.notes[1].endswith("more pairs of these places are too close")
+    assert finding.notes[1].endswith("more pairs of agents are too close")
 
 
 def test_ten_thousand_agents_at_one_point_are_one_finding() -> None:

@@ -451,7 +451,7 @@ def _unweighted(space: Any) -> None:
         (_no_number, "CIRCLE in layer `0` has a coordinate or size that is not a finite number"),
         (_no_place, "not a finite number"),
         (_no_bulge, "not a finite number"),
-        (_far_away, "too far away"),
+        (_far_away, "too far from the origin"),
         (_crossing, "LWPOLYLINE in layer `0` crosses itself"),
         (_bad_spline, "SPLINE in layer `0` cannot be read"),
         (_steep_spline, "has the degree 60; the limit is 10"),

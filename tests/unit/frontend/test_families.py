@@ -215,7 +215,7 @@ def test_what_is_wrong_is_said_once_at_the_words_of_the_family(subtests: pytest.
             "expected a plain number, found a length `3 m`",
             "without a unit",
         ),
-        ("require a: for i in 0..n: every t[i]: w[i]", "MC101", "n", "unknown name `n`", "declare it"),
+        ("require a: for i in 0..n: every t[i]: w[i]", "MC101", "n", "unknown name `n`", "declare the name"),
         (
             "require a: for w in 0..3: every t[w]: w[w]",
             "MC102",
@@ -250,7 +250,7 @@ def test_what_is_wrong_is_said_once_at_the_words_of_the_family(subtests: pytest.
             "MC102",
             "w",
             "`w` is declared twice",
-            "another name",
+            "rename one of the two",
         ),
         (
             "require a: for i in 0..3: every t[i]: x <= 1 / i",

@@ -89,7 +89,7 @@ def test_a_page_about_many_long_formulas_has_an_end_and_says_what_it_leaves_out(
     assert len(page) < 200_000
     left = requirements + 1 - len(parts)
     assert left > 0
-    assert f"\n\n{left} more not shown; explain one by its name with `missionc explain FILE NAME`" in page
+    assert f"\n\n{left} more not shown; explain a requirement with `missionc explain FILE NAME`" in page
     assert document(parts, made, None)["goals_left_out"] == left
 
 

@@ -47,7 +47,7 @@ def test_what_was_expected_is_said_in_words(subtests: pytest.Subtests) -> None:
         (
             "team t[2] { start on b }",
             "on",
-            "expected a place (`in`, `at`, `line` or `grid`) after `start`, found `on`",
+            "expected a position (`in`, `at`, `line` or `grid`) after `start`, found `on`",
         ),
         (
             "graph g = distance 1 m",
@@ -140,7 +140,7 @@ def test_a_slip_without_one_cure_gets_advice(subtests: pytest.Subtests) -> None:
         ("let f = x <= 3 foo", "MC202", "unknown unit `foo`", "m/s^2"),
         ("let f = gizmo[0, 5 s] x", "MC008", "unknown operator `gizmo`", "eventually"),
         ("let f = x $ y", "MC001", "unexpected `$`", "delete"),
-        ('include "site', "MC001", "unterminated text", "end it"),
+        ('include "site', "MC001", "unterminated text", "end the text"),
         ("every d: x", "MC001", "unexpected `every`: a formula", "require LABEL: every"),
         ("formation f = wedge of d tolerance 1", "MC001", "unknown formation `wedge`", "offsets"),
         ("formation f = line of d (0, 0) tolerance 1", "MC001", "neither points nor links", "delete"),

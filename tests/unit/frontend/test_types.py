@@ -358,7 +358,7 @@ def test_a_formula_as_deep_as_the_limit_resolves() -> None:
             "drone[0]: goal or drone[1]: goal",
             "MC204",
             "`drone[1]: goal` is about the team; `drone[0]:` needs a formula about one agent",
-            "close `drone[0]:` before it with parentheses: `(drone[0]: …)`",
+            "close `drone[0]:` before this formula with parentheses: `(drone[0]: …)`",
         ),
         (
             "drone[0] and drone[1]: goal",
@@ -369,7 +369,7 @@ def test_a_formula_as_deep_as_the_limit_resolves() -> None:
         ("nobody: every drone: goal", "MC101", "unknown name `nobody`", "name one agent"),
         ("every drone: goal <= 3", "MC104", "expected a parameter, a state or", "`distance(goal)`"),
         ("every drone: vx <= 3", "MC101", "unknown name `vx`", "use a state: `x`, `y`, `z`, `speed`"),
-        ("at least two drone: goal", "MC101", "unknown name `two`", "declare it with `param two = VALUE`"),
+        ("at least two drone: goal", "MC101", "unknown name `two`", "declare the name with `param two = VALUE`"),
         ("connected", "MC101", "`connected` needs graph in parentheses", "for example, `connected(radio, east)`"),
         ("every drone: inside(goal, goal)", "MC104", "`inside` takes one region; found 2 arguments", "`inside(field)`"),
         ("every drone: distance(goal, goal) <= 3", "MC104", "expected one agent", "name one agent"),

@@ -65,7 +65,7 @@ def test_pads_may_stand_in_a_line() -> None:
 @pytest.mark.parametrize(
     ("flight", "code", "message"),
     [
-        ("flight { pads at (4, 4, 0) }", VALUE_OUT_OF_RANGE, "2 agents and 1 places"),
+        ("flight { pads at (4, 4, 0) }", VALUE_OUT_OF_RANGE, "2 agents and 1 positions"),
         ("flight { pads at (4, 4, 0.7), (5, 4, 0) }", VALUE_OUT_OF_RANGE, "at a height of 0.7 m"),
         ("flight { hoover 1 m }", UNKNOWN_SETTING, "no setting `hoover`"),
         ("flight { rise 1 m/s }", UNKNOWN_SETTING, "expected a limit, found"),

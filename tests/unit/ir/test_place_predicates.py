@@ -173,7 +173,7 @@ def test_a_predicate_that_is_not_installed_is_unknown() -> None:
         ("def value", "def worth", "its class has no `value`"),
         ('"near(2 m)"', '"far(2 m)"', "its `example` does not begin with `near(`"),
         ('("a length",)', '("a colour",)', "`a colour` among `parameters`"),
-        ('"near(2 m)"', '"near(2 m"', "the example is a call"),
+        ('"near(2 m)"', '"near(2 m"', "`example` is a call"),
         ("slope: ClassVar = 1", "slope: ClassVar = 0", "its `slope` is `0`"),
         ("slope: ClassVar = 1", 'slope: ClassVar = "1"', "its `slope` is `'1'`"),
         ("slope: ClassVar = 1", "slope = property(lambda self: self.reach)", "its `slope` is a property"),

@@ -60,7 +60,7 @@ def test_a_page_that_knows_something_is_told_the_rest() -> None:
     assert second["now"]["goals"][0]["verdict"] == "violated"
     assert second["now"]["goals"][0]["since"] == 2.0
     assert [each["tone"] for each in second["news"]] == ["risk", "bad"]
-    assert second["news"][-1]["says"].startswith("there: violated for good")
+    assert second["news"][-1]["says"].startswith("there: violated (final)")
     _, third = told(record, known)
     assert third["columns"]["count"] == 0
     assert third["news"] == []

@@ -54,7 +54,7 @@ def test_an_editor_is_told_of_what_no_plan_can_do_and_a_page_of_the_mission_too(
     told = diagnostics(opened(mission), check(Source("sample.mission", mission)).findings)
     (finding,) = [each for each in told if each.code == "MC552"]
     assert finding.message.startswith(
-        "none of `drone[0]`, `drone[1]` and `drone[2]` can get from the left to the right side"
+        "none of `drone[0]`, `drone[1]` and `drone[2]` can go from the left to the right side"
     )
     file = tmp_path / "a.mission"
     file.write_text(mission, encoding="utf-8")

@@ -394,7 +394,7 @@ def test_a_change_is_told_from_noise() -> None:
     lost = compared(rows_of(old), {**rows_of(old), **rows_of(old[:10], "undecided")})
     assert lost["planned"].verdict == "worse"
     few = compared(rows_of(old[:3]), rows_of([2 * each for each in old[:3]]))
-    assert few["seconds"].verdict == "too few pairs to tell"
+    assert few["seconds"].verdict == "too few pairs for a verdict"
     assert compared(rows_of(old), rows_of(old))["seconds"].verdict == "the same"
 
 

@@ -57,7 +57,7 @@ def signed_predicate(leaf: Node) -> SignedPredicate:
         case Atom(predicate) | Not(Atom(predicate)):
             return predicate, isinstance(leaf, Atom)
         case _:
-            raise AssertionError("asks for no predicate")
+            raise AssertionError("without a predicate")
 
 
 def _rewritten(node: Node, parts: tuple[Node, ...]) -> Node:

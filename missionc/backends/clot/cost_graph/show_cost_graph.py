@@ -34,8 +34,6 @@ def show_weights(settings: ClotSettings) -> str:
 
 
 def _shown(title: str, figures: DataclassInstance) -> str:
-    lines = []
-    for each in fields(figures):
-        amount = f"{getattr(figures, each.name):g} {each.metadata['unit']}".rstrip()
-        lines.append(f"{title}: {each.name} = {amount} {each.metadata['says']}\n")
-    return "".join(lines)
+    return "".join(
+        f"{title}: {each.name} = {getattr(figures, each.name):g}, {each.metadata['says']}\n" for each in fields(figures)
+    )

@@ -153,7 +153,7 @@ class Perturbed(ABC):
 
     def value(self, node: Node, pattern: NodePattern) -> Tensor:
         """Value of a formula from its children: (batch, rows, steps, offsets, directions), metres."""
-        assert not isinstance(node, Is | Unrolled), "no motion changes it, or not in a cost graph"
+        assert not isinstance(node, Is | Unrolled), "a cost graph cannot express the node"
         if isinstance(node, WindowNode) and not node.every:
             return self._eventually(node, pattern)
         if isinstance(node, All | WindowNode | UntilNode):

@@ -38,7 +38,7 @@ def to_arrays(search: TreeSearch) -> tuple[dict[str, Array], str]:
     """
     tree, state = search.tree, search.generator.bit_generator.state
     if state["bit_generator"] != "PCG64":
-        raise ValueError(f"only the state of a PCG64 generator is kept, not of a {state['bit_generator']}")
+        raise ValueError(f"only the state of a PCG64 generator can be saved, not of a {state['bit_generator']}")
     tried = [(node, agent, tries) for node, by in enumerate(tree.tries) for agent, tries in by.items()]
     own = [motions[agent] for motions, agent in zip(tree.motions[1:], tree.agent[1:], strict=True)]
     arrays = {
@@ -73,14 +73,14 @@ def from_arrays(
         fields = json.loads(text)
         search = TreeSearch(agents, offers, expand, settings, np.random.default_rng(0), _tree(arrays, agents))
         if any(fields[name] != value for name, value in _question(search).items()):
-            raise ValueError("this is the state of a search with other agents or settings")
+            raise ValueError("the saved search has other agents or settings")
         for name in COUNTERS:
             if not (isinstance(fields[name], int) or (name == "first" and fields[name] is None)):
                 raise ValueError(f"{name} is no number")
             setattr(search, name, fields[name])
         search.generator.bit_generator.state = fields["generator"]
     except (KeyError, IndexError, TypeError) as wrong:
-        raise ValueError(f"this is not the state of a search: {wrong}") from wrong
+        raise ValueError(f"the checkpoint contains no saved search: {wrong}") from wrong
     return search
 
 
@@ -98,7 +98,7 @@ def _tree(arrays: Mapping[str, Array], agents: int) -> Tree:
     if not (np.isfinite(arrays["cost"]).all() and np.isfinite(arrays["earned"]).all()):
         raise ValueError("a cost or an outcome is not finite")
     if min(arrays["visits"], default=0.0) < 0:
-        raise ValueError("a node was visited fewer times than never")
+        raise ValueError("a node has a negative number of visits")
     for index in range(1, len(parent)):
         if not (0 <= parent[index] < index and 0 <= agent[index] < agents):
             raise ValueError(f"node {index} has no parent before it, or no agent")
@@ -112,5 +112,5 @@ def _tree(arrays: Mapping[str, Array], agents: int) -> Tree:
 
 def _whole(numbers: Array) -> list[int]:
     if not np.array_equal(numbers, np.round(numbers)):
-        raise ValueError("a number that should be whole is not")
+        raise ValueError("a count is not a whole number")
     return [int(number) for number in numbers]

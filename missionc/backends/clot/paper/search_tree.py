@@ -69,9 +69,9 @@ class Tree:
         if agent in self.planned[parent]:
             raise ValueError(f"agent {agent} is planned already")
         if len(self) > 1 and trajectory.shape != self.shape:
-            raise ValueError(f"a motion of shape {trajectory.shape} among those of shape {self.shape}")
+            raise ValueError(f"a trajectory of shape {trajectory.shape} does not match the shape {self.shape}")
         if not (np.isfinite(cost) and np.isfinite(trajectory).all()):
-            raise ValueError(f"a motion or its cost is not finite (cost {cost})")
+            raise ValueError(f"a trajectory or its cost is not finite (cost {cost})")
         index = len(self)
         self.parent.append(parent)
         self.agent.append(agent)

@@ -107,7 +107,7 @@ def _needed(goals: tuple[Node, ...], order: Sequence[Node], steps: int) -> dict[
     for node in reversed(order):
         for ask in asks(node) if node in needed else ():
             if latest[node] + (ask.low if ask.high is None else ask.high) >= steps:
-                raise ValueError("a window runs past the last step")
+                raise ValueError("a time window extends past the last step")
             first = needed[node][0] + ask.low
             last = min(needed[node][1] + (steps if ask.high is None else ask.high), steps - 1)
             before = needed.get(ask.node, (first, last))

@@ -57,11 +57,11 @@ class Expand(Protocol):
 class Ending(Enum):
     """Reason for the end of a search."""
 
-    IMPROVED = "a solution is there, and the improvement after it is done"
-    BUDGET = "the budget of expansions is spent"
-    TIME = "the deadline is over"
-    STOPPED = "it was told to stop"
-    EXHAUSTED = "every node has been expanded by every agent as often as it may be"
+    IMPROVED = "a solution was found and improved"
+    BUDGET = "the limit of expansions was reached"
+    TIME = "the deadline has passed"
+    STOPPED = "the caller stopped the search"
+    EXHAUSTED = "every agent has expanded every node up to the limit"
 
 
 class Solution(Record, eq=False):
@@ -243,7 +243,7 @@ class TreeSearch:
         seed = int(self.generator.integers(2**63))
         answers = self.expand([(self.tree.node(node), agent) for node, agent in work], samples, seed)
         if len(answers) != len(work):
-            raise ValueError(f"{len(work)} pieces of work, {len(answers)} answers")
+            raise ValueError(f"{len(work)} tasks, but {len(answers)} results")
         outcomes = [self._outcome(node, agent, answer) for (node, agent), answer in zip(work, answers, strict=True)]
         for (node, _), outcome in zip(work, outcomes, strict=True):
             self.tree.back_propagate(node, outcome, settings.gamma)

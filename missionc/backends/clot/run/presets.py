@@ -146,7 +146,7 @@ def preset(name: str, samples: int | None = None, device: str = "cpu") -> Preset
         ValueError: the preset is unknown, or the number is less than 1.
     """
     if name not in PRESETS:
-        raise ValueError(f"there is no preset `{name}`; there are {', '.join(PRESETS)}")
+        raise ValueError(f"unknown preset `{name}`; use one of {', '.join(PRESETS)}")
     if samples is not None and samples < 1:
         raise ValueError(f"many_samples = {samples} is below 1")
     return PRESETS[name].with_samples(samples, device)
@@ -157,8 +157,8 @@ def fewer_samples(way: Preset, samples: int | None, device: str) -> str | None:
     if samples is not None or device != "cpu" or not way.published:
         return None
     return (
-        f"preset `{way.name}` moved {way.search.many_samples} trajectories at once, where the paper has {way.published}"
-        " on a GPU: `--device cuda` takes as many, and `--samples` says how many"
+        f"preset `{way.name}` optimized {way.search.many_samples} trajectories together; the paper uses {way.published}"
+        " on a GPU: `--device cuda` uses as many, and `--samples` sets the number"
     )
 
 

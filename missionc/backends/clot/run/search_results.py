@@ -57,9 +57,9 @@ def failure_statement(best: Attempt | None, furthest: Searched | None, mission: 
     """Text of the best candidate's violations, or of a search's progress without one."""
     if best is None and furthest is not None:
         count, agents, margin = furthest.planned, len(mission.agents), furthest.margin
-        return f"{count} of {agents} agents planned; the last one lacks a margin of {-margin:.3g} m"
+        return f"{count} of {agents} agents planned; the last agent lacks {-margin:.3g} m of margin"
     if best is None:
-        return "no candidate plan was finished"
+        return "the search completed no candidate plan"
     wrong = [
         *(
             Violation(f"`{each.name}`", each.agents, each.step or 0, each.robustness, each.unit)

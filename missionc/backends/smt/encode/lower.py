@@ -147,7 +147,7 @@ class Formulas:
             case ReachNode() | RouteNode():
                 return self._reach(node, agents, steps)
             case LeafNode() | Not() | At() | NeighbourNode():
-                raise AssertionError("these are seen to above")
+                raise AssertionError("these cases are handled above")
             case _:
                 assert_never(node)
 

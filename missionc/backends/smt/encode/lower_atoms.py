@@ -48,7 +48,7 @@ class Atoms:
         if isinstance(predicate, Flagged):
             return self._flag(predicate.flag, truth, agent)[steps]
         if predicate.reads_past:
-            raise Unexpressible("a resource, and no agent by itself found a way that keeps it")
+            raise Unexpressible("a resource requirement that no single-agent plan satisfies")
         predicate = predicate.asked_of(agent)
         reads_own = predicate.reads_oneself(self.labels.mission.dimension)
         match sorted(predicate.others - {agent}):

@@ -80,7 +80,7 @@ def _term(formula: ir.Formula, known: dict[ir.Formula, int], spec: Specification
                 return spec.add(operator.name, *below, bounds.low, bounds.high)
             return _boolean(operator.name, below, spec)
         case ir.Without():
-            raise AssertionError("a team without some agents is refused before it is specified")
+            raise AssertionError("`without any` is rejected before the specification")
         case _:
             assert_never(formula)
 

@@ -156,7 +156,7 @@ def _join(ground: Ground, nodes: States, edges: Edges) -> Edges:
     largest = np.argmax(np.bincount(part))
     inside, outside = np.flatnonzero(part == largest), np.flatnonzero(part != largest)
     look = min(len(inside), MOST_LOOKED)
-    reserve(len(outside) * look * pair_bytes, f"{len(outside)} nodes that nothing leads to, with {look} others each,")
+    reserve(len(outside) * look * pair_bytes, f"{len(outside)} isolated nodes, with {look} candidate neighbours each,")
     distance, near = _nearest(cKDTree(nodes.position[inside]), nodes.position[outside], look)
     pairs = _steered(ground, nodes, np.repeat(outside, look), inside[near.ravel()], 0)
     order = np.lexsort((distance.ravel(), pairs.count, part[pairs.source]))

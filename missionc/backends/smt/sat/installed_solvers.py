@@ -15,9 +15,9 @@ def solver_missing(options: Options) -> Diagnostic | None:
     if find_spec("pysat") is not None:
         return None
     if "cadical" in SOLVERS[options.solver]:
-        return _missing(f"--solver {options.solver}", "leave `--solver` out: Z3 is always there")
+        return _missing(f"--solver {options.solver}", "remove `--solver`: the solver Z3 is always installed")
     if options.certify:
-        return _missing("--certify", "leave `--certify` out: the answer is the same, without a proof of it")
+        return _missing("--certify", "remove `--certify`: the result is the same without a written proof")
     return None
 
 

@@ -54,7 +54,7 @@ def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Pro
     flat = np.concatenate([clauses.everything(), units])
     proof = prove_cnf(dimacs(flat, clauses.variables, clauses.count + len(assumptions)), budget)
     if proof is None:
-        raise RuntimeError("the solvers disagree: CaDiCaL has a model of clauses that were refused")
+        raise RuntimeError("the solvers disagree: CaDiCaL has a model of clauses that another solver refuted")
     return proof
 
 
@@ -70,5 +70,5 @@ def prove_cnf(cnf: bytes, budget: Budget) -> Proof | Unproved | None:
     except subprocess.TimeoutExpired:
         return Unproved("no proof was written: the time limit was reached")
     if done.returncode:
-        return Unproved("no proof was written: the solver that writes it ended early, most likely for want of memory")
+        return Unproved("no proof was written: the solver for proofs ended early, probably for lack of memory")
     return Proof(cnf, done.stdout) if done.stdout else None

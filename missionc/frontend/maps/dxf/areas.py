@@ -132,7 +132,7 @@ class DrawingFrame(Record):
             raise UnusableError("has a coordinate that is not a finite number")
         far = placed[(np.abs(placed) > self.farthest).any(axis=-1)]
         if len(far):
-            raise UnusableError(f"has a point at {far[0, 0]:g}, {far[0, 1]:g} m, too far away")
+            raise UnusableError(f"has a point at {far[0, 0]:g}, {far[0, 1]:g} m, too far from the origin")
         return placed
 
     def tolerance(self, placed: Placed) -> float:

@@ -51,8 +51,8 @@ function standing({ now, unit }) {
   const bound = (value, otherwise) => (value === null ? otherwise : short(value));
   const [least, most] = [bound(now.least, "−∞"), bound(now.most, "∞")];
   const value = `${now.least === now.most ? least : `${least} to ${most}`} ${unit}`.trim();
-  if (now.verdict === "satisfied") return { state: "helps", stands: `✓ satisfied for good from ${tidy(now.since)} s`, value };
-  if (now.verdict === "violated") return { state: "harms", stands: `✗ violated for good from ${tidy(now.since)} s`, value };
+  if (now.verdict === "satisfied") return { state: "helps", stands: `✓ satisfied (final) from ${tidy(now.since)} s`, value };
+  if (now.verdict === "violated") return { state: "harms", stands: `✗ violated (final) from ${tidy(now.since)} s`, value };
   const lost = now.plan !== null && now.plan < 0;
   const planned = now.plan === null ? "" : `${lost ? "forecast violated:" : "forecast"} ${`${short(now.plan)} ${unit}`.trim()}, `;
   const by = `${planned}decided by ${tidy(now.by)} s`;

@@ -10,7 +10,7 @@ function flightStatus(model) {
     const count = (name) => asked.filter((now) => now.verdict === name).length;
     const [lost, open, held] = ["violated", "open", "satisfied"].map(count);
     const risk = asked.filter((now) => now.risk).length;
-    const parts = [lost && `✗ ${lost} violated for good`, risk && `▲ ${risk} at risk`, open - risk && `… ${open - risk} open`, held && `✓ ${held} satisfied for good`];
+    const parts = [lost && `✗ ${lost} violated (final)`, risk && `▲ ${risk} at risk`, open - risk && `… ${open - risk} open`, held && `✓ ${held} satisfied (final)`];
     byId("verdict").className = lost ? "fails" : risk ? "steps" : open ? "" : "holds";
     const said = parts.filter(Boolean).join(" · ");
     if (byId("verdict").textContent !== said) byId("verdict").textContent = said;

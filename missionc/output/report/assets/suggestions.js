@@ -27,7 +27,7 @@ function suggestionCards(whole, rank, address) {
   const missed = add(cards, "article", "", "card");
   add(missed, "h4", "Closest infeasible candidate");
   add(missed, "p", advice.miss);
-  play(missed, 1, "replay this motion");
+  play(missed, 1, "replay this candidate");
   for (const each of advice.changes) {
     const card = add(cards, "article", "", "card");
     add(card, "h4", each.change);
