@@ -19,6 +19,7 @@ from missionc import ir
 from missionc.backends.api import Budget
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.compiler import driver
+from missionc.compiler.front_end import Checked
 from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Verified
 from missionc.ir.language.walk_formulas import formulas_bottom_up, goals
@@ -43,13 +44,14 @@ PLANNED = {
 
 ABOUT = """# Gallery
 
-Example missions for real situations, each in one file of [`missions/gallery`](../missions/gallery). Start with one that
-resembles your task, and change it.
+This page shows example missions for real situations, each in one file of [`missions/gallery`](../missions/gallery).
+Copy and change a mission that resembles your task.
 
 Search terms: examples, search and rescue, surveillance, warehouse, inspection, formation flight, relay network.
 
-`missionc compile FILE --plot` draws the plan: a ring at each start, a filled mark at each end, obstacles in grey. A
-picture links to its section, and the larger picture there to the mission or, on the site, to its report.
+Each picture (`missionc compile FILE --plot`) shows a plan, with a ring at each start, a filled mark
+at each end, obstacles in grey. A small picture links to the section of its mission, the picture in the section to
+the mission file or, on the site, to the report.
 """
 
 NOTE = "<!-- Made by `make gallery` from the missions. Change those, not this. -->"
@@ -63,11 +65,11 @@ def files() -> list[Path]:
 def page(missions: list[Path]) -> str:
     """Text of the page about them."""
     checked = {path: driver.check(path) for path in missions}
-    parts = [ABOUT + "\n" + NOTE, thumbnails(missions)]
+    parts = [ABOUT + "\n" + NOTE, thumbnails(missions), overview(checked)]
     for backend, heading in PLANNED.items():
         chosen = [path for path, each in checked.items() if each.choice and each.choice.backend == backend]
         if chosen:
-            parts += [f"## {heading}", *(section(path, checked[path].mission) for path in chosen)]
+            parts += [f"## {heading}", *map(section, chosen)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -89,22 +91,25 @@ def anchor(path: Path) -> str:
     return path.stem.replace("_", "-")
 
 
-def section(path: Path, mission: ir.Mission | None) -> str:
-    """Section of one mission: name, opening comment, features and picture."""
-    assert mission is not None, path
-    name = path.stem
-    agents = len(mission.agents)
-    facts = [
-        f"{agents} agent{'s' if agents > 1 else ''}",
-        f"{mission.step * mission.steps:g} s in steps of {mission.step:g} s",
-        *shows(mission),
-    ]
+def overview(checked: dict[Path, Checked]) -> str:
+    """Table of all missions with links to their files, sizes and language elements."""
+    rows = ["| mission | agents | duration | elements of the language |", "|---|---|---|---|"]
+    for path, each in checked.items():
+        mission = each.mission
+        assert mission is not None, path
+        length = f"{mission.step * mission.steps:g} s in steps of {mission.step:g} s"
+        file = f"[{title(path)}](../missions/gallery/{path.name})"
+        rows.append(f"| {file} | {len(mission.agents)} | {length} | {', '.join(shows(mission))} |")
+    return "\n".join(rows)
+
+
+def section(path: Path) -> str:
+    """Section of one mission: name, opening comment and picture."""
     return "\n\n".join(
         [
             f"### {title(path)}",
             opening(path.read_text(encoding="utf-8")),
-            f"[`{path.name}`](../missions/gallery/{path.name}): {', '.join(facts)}.",
-            f"[![{title(path)}: the plan](images/gallery/{name}.png)](../missions/gallery/{path.name})",
+            f"[![{title(path)}: the plan](images/gallery/{path.stem}.png)](../missions/gallery/{path.name})",
         ]
     )
 
@@ -149,11 +154,11 @@ def shows(mission: ir.Mission) -> Iterator[str]:
     if any(obstacle.growth for obstacle in mission.obstacles):
         yield "an uncertain obstacle"
     if mission.tolerances:
-        yield "delays that are tolerated"
+        yield "`tolerate delay`"
     if mission.preferences:
         yield "`prefer`"
     if mission.solve.roadmap is not None:
-        yield "a roadmap of its own"
+        yield "a given roadmap"
     if mission.objective is not ir.Objective.NONE:
         yield f"`{mission.objective}`"
 

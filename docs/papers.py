@@ -88,7 +88,7 @@ def page(text: str, rows: Iterable[Row], shown: dict[str, list[str]]) -> str:
     def table(place: re.Match[str]) -> str:
         here = [row for row in rows if (row.paper, row.title) == (place["paper"], place["title"])]
         lines = [
-            f"| [{place['paper']}] | here | run | shows | verdict | differs, and why |",
+            f"| [{place['paper']}] | implementation | command | output | verdict | difference and reason |",
             "|---|---|---|---|---|---|",
         ]
         lines += [f"| {' | '.join(map(_cell, _cells(row, shown)))} |" for row in here]

@@ -34,10 +34,10 @@ def roadmaps() -> Curves:
     """Seconds of a plan with 10 steps by the number of drones, here and as published."""
     curves: Curves = defaultdict(list)
     for row in rows("[strel] Table 2"):
-        if row["T"] == "10":
+        if row["steps T"] == "10":
             published = sum(map(float, row["published s"].split("+")))
-            curves[row["mission"]].append((float(row["N"]), float(row["total s"])))
-            curves[f"{row['mission']}, published"].append((float(row["N"]), published))
+            curves[row["mission"]].append((float(row["drones N"]), float(row["total s"])))
+            curves[f"{row['mission']}, published"].append((float(row["drones N"]), published))
     return curves
 
 
@@ -47,7 +47,7 @@ def transport() -> Curves:
     for row in rows("[clot] Table I"):
         solved, _, seeds = row["solved"].partition("/")
         if solved == seeds and not row["CPU s"].startswith(">"):
-            curves[row["method"]].append((float(row["N"]), float(row["CPU s"])))
+            curves[row["method"]].append((float(row["robots N"]), float(row["CPU s"])))
     return curves
 
 

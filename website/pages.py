@@ -46,7 +46,7 @@ def navigation() -> tuple[Page | Section, ...]:
                 (
                     Page("First mission", "docs/tutorial.md"),
                     Page("Formations", "docs/tutorial_formations.md"),
-                    Page("Flying", "docs/tutorial_flying.md"),
+                    Page("Flying Crazyflies", "docs/tutorial_flying.md"),
                     Page("Gallery of missions", "docs/gallery.md"),
                     Section("Missions", (Page("All missions", "made/missions/index.md"), *_missions())),
                     Page("Programs in Python", "made/examples.md"),

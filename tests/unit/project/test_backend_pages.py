@@ -91,7 +91,7 @@ def test_every_module_of_the_roadmap_backend_is_on_its_page() -> None:
 
 def pipeline(text: str) -> str:
     """The rows of a page's table of stages."""
-    return text.split("| stage | does | in |\n|---|---|---|\n", 1)[1].split("\n\n", 1)[0]
+    return text.split("| stage | task of the stage | code |\n|---|---|---|\n", 1)[1].split("\n\n", 1)[0]
 
 
 @pytest.mark.parametrize("figures", [Weights(), Spare()], ids=["Weights", "Spare"])

@@ -33,7 +33,7 @@ from tests.support.small_missions import SMALL
 from website.pages import flat, navigation
 
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-TABLE = PAGE.split("| add | new files |", 1)[1].split("\n\n", 1)[0]
+TABLE = PAGE.split("| new part | new files |", 1)[1].split("\n\n", 1)[0]
 ROWS = {
     what: f"{new}; {edited}"
     for what, new, edited, _ in re.findall(r"^\| (.+?) \| (.*?) ?\| (.*?) ?\| (.+) \|$", TABLE, re.MULTILINE)
