@@ -151,6 +151,7 @@ class Budget(Record):
         resume: snapshot of a run with the same mission, seed and options.
         work: units of ``work`` after which the run ends because another search follows.
         urgent: True if vehicles in flight wait for the plan: the first plan is returned.
+        between_samples: True if requirements are wanted between samples too.
     """
 
     deadline: float
@@ -164,6 +165,7 @@ class Budget(Record):
     resume: Snapshot | None = None
     work: float = math.inf
     urgent: bool = False
+    between_samples: bool = False
 
 
 class Tried(Record):

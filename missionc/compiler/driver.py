@@ -248,6 +248,8 @@ def plan(checked: Checked, request: PlanRequest) -> Compiled:
             return Compiled(checked, InvalidMission(), (*checked.findings, *lacking), checked.seconds)
         request = replace(request, explain_limit=NO_EXPLANATION)
     wanted, secure = request.continuous_time, request.secure
+    if wanted is not ContinuousTime.AT_STEPS:
+        request = replace(request, budget=replace(request.budget, between_samples=True))
 
     def keep(compiled: Compiled) -> None:
         if isinstance(compiled.outcome, Verified) and acceptable(compiled.outcome, wanted):

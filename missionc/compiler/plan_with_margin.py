@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import product
 
 from missionc.backends import api
+from missionc.backends.acceptance import violated_between_samples
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.diagnostics.model import has_errors
@@ -25,6 +26,7 @@ from missionc.ir.kernel.normal_form import constant
 from missionc.ir.kernel.walk import reads_headings
 from missionc.ir.language.operator import TooLarge
 from missionc.ir.lower.ahead_of_time import ahead_of_time, with_room_for_delays
+from missionc.ir.lower.hold_throughout import hold_throughout
 from missionc.ir.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 from missionc.ir.lower.unroll_past import looking_ahead
 
@@ -222,6 +224,9 @@ def _planned(
 
     Missions with headings are excluded: a waiting agent has a heading on the roadmap, but none in motion.
 
+    If straightening violates requirements between samples that the plan satisfied, it is repeated with these stronger,
+    or left out.
+
     Args:
         under_way: mission with the speeds for straightening: a gentle start is compensated later.
     """
@@ -234,7 +239,15 @@ def _planned(
     straighten = load_straighten(outcome.report.engine)
     if straighten is None or mission.solve.roadmap is not None or reads_headings(kernel):
         return outcome
-    return straighten(replace(mission, agents=(under_way or mission).agents), kernel, outcome, budget)
+    faster = replace(mission, agents=(under_way or mission).agents)
+    straight = straighten(faster, kernel, outcome, budget)
+    if not budget.between_samples or straight.trace is outcome.trace:
+        return straight
+    failing = violated_between_samples(mission, kernel, straight.trace)
+    if not failing or violated_between_samples(mission, kernel, outcome.trace):
+        return straight
+    straight = straighten(faster, hold_throughout(mission, kernel, failing), outcome, budget)
+    return outcome if violated_between_samples(mission, kernel, straight.trace) else straight
 
 
 def _after(planned: api.Planned, late: bool) -> api.Planned:

@@ -145,7 +145,7 @@ class ContinuousTimeStage(Record):
 
     Args:
         repairs: polishes of the first plan.
-        on_roadmaps: after a plan on a roadmap, with few nodes: an agent leaves one as another arrives.
+        on_roadmaps: after a plan on a roadmap, whose backend has already strengthened the failing requirements.
         in_space: after a plan in continuous space, with small violations.
         delays: after a plan without the delay tolerance.
         least: seconds for all of them together if they are wanted but not required, or ``times`` those of the first.
@@ -159,15 +159,9 @@ class ContinuousTimeStage(Record):
         Attempt(_NONE, 1 / 16, 0, repaired=True),
     )
     on_roadmaps: tuple[Attempt, ...] = (
-        Attempt(_FAILING, 0.0, 0),
-        Attempt(_FAILING, 0.0, 1),
-        Attempt(_ALL, 0.0, 0),
         Attempt(_NONE, 1 / 32, 0),
-        Attempt(_FAILING, 1 / 64, 1),
         Attempt(_FAILING, 0.0, 2, others=True),
-        Attempt(_NONE, 1 / 16, 1),
-        Attempt(_FAILING, 1 / 16, 3),
-        Attempt(_NONE, 1 / 4, 3),
+        Attempt(_NONE, 1 / 8, 1),
     )
     in_space: tuple[Attempt, ...] = (
         Attempt(_NONE, 1 / 16, 0),

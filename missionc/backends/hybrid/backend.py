@@ -249,6 +249,7 @@ class Run:
                 on_snapshot=api.discard_snapshot,
                 resume=None,
                 work=discrete,
+                between_samples=False,
             )
             options = Options(solver=self.options.solver, require_solver=self.options.require_solver)
             outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, options, asked)

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from missionc.backends.acceptance import violated_between_samples
 from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns, discard_plan
 from missionc.backends.options import ROADMAP_PRESETS, Options
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
@@ -31,7 +32,7 @@ from missionc.backends.smt.refine.unsat_core import Deletion, minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
 from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
-from missionc.backends.smt.roadmap.sequence import Attempt, roadmaps_to_try
+from missionc.backends.smt.roadmap.sequence import Attempt, roadmaps_between_samples, roadmaps_to_try
 from missionc.backends.smt.roadmap_answers import Inconclusive, NoPlan, TimeOver, TooFewLinks, WorkExceeded, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify
@@ -48,6 +49,7 @@ from missionc.base.solved import Solved
 from missionc.base.trace import Flags, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Goal, Kernel
+from missionc.ir.lower.hold_throughout import hold_throughout
 from missionc.ir.wording import all_listed
 
 
@@ -141,7 +143,8 @@ class Run(PacedRun):
                 result = yield from self.on_roadmaps(roadmaps, solvers)
             if isinstance(result, Planned):
                 report = replace(result.report, roadmaps=graphs_of(self.mission, roadmaps))
-                return self.soonest(replace(result, report=report), attempts)
+                result = self.soonest(replace(result, report=report), attempts)
+                return self.between_samples(result, roadmaps, [*attempts])
             if not isinstance(result, NoPlan | Inconclusive):
                 return result
             why = result.why if isinstance(result, Inconclusive) else ""
@@ -193,6 +196,46 @@ class Run(PacedRun):
         spent = self.account.report()
         notes = (*planned.report.notes, *([f"shortest of the plans on {tried} roadmaps"] if tried > 1 else []))
         return replace(planned, report=replace(planned.report, seconds=spent.seconds, work=spent.work, notes=notes))
+
+    def between_samples(self, planned: Planned, roadmaps: tuple[Roadmap, ...], others: list[Attempt]) -> Planned:
+        """Plan whose requirements hold between samples too, if one is found; else the same plan.
+
+        Requirements that fail between samples are strengthened. No refusal of a strengthened one proves anything.
+
+        Args:
+            roadmaps: those of the plan; ``others`` have not been tried.
+        """
+        quick = self.budget.urgent or self.options.brief or self.options.certify or self.options.captures
+        if not self.budget.between_samples or quick or self.mission.steps == 0:
+            return planned
+        settings, best, names = self.settings.work, planned, frozenset[str]()
+        left = max(settings.between_samples, settings.between_samples_share * self.account.work)
+        while failing := violated_between_samples(self.mission, self.given, best.trace):
+            if failing <= names or left <= 0 or is_over(self.budget.deadline) or stop_requested():
+                return self.with_effort(planned)
+            names |= failing
+            defer_stop()
+            self.budget.on_incumbent(planned)
+            self.budget.on_progress(Progress("improve", 0, f"{all_listed(sorted(names))} between samples"))
+            stronger = hold_throughout(self.mission, self.given, names, motions=True)
+            budget = replace(self.budget, work=left, on_incumbent=discard_plan, between_samples=False)
+            run = Run(self.mission, stronger, replace(self.options, brief=True), budget)
+            attempts = roadmaps_between_samples(self.mission, self.given, self.budget.seed, roadmaps)
+            other = run_to_end(run.turns((*attempts, *others)), budget)
+            left -= other.report.work
+            self.account.spend(other.report)
+            if not isinstance(other, Planned):
+                return self.with_effort(planned)
+            best = other
+        if best is planned:
+            return planned
+        stronger_ones = all_listed([f"`{name}`" for name in sorted(names)])
+        return self.with_effort(best).noting(f"planned with {stronger_ones} strengthened for the time between samples")
+
+    def with_effort(self, planned: Planned) -> Planned:
+        """The plan with the seconds and the work of the whole run."""
+        spent = self.account.report()
+        return replace(planned, report=replace(planned.report, seconds=spent.seconds, work=spent.work))
 
     def smallest(self, refused: NoPlan) -> tuple[Deletion, NoPlan]:
         """Smallest conflict within the work, and its refusal by the last roadmap."""

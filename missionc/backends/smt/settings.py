@@ -27,6 +27,7 @@ class RoadmapSettings(Record):
     spacing: float = setting(0.7, "smallest distance of nodes from region nodes, relative to the node spacing", 0, 10)
     filling: float = setting(0.5, "smallest fraction of the nodes that fill free space", 0, 1)
     bridges: int = setting(4096, "number of bridge tests in the search for narrow passages", 0, MOST)
+    relay_rows: int = setting(8, "number of rows of nodes between two regions, for links between samples", 0, 1000)
     growths: int = setting(3, "number of rounds that add nodes around isolated nodes", 0, 100)
     stones: int = setting(3, "number of nodes added around one isolated node", 1, 1000)
     cruise: float = setting(0.6, "speed of nodes in motion, as a fraction of the top speed", 0.01, 1)
@@ -80,6 +81,8 @@ class WorkSettings(Record):
     question_share: float = setting(0.25, "fraction of the remaining work that one query may use", 0, 1)
     makespan: float = setting(8.0, "smallest work for a shorter duration (units of work)")
     makespan_share: float = setting(2.0, "work for a shorter duration, as a multiple of the work of the plan")
+    between_samples: float = setting(4.0, "smallest work for requirements violated between samples (units of work)")
+    between_samples_share: float = setting(1.0, "work for these requirements, as a multiple of the work of the plan")
 
 
 class SolverSettings(Record):

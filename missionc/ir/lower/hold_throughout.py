@@ -5,9 +5,10 @@ out  a Kernel with stronger requirements: a condition that must last between two
      same agents and links
 
 Two agents that are in a convex region at both ends of a step are in it in between; likewise two agents in range. The
-same agent must therefore be chosen for the whole step, as one part of a disjunction or as the next on a route. The
-outside of a region, and conditions on several links, may still fail in between. The planner therefore searches with the
-strengthened requirement, and the verifier judges the plan.
+same agent must therefore be chosen for the whole step, as one part of a disjunction or as the next on a route. For
+planners on roadmaps, the place of an agent is judged along its whole motion, so the outside of a region counts too.
+Conditions on several links may still fail in between. The planner therefore searches with the strengthened requirement,
+and the verifier judges the plan.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from __future__ import annotations
 from collections.abc import Set
 from dataclasses import replace
 
-from missionc.ir import Graph, Mission
+from missionc.ir import Altitude, Compare, Coordinate, DuringMotion, Graph, Mission, Predicate
+from missionc.ir.distances.convex_pieces import count_pieces
 from missionc.ir.kernel.analysis import steps_ahead
 from missionc.ir.kernel.nodes import (
     All,
@@ -23,6 +25,7 @@ from missionc.ir.kernel.nodes import (
     Any,
     At,
     AtLeast,
+    Atom,
     Eventually,
     Is,
     Kernel,
@@ -35,14 +38,20 @@ from missionc.ir.kernel.nodes import (
     says_opposite,
 )
 from missionc.ir.kernel.walk import asked_between, bottom_up, children, postorder, rebuilt
+from missionc.ir.predicates.during_motion import OfPlace, decided_by_place
 
 MOST_LINKS = 2000
 """Maximum number of links that a formula about routes lists: agents times agents times hops."""
 
 
-def hold_throughout(mission: Mission, kernel: Kernel, names: Set[str]) -> Kernel:
-    """Strengthen the requirements of these names; the others are the same objects."""
-    strengthening = _Strengthening(mission.steps)
+def hold_throughout(mission: Mission, kernel: Kernel, names: Set[str], *, motions: bool = False) -> Kernel:
+    """Strengthen the requirements of these names; the others are the same objects.
+
+    Args:
+        motions: True to require ``DuringMotion`` of places, which only planners on roadmaps know.
+    """
+    straight = not any(agent.dynamics.has_momentum for agent in mission.agents)
+    strengthening = _Strengthening(mission.steps, motions, straight)
     goals = tuple(
         replace(goal, formula=strengthening.at_a_step(goal.formula)) if goal.name in names else goal
         for goal in kernel.requirements
@@ -53,8 +62,8 @@ def hold_throughout(mission: Mission, kernel: Kernel, names: Set[str]) -> Kernel
 class _Strengthening:
     """Strengthened formulas at one step, and from a step to the next; each is made once."""
 
-    def __init__(self, last: int) -> None:
-        self.last = last
+    def __init__(self, last: int, motions: bool, straight: bool) -> None:
+        self.last, self.motions, self.straight = last, motions, straight
         self._lasting: dict[Node, Node] = {}
         self._links: dict[tuple[Graph, int], Node] = {}
 
@@ -140,7 +149,23 @@ class _Strengthening:
                     found = Any((end, All((through, onward), node.span)), node.span, node.dual)
                 return found
             case _:
-                return Always(node, 0, 1, node.span, says_opposite(node))
+                both = Always(node, 0, 1, node.span, says_opposite(node))
+                leaf = node.body if isinstance(node, Not) else node
+                if not self.motions or not isinstance(leaf, Atom) or self._as_at_ends(leaf.predicate, leaf is node):
+                    return both
+                assert isinstance(leaf.predicate, OfPlace)
+                return All((both, Atom(DuringMotion(leaf.predicate, leaf is node), node.span)), node.span)
+
+    def _as_at_ends(self, predicate: Predicate, truth: bool) -> bool:
+        """Return whether the two ends of a motion decide it, or the places between say nothing of it."""
+        if not decided_by_place(predicate):
+            return True
+        if predicate.region is not None:
+            return self.straight and truth and count_pieces(predicate.region.shape)[0] == 1
+        coordinates = isinstance(predicate, Compare) and all(
+            isinstance(feature, Coordinate | Altitude) for _, feature in predicate.terms
+        )
+        return self.straight and coordinates
 
     def _links_at_most(self, node: Reach) -> int:
         return min(node.hops, len(node.graph.agents) - 1)

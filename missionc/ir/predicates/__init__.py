@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 from missionc.ir.predicates.compare import Compare as Compare
 from missionc.ir.predicates.connected import Connected as Connected
+from missionc.ir.predicates.during_motion import DuringMotion as DuringMotion
 from missionc.ir.predicates.facing import Facing as Facing
 from missionc.ir.predicates.features import Altitude as Altitude
 from missionc.ir.predicates.features import Coordinate as Coordinate
@@ -24,4 +25,6 @@ from missionc.ir.predicates.in_region import Inside as Inside
 from missionc.ir.predicates.in_region import Touches as Touches
 from missionc.ir.predicates.place_predicate import PlacePredicate as PlacePredicate
 
-Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation | Flagged | Facing | PlacePredicate
+Predicate: TypeAlias = (
+    Inside | Touches | Compare | Connected | InFormation | Flagged | Facing | PlacePredicate | DuringMotion
+)

@@ -75,6 +75,11 @@ class PredicateFacts:
         return False
 
     @property
+    def reads_motion(self) -> bool:
+        """True if it depends on the motion to the next step, whatever the dynamics."""
+        return False
+
+    @property
     def is_of_speed(self) -> bool:
         """True if its margin is in m/s."""
         return False

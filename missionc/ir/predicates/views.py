@@ -52,6 +52,9 @@ class Measures(Protocol):
     def formation_error(self, edge: FormationEdge) -> Array:
         """Error of a formation edge's distance or offset, at least 0: (...), metres."""
 
+    def least_in_motion(self, margin: Callable[[Any], Array]) -> Array:
+        """Least value of a margin, (...), metres, over the agent's motion from here to the next step."""
+
     def weakest_link(self, graph: Graph) -> Array:
         """Margin of the worst link of the best spanning tree: (...), metres."""
 

@@ -10,11 +10,12 @@ import numpy as np
 
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.dynamics import Motions
 from missionc.geometry.vectors import distinct, norm
-from missionc.ir import Mission, Predicate
+from missionc.ir import DuringMotion, Mission, Predicate
 from missionc.ir.kernel.nodes import All, Any, Atom, Is, Node, Not
 from missionc.ir.kernel.walk import children
-from missionc.ir.language.margins.predicate_margins import holds, of_pair, of_states
+from missionc.ir.language.margins.predicate_margins import holds, least_in_motion, of_pair, of_states
 
 
 def faced(way: Array, turned_to: Array) -> Array:
@@ -61,7 +62,8 @@ class Labels:
     def of_moves(self, predicate: Predicate, number: int) -> bool:
         """Return whether it depends on the motion from a step, not only on the state in that roadmap."""
         first = self.roadmaps[number].agents[0]
-        return predicate.reads_speed and not self.mission.agents[first].dynamics.has_momentum
+        momentum = self.mission.agents[first].dynamics.has_momentum
+        return predicate.reads_motion or (predicate.reads_speed and not momentum)
 
     def places_where(self, predicate: Predicate, truth: bool) -> Flags:
         """Flags of places in which it holds, or fails: (places,)."""
@@ -89,6 +91,8 @@ class Labels:
         """
         roadmap = self.roadmaps[number]
         source, target = roadmap.moves.T
+        if isinstance(predicate, DuringMotion):
+            return np.equal(self._during_motion(predicate, number, at_end=at_end), holds)
 
         def states() -> OwnState:
             way = roadmap.position[target] - roadmap.position[source]
@@ -98,6 +102,25 @@ class Labels:
         there = "ends" if at_end else "begins"
         true = self._own(predicate, number, there, states)
         return true if holds else ~true & ~self._open[predicate, number, there]
+
+    def _during_motion(self, predicate: DuringMotion, number: int, *, at_end: bool) -> Flags:
+        """Flags of moves during which it holds, or with ``at_end``, after which it does: (moves,)."""
+        roadmap, key = self.roadmaps[number], (predicate, number, at_end)
+        if at_end:
+            return self.states_where(predicate.predicate, number, predicate.truth)[roadmap.moves[:, 1]]
+        if key not in self._known:
+            agent, motions = self.mission.agents[roadmap.agents[0]], roadmap.motions(self.mission)
+            each = Motions(motions.position[:, None], motions.velocity[:, None], motions.acceleration[:, None])
+            body = np.array([agent.radius]), np.array([agent.altitude])
+            least = least_in_motion(
+                self.mission,
+                predicate.at_place,
+                lambda shares: each.at((shares * self.mission.step)[..., None]),
+                (len(roadmap.moves),),
+                *body,
+            )
+            self._known[key] = np.asarray(holds(predicate, least))
+        return self._known[key]
 
     def parts(self, predicate: Predicate) -> tuple[Predicate, ...]:
         """Predicates about fewer agents whose conjunction it is."""

@@ -17,6 +17,7 @@ from missionc.backends.smt.roadmap.geodesic_roadmap import geodesic_roadmap
 from missionc.backends.smt.roadmap.grow import grow
 from missionc.backends.smt.roadmap.lane_roadmap import Way, lane_roadmap
 from missionc.backends.smt.roadmap.passages import passage_nodes
+from missionc.backends.smt.roadmap.relay_nodes import relay_nodes
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes, spacing
 from missionc.backends.smt.roadmap.slow_paths import always_slow, slow_paths
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
@@ -117,6 +118,23 @@ def build_roadmaps(
     return _of_each_kind(
         mission, kernel or Kernel((), ()), lambda ground: _sampled(ground, nodes, neighbours, generator, passages)
     )
+
+
+def build_relay_roadmaps(
+    mission: Mission, kernel: Kernel, neighbours: int, generator: np.random.Generator
+) -> tuple[Roadmap, ...] | NoRoadmap:
+    """One roadmap for each kind of agent, of places, regions and rows of relays between these."""
+
+    def between_regions(ground: Ground) -> tuple[States, Edges] | NoRoadmap:
+        places = sample_nodes(ground, 0, generator)
+        if isinstance(places, NoRoadmap):
+            return places
+        relays = relay_nodes(ground, kernel, generator)
+        if not len(relays):
+            return NoRoadmap("no relays between regions")
+        return grow(ground, np.concatenate([places, relays]), neighbours, generator)
+
+    return _of_each_kind(mission, kernel, between_regions)
 
 
 def build_geodesic_roadmaps(

@@ -16,6 +16,7 @@ from missionc.backends.smt.roadmap.roadmap import (
     Roadmap,
     build_geodesic_roadmaps,
     build_lane_roadmaps,
+    build_relay_roadmaps,
     build_roadmaps,
 )
 from missionc.backends.smt.settings import smt_settings
@@ -72,6 +73,21 @@ def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int | 
             generator = np.random.default_rng([seed, finer])
             sample = partial(build_roadmaps, mission, nodes, settings.neighbors, generator)
             yield Attempt(number, nodes, partial(sample, passages=settings.adaptive, kernel=kernel))
+
+
+def roadmaps_between_samples(
+    mission: Mission, kernel: Kernel, seed: int, roadmaps: tuple[Roadmap, ...]
+) -> Iterator[Attempt]:
+    """Roadmaps for requirements that fail between the samples of a plan on ``roadmaps``.
+
+    For linked agents, rows of relays come first.
+    """
+    nodes = sum(len(roadmap.nodes) for roadmap in roadmaps)
+    if mission.solve.roadmap is None and _is_linked(kernel):
+        generator = np.random.default_rng(seed)
+        neighbours = smt_settings(mission).roadmap.neighbors
+        yield Attempt(1, nodes, partial(build_relay_roadmaps, mission, kernel, neighbours, generator))
+    yield Attempt(2, nodes, lambda: roadmaps)
 
 
 def _has_geodesics(mission: Mission) -> bool:

@@ -6,6 +6,8 @@ the boundary counts as true.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from missionc.base.trace import Trace
@@ -22,6 +24,7 @@ __all__ = [
     "all_links",
     "formation_margin",
     "holds",
+    "least_in_motion",
     "link_margin",
     "margin",
     "of_pair",
@@ -126,6 +129,20 @@ class AlongTrace(View):
     def plane(self) -> Array:
         return np.array([agent.altitude for agent in self.mission.agents])[:, None]
 
+    def least_in_motion(self, margin: Callable[[View], Array]) -> Array:
+        position, velocity, step = self.trace.position, self.trace.velocity, self.mission.step
+        speed, bend = velocity.copy(), np.zeros_like(velocity)
+        speed[:, -1] = 0.0  # there is no motion from the last step
+        for agent in self.mission.agents:
+            if agent.dynamics.has_momentum:
+                bend[agent.index, :-1] = np.diff(velocity[agent.index], axis=0) / (2 * step)
+
+        def places(shares: Array) -> Array:
+            time = (shares * step)[..., None]
+            return position[:, :, None] + speed[:, :, None] * time + bend[:, :, None] * time**2
+
+        return least_in_motion(self.mission, margin, places, position.shape[:2], self.radius(), self.plane())
+
     def weakest_link(self, graph: Graph) -> Array:
         return connected.connected_margin(graph, self.trace)
 
@@ -134,6 +151,54 @@ class AlongTrace(View):
 
     def flagged(self, flag: Flag) -> Array:
         return resources.flag_margins(flag, self.trace)
+
+
+class _Moving(View):
+    """View of agents at several places of their motions, (..., samples, dim); radii and altitudes are (..., 1)."""
+
+    def __init__(self, mission: Mission, position: Array, radius: Array, plane: Array) -> None:
+        super().__init__(np, mission.dimension)
+        self.position, self.radii, self.planes = position, radius, plane
+
+    def own(self) -> Array:
+        return self.position
+
+    def place(self, agent: int) -> Array:
+        raise ValueError("it depends on more than the place of one agent")
+
+    def radius(self) -> Array:
+        return self.radii[..., None]
+
+    def plane(self) -> Array:
+        return self.planes[..., None]
+
+
+def least_in_motion(
+    mission: Mission,
+    margin: Callable[[View], Array],
+    places: Callable[[Array], Array],
+    shape: tuple[int, ...],
+    radius: Array,
+    plane: Array,
+) -> Array:
+    """Least value of a margin over motions, (...), metres: the least of samples, refined around it.
+
+    Args:
+        places: function from shares of the step, (..., samples), to positions, (..., samples, dim), metres.
+        shape: shape (...) of the motions.
+        radius: radii of the agents' bodies, broadcast to the motions, metres; ``plane`` likewise their altitudes.
+    """
+    samples, rounds = 17, 4  # the last samples are 1e-4 of a step apart
+    low, width = np.zeros(shape), 1.0
+    least = np.full(shape, np.inf)
+    for _ in range(rounds):
+        shares = low[..., None] + width * np.linspace(0.0, 1.0, samples)
+        values = margin(_Moving(mission, places(shares), radius, plane))
+        least = np.minimum(least, values.min(axis=-1))
+        middle = low + width * values.argmin(axis=-1) / (samples - 1)
+        width *= 2 / (samples - 1)
+        low = np.clip(middle - width / 2, 0.0, 1.0 - width)
+    return least
 
 
 class _OfSome(View):

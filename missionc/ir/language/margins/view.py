@@ -40,6 +40,10 @@ class View:
     def plane(self) -> Array | float:
         """Altitude of the evaluated agents in a plane mission: (...) or one number, metres."""
 
+    def least_in_motion(self, margin: Callable[[Any], Array]) -> Array:
+        """Least value of a margin over the agents' motions to the next step: (...), metres."""
+        raise ValueError("no motion is seen here")
+
     def weakest_link(self, graph: Graph) -> Array:
         """Margin of the worst link of the best spanning tree: (...), metres."""
         raise ValueError("no connected graph is seen here")
