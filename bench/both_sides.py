@@ -3,31 +3,28 @@
     python bench/both_sides.py [--only NAME …] [--time-limit 20] [--minimize duration] [--json FILE] [--against FILE]
         [FILE …]
 
-Each of `missions/both_sides`, or each FILE, is compiled as written, in a process of its own, one after the other,
-without a search for what would help where there is no plan. Its label is in its name: a mission whose name begins with
-``impossible`` is satisfied by no motion of its agents, for the reason in its first lines; all others have a plan. The
-answers:
+Each mission of `missions/both_sides`, or each FILE, is compiled unchanged, one after the other, in a separate process
+and without explanations of infeasibility. The name is the label: no motion of the agents satisfies a mission whose name
+begins with ``impossible``, for the reason in its first lines; all others have a plan. The answers:
 
 - *planned*: there is a plan, and it is verified.
-- *impossible*: no motion of these agents satisfies it, whatever the roadmap.
+- *impossible*: no motion of the agents satisfies the mission, on any roadmap.
 - *on roadmaps*: the tried roadmaps contain no plan, which proves nothing about the mission.
-- *by check*: `missionc check` refuses it.
-- *undecided*: none of these, in this time.
+- *by check*: `missionc check` reports an error.
+- *undecided*: none of these within the time limit.
 
-*Side* is the source of the answer: the backend of a plan, ``roadmaps``, ``proof`` or ``check``. Seconds of the
-processor
-are those of the process and its children. *Gap*, for missions with an objective, is the plan's value minus the proven
-lower bound, in steps or metres, as in `plan.json`. With ``--minimize duration`` a
-mission that minimizes nothing is asked for in that way.
+*Side* is the source of the answer: the backend of a plan, ``roadmaps``, ``proof`` or ``check``. Processor seconds are
+those of the process and its children. *Gap*, for missions with an objective, is the plan's value minus the proven lower
+bound, in steps or metres, as in `plan.json`. ``--minimize duration`` sets this objective in missions that have none.
 
 *Cover* is the result of covers for the mission alone: *refused*, *admitted*, or empty if undecided; with its processor
 seconds.
 
-An impossible mission that is planned, and a possible one that is called impossible or is refused by check or by a
-cover, are defects, of the compiler or of the label: the program ends with status 1 where there are any.
+A planned impossible mission, and a possible one that is called impossible or rejected by check or by a cover, are
+defects of the compiler or of the label: the program then ends with status 1.
 
-``--json`` keeps what was measured, and ``--against`` such a file adds columns: the answer before, and the seconds of
-the processor over those before.
+``--json`` writes the measurements. ``--against`` reads such a file, and adds columns: the earlier answer, and the ratio
+of processor seconds to the earlier ones.
 """
 
 from __future__ import annotations

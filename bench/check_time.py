@@ -1,10 +1,10 @@
-"""Benchmark of `missionc check`, the whole process, on missions with 30 to 700 lines.
+"""Benchmark of `missionc check` as a complete process, on missions with 30 to 700 lines.
 
     python bench/check_time.py [RUNS]
 
-Prints the least and the median of the runs in seconds: start of the process to its end, interpreter and imports
-included. ``nothing`` is an interpreter that imports the command and does no more. Modules are compiled once, as they
-are by default.
+Prints the minimum and the median time of the runs in seconds, from the start of the process to its end, including
+interpreter and imports. ``nothing`` is an interpreter that only imports the command. Bytecode is cached, as it is by
+default.
 """
 
 from __future__ import annotations

@@ -2,12 +2,17 @@
 
     python bench/closed_loop.py [--flights 25] [--within 3] [--clock SECONDS] [--workers 1] [MISSION …]
 
-Each mission is compiled once and flown so often through scenarios that are drawn at random (a lost drone, a slow one,
-an obstacle that appears; wind, noise, dropouts, late packets, skewed clocks), every scenario twice: watched, and
-replanned. Printed are the requirements that were lost in either case (all of them, where bodies touched); how many
-of those that were lost without replanning were beyond saving when a first plan could begin, by the top speeds of
-the remaining agents; the share of what was lost that is kept with replanning, of all and of those that were not beyond
-saving; the flights in which bodies touched; and how long replanning took beside the first plan.
+Each mission is compiled once and flown in ``--flights`` random scenarios (a lost drone, a slow one, a new obstacle;
+wind, noise, dropouts, late packets, clock errors), in each of them without and with replanning. A requirement is lost
+if it is violated; all are lost in a flight in which bodies touch. The columns for each mission:
+
+- *lost*: number of requirements lost without replanning.
+- *beyond*: number of those that could not be satisfied any more when the earliest new plan could start, given the
+  maximum speeds of the remaining agents.
+- *anew*: number of requirements lost with replanning.
+- *saved*: fraction of lost requirements that replanning satisfies, of all and of those that are not *beyond*.
+- *touched*: number of flights in which bodies touched, without and with replanning.
+- *replan/first*: duration of replanning relative to that of the first plan.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@
 
     python bench/clot_scenarios.py [--seeds 20] [--only NAME …] [--limit SECONDS] [--preset NAME] [--samples N]
 
-Seconds are of one CPU thread's own time, from the checked mission to a plan that passed verification, restarts
-included: other programs on the machine lengthen them little. *Emit* is what a user waits for besides, the polynomials
-and their proof. *Iterations* and *joint motions* are what a preset's search took and had to choose from in the mean; a
-dash where nothing was searched. *Published* is what the paper reports on its GPU, for its own unpublished scenes:
-success, seconds, path, smoothness, iterations, joint motions, as far as it prints them.
+Seconds are CPU seconds of one thread, from the checked mission to a verified plan, including restarts; other programs
+on the machine affect them little. *Emit* is the time for the polynomials and their proof, which follow. *Iterations*
+and *joint motions* are, on average, the iterations of a preset's search and the joint motions among which it selects; a
+dash means that there was no search. *Published* are the paper's results on its GPU, for its own unpublished scenes:
+success, seconds, path, smoothness, iterations, joint motions, as far as it states them.
 """
 
 from __future__ import annotations

@@ -1,35 +1,34 @@
-"""[clot] Table I, here: visit two regions together and stay connected.
+"""Benchmark of the methods in [clot] Table I: visit two regions together and stay connected.
 
-Ours and what others can do, in one run.
+Compares the transport backend with other methods in one run.
 
     python bench/clot_table1.py [--agents 3 5 12 30] [--seeds 20] [--rival-seeds 20] [--limit 60] [--only METHOD …]
 
-Every method plans ``missions/clot_visit.mission`` and is scored by the same verifier. Ours is the backend as it is. The
-rivals, bounded by ``--limit`` (CPU seconds of a run; each in a process of its own):
+Every method plans ``missions/clot_visit.mission``, and the same verifier evaluates the results. *Ours* is the
+unmodified backend. The others run in a separate process each, with at most ``--limit`` CPU seconds per run:
 
     clot          the paper's own method as published, as the preset ``paper``
-    clot search   the search from ours' sketch and schedule, with a joint polish: the preset ``search``
-    fsot, mpot    our renderings of the paper's ablations, as presets: agents in a fixed order; all of them at once
+    clot search   search with the sketch and schedule of *ours*, and joint optimization: the preset ``search``
+    fsot, mpot    our implementations of the paper's ablations, as presets: agents in a fixed order; all at once
     cons          a linear consensus law that tracks a reference
-    gradient      Adam through smooth robustness, 16 starts; ours, in this folder
+    gradient      Adam on smooth robustness from 16 initial values; implemented in this folder
     cbs           conflict-based search on a grid, leg by leg
-    micp          stlpy's formula tree as mixed-integer rows, HiGHS, the first feasible point
-    micp between  likewise, with what keeps bodies apart between the steps added to the formula
-    nlp           stlpy's smooth robustness, SNOPT
+    micp          stlpy's formula tree as mixed-integer program, solved by HiGHS; first feasible point
+    micp between  the same, with conditions that separate bodies between the steps
+    nlp           stlpy's smooth robustness, maximized by SNOPT
 
-A method none of whose plans held, not even at the steps, gets one seed for each larger team. What each formulation
-approximates stands at the head of its file in ``bench/table1/``. The packages of the rivals are in an extra: ``pip
-install 'missionc[rivals]'``. A method whose package is missing is left out and named; if ``--only`` asks for it,
-nothing is run, and the exit status is 1.
+A method without any plan that is valid at the steps gets only one seed for each larger team. The module docstrings in
+``bench/table1/`` state the approximations of each formulation. An extra installs the packages of the other methods:
+``pip install 'missionc[rivals]'``. A method whose package is missing is omitted and named; if ``--only`` selects it,
+nothing runs, and the exit status is 1.
 
-Columns: *solved* by the verifier's word, between the steps too; *at steps*, how many plans hold at the steps alone
-(what a formulation at samples can promise); mean CPU seconds of all runs, stopped ones with the limit (a ``>`` says
-there were some); mean path length of a robot; smoothness, the mean |v(t+1) - v(t)| over robots and steps (the paper
-does not define its own); the least distance between bodies, or to an obstacle, beyond what is allowed, at any moment;
-what a search took where one was made, its iterations and the joint motions that it had to choose from, in the mean; the
-peak memory of the process, libraries included. Path, smoothness and clearance are of the solved runs; in brackets,
-where none was solved, of the motions that were returned. *Published* is the paper's success and seconds, on its GPU, in
-its own unpublished scene.
+Columns: *solved*, number of verified plans, also between the steps; *at steps*, number of plans that are valid at the
+steps (which a formulation at samples can ensure); mean CPU seconds of all runs, with the limit for stopped ones (``>``
+if there are any); mean path length of a robot; smoothness, the mean ``|v(t+1) - v(t)|`` over robots and steps (the
+paper does not define its own); minimum clearance, at any time, between bodies or to an obstacle, minus the required
+one; for searches, the mean number of iterations and of joint motions among which they select; peak memory of the
+process, including libraries. Path, smoothness and clearance are means over the solved runs; without any, those of the
+returned motions in brackets. *Published* are the paper's success and seconds, on its GPU, in its own unpublished scene.
 """
 
 from __future__ import annotations

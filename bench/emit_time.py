@@ -1,10 +1,10 @@
-"""Benchmark of the steps after the search: polynomials, their proof, and files, in this tree and in another.
+"""Benchmark of the steps after the search: polynomials, their proof, and files, in two source trees.
 
     python bench/emit_time.py [--against TREE] [--only NAME …] [--limit SECONDS]
 
-Each tree plans in a process of its own, one after the other; seconds are the processor's, of the stage ``emit`` and of
-the whole. *Peaks* are the largest speed and acceleration of the polynomials. *Same* says whether both trees wrote the
-same bytes: if not, they may have had different plans.
+Each tree plans in a separate process, one after the other. Seconds are processor time of the stage ``emit`` and of the
+complete compilation. *Peaks* are the maximum speed and acceleration of the polynomials. *Same* states whether both
+trees wrote the same bytes; if not, their plans may differ.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Benchmark of first compilations with a vehicle: whether the flight of the first plan passes its proof.
+"""Benchmark of first compilations with a vehicle: success of the flight proof for the first plan.
 
     python bench/first_compiles.py [--only NAME …] [--time-limit 120] [--json FILE] [--against FILE]
 
-The missions are those of the tree that name a vehicle, and those of the gallery at the scale of a Crazyflie, in worlds
-of at most 30 m with agents of at most 1.5 m/s, flown as ``crazyflie21``. Each is compiled once, as its user would, in a
-process of its own, one after the other, without a search for what would help where there is no plan. *Code* is that of
-the error, *pace* the share of the vehicles' speeds at which there is a flight where it is not the first plan's.
+The missions are those of the repository that name a vehicle, and those of the gallery at the scale of a Crazyflie
+(worlds of at most 30 m, agents of at most 1.5 m/s), which fly as ``crazyflie21``. Each is compiled once, as by a user,
+one after the other, in a separate process and without explanations of infeasibility. *Code* is the error code. *Pace*
+is the fraction of the vehicles' speeds at which a flight exists, if the first plan has none at full speed.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Benchmark of flight proofs in continuous time: ``python bench/flight_proof.py``.
 
-Flights of 15 s: drones that circle about the points of a grid, two pieces a second, with the profile of a Crazyflie and
-an obstacle beside them, fitted as ``missionc compile`` fits them and read back from the text. Seconds are the
-processor's. Beside the proof stand the two other ways to answer the question about pairs: exact fractions, and samples
-a millisecond apart, which prove nothing.
+The flights last 15 s: drones circle around the points of a grid, with two polynomial pieces a second, the profile of a
+Crazyflie and an adjacent obstacle. They are fitted as by ``missionc compile``, and read back from the text. Seconds are
+processor time. The proof is compared with two other methods for pairs of agents: exact fractions, and samples at
+intervals of a millisecond, which prove nothing.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 """Benchmark of growth: teams of 10 to 1000 robots with individual tasks in a proportional world.
 
-Time and memory.
+Measures time and memory.
 
     python bench/growth.py [--agents N ...] [--limit SECONDS] [--nodes N] [--print]
 
-A square of 10 m with a rack for each robot. Each fetches from a shelf of its own that is up to three squares away and
-brings it to a dock that four squares share; no requirement is about two robots. Prints seconds of the processor and
-bytes, children included, of `missionc compile`, to the written folder; of that, seconds on the wall for the files of
-the flight; what it is for each robot; and the exponent of the seconds of the processor in the number of robots from
-each size to the next.
+The world has a square of 10 m with a rack for each robot. Each robot fetches from its own shelf, up to three squares
+away, and delivers to a dock that four squares share; no requirement involves two robots. Prints processor seconds and
+bytes of `missionc compile`, including children, until the folder is written; the elapsed seconds for the files of the
+flight; both for each robot; and, from each size to the next, the exponent of the processor seconds in the number of
+robots.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""Benchmark of larger teams than in [strel]: 30 drones with a relay each, 100 in one radio network, and robots with
-inertia.
+"""Benchmark of larger teams than in [strel]: 30 drones with relays, 100 in a radio network, robots with inertia.
 
     python bench/large_teams.py [--solver z3|cadical|race] [--limit SECONDS]
 
-Prints what each took with ``smt``, from the start of ``lower`` to a verified plan, collisions included, and the peak
+Prints the time of each with ``smt``, from the start of ``lower`` to a verified plan, including collisions, and the peak
 memory of the solver and of the compiler.
 """
 

@@ -2,10 +2,11 @@
 
     python bench/least_acceleration.py FOLDER...
 
-A point mass that starts and ends at rest, is at every step's position at its time, may change its acceleration
-``CHANGES`` times a step without any limit on jerk, and go where it likes in between: a linear program over its
-accelerations, whose norm is bounded from below by ``SIDES`` half-planes (a unit circle's polygon, 2 % too small). No
-smooth flight needs less. Prints for each agent that moves the least peak in m/s^2.
+A point mass that starts and ends at rest passes every step's position at its time. It may change its acceleration
+``CHANGES`` times a step without any limit on jerk, and its path between the steps is free. The bound is a linear
+program over the accelerations, whose norm is bounded from below by ``SIDES`` half-planes (a polygon for the unit
+circle, which underestimates it by 2 %). Every smooth flight needs at least this. Prints the minimum peak in m/s² for
+each agent that moves.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     python bench/limits.py [--only NAME ...] [--limit SECONDS] [--memory MEGABYTES] [--clot-memory MEGABYTES] [--check]
 
-Each case is one process, with ``--time-limit`` and ``--memory-limit`` as given. Prints what it took on the wall and the
-most memory that the process and its children held together (proportional set size, looked at 20 times a second), each
-beside its limit, the exit status, and the codes that it said. Linux only.
+Each case is one process with the given ``--time-limit`` and ``--memory-limit``. Prints the elapsed time and the maximum
+memory of the process and its children together (proportional set size, sampled 20 times a second), each with its limit,
+the exit status, and the reported codes. Linux only.
 """
 
 from __future__ import annotations

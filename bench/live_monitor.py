@@ -2,9 +2,9 @@
 
     python bench/live_monitor.py [STEPS …]
 
-Agents walk at random. Of each mission and each number of steps, in a process of its own: the share of real time that
-lines of JSON, one for each agent and step, take from the line to the verdict; milliseconds from a step's last line to
-its verdicts, median and 99th percentile, and the latter once more of the processor alone, which other programs disturb
+Agents move at random. Measures, for each mission and each number of steps, in a separate process: the time from JSON
+lines, one for each agent and step, to the verdict, as a fraction of real time; milliseconds from the last line of a
+step to its verdicts, as median and 99th percentile, and the latter also in processor time, which other programs affect
 less; and the memory of the process, after a quarter of the steps and at the end.
 """
 

@@ -2,13 +2,12 @@
 
     python bench/lsp_latency.py [KEYS]
 
-Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; once more with
-completion, symbols, hints, highlights and fixes asked for after every key, as an editor does. Every other key changes a
-number, in turn of a requirement, a named formula, a region and an obstacle, which leaves a whole mission to check to
-its end; between them a requirement is written, which is broken until its last letter. Prints percentiles in
-milliseconds, from the change sent to the diagnostics read, protocol and processes included; those of the whole missions
-by themselves; and the server's processor time for one of those, on average, which other programs on the machine disturb
-less.
+Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; a second time,
+it also requests completion, symbols, hints, highlights and fixes after every key, as an editor does. Every other key
+changes a number, in turn of a requirement, a named formula, a region and an obstacle, so that the mission is valid and
+is checked completely. The other keys write a requirement, which has a syntax error until its last letter. Prints
+percentiles in milliseconds, from the sent change to the received diagnostics, including protocol and processes; those
+of valid missions separately; and the server's mean processor time for one of those, which other programs affect less.
 """
 
 from __future__ import annotations

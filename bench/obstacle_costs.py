@@ -1,20 +1,20 @@
-"""Benchmark of obstacle costs with gradients: one obstacle at a time, all at once, or from a grid.
+"""Benchmark of obstacle costs with gradients: one obstacle at a time, all together, or from a grid.
 
     python bench/obstacle_costs.py [--counts 5 50 500] [--points 5430] [--repeat 5] [--spacing 0.1 0.05]
 
-Worlds of 40 m by 40 m (by 10 m) with stars of eight corners, discs, boxes and unions of two. Points are as many as 30
-robots are looked at in 60 steps, on straight ways across the world; what is asked is by how much each lacks 0.7 m of
-room, and the gradient of that.
+Worlds of 40 m by 40 m (by 10 m) contain stars with eight corners, discs, boxes and unions of two. There are as many
+points as 30 robots have in 60 steps, on straight paths across the world. The cost of a point is its shortfall from a
+clearance of 0.7 m, computed with its gradient.
 
-    each      one obstacle after the other, behind the box around each
-    stacked   what the backend does: all that is near, in one operation (``Obstacles``)
-    grid      the distance to the nearest obstacle, read linearly between nodes, less the bound on its error
+    each      one obstacle after the other, for points in its bounding box
+    stacked   as in the backend: all obstacles near the points, in one operation (``Obstacles``)
+    grid      distance to the nearest obstacle, linear between grid nodes, minus the bound on its error
 
-Nodes are exact ("from distances") or a distance transform of which nodes are inside ("transform": scipy's, both signs;
-without the time it takes to find out which are). Between exact nodes the distance is overstated by spacing * sqrt(dim)
-/ 2 at most, because a metre changes it by at most a metre. By a transform, in which only nodes are inside, it is by up
-to three times that, and by more where an obstacle is thinner than the spacing. Both are held against the exact
-distance, outside obstacles. Milliseconds are CPU time of one thread, the least of the repetitions.
+Node values are exact distances ("from distances"), or a distance transform of the nodes inside obstacles ("transform":
+scipy's, with both signs; the time to find these nodes is not included). Between exact nodes the distance is
+overestimated by at most spacing · sqrt(dim) / 2, since its slope is at most 1. With a transform, the error is up to
+three times that, and larger if an obstacle is thinner than the spacing. Both are compared with the exact distance
+outside obstacles. Milliseconds are CPU time of one thread, the minimum of the repetitions.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
     python bench/processes.py [--processes 2] [--best-of 3] [--only NAME …]
 
-Every run must give the same motion, bit by bit. Seconds are from the checked mission to the plan, the least of all
-runs: on the wall, and of all processors, children's included. A ratio is that of several processes to one. *Chain* is
-what the ratio on the wall would be on a machine without other load and children cost nothing: of one process, the
-processor's seconds of what has to be done one after the other, to all of them.
+Every run must give the same motion, bit by bit. Seconds are from the checked mission to the plan, the minimum of all
+runs: elapsed time, and processor time including children. A ratio is that of several processes to one. *Chain* is the
+ratio of elapsed times that a machine without other load and with free child processes would have: processor seconds of
+the sequential work in one process, divided by all of its processor seconds.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
     python bench/response_time.py [RUNS]
 
-Prints the least and the median of the runs in seconds. `demo` is the whole process, from its start to its end, without
-a browser; *processor* is what it took of the processor, which other work on the machine changes little. `check` and
-`compile` are from the save to the last word on it; 0.15 s of that is how long a file has to be at rest. Modules are
-compiled once, as they are by default.
+Prints the minimum and the median time of the runs in seconds. `demo` is the complete process, from its start to its
+end, without a browser; *processor* is its processor time, which other programs affect little. `check` and `compile` are
+from the save to the last line of output; 0.15 s of that is the time for which a file must be unchanged. Bytecode is
+cached, as it is by default.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     python bench/search_rows.py [SEEDS]
 
-Neighbours in the row keep within one lane of each other, low lanes are cheap, and some agents fit into the highest lane
-alone. Prints, for each row and ``reward``, how many seeds were solved within 40 expansions for each agent, and the mean
-and the largest number of expansions for each agent.
+Adjacent agents of a row must stay within one lane of each other, low lanes are cheap, and some agents fit only into the
+highest lane. Prints, for each row and ``reward``, the number of seeds that were solved within 40 expansions for each
+agent, and the mean and maximum number of expansions for each agent.
 """
 
 from __future__ import annotations

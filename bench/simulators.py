@@ -2,9 +2,9 @@
 
     python bench/simulators.py FOLDER...
 
-Flies each folder once, undisturbed, with `missionc simulate`, in a process of its own for each engine. Prints for each
-the largest and the mean tracking error of the worst agent (mm), the least room between bodies (m), the robustness of
-each requirement planned and flown, and the seconds of the process.
+Simulates each folder once, undisturbed, with `missionc simulate`, in a separate process for each engine. Prints for
+each the maximum and the mean tracking error of the worst agent (mm), the minimum clearance between bodies (m), the
+robustness of each requirement in the plan and in the flight, and the seconds of the process.
 """
 
 from __future__ import annotations

@@ -3,15 +3,15 @@
     python bench/strel_table2.py [--agents N ...] [--best-of RUNS] [--solver auto|z3|cadical|race]
                                  [--paper] [--limit SECONDS]
 
-With ``--agents`` only the table's cells with so many agents are run, without the studies. Columns: seconds to lower, to
-solve (collision rounds included), to verify, and all from the start of ``lower`` to a verified plan; to emit, which is
-what a user waits for besides: polynomials, their proof, and files; clauses; the solver's peak memory; the paper's own
-encoding and solving seconds, on its machine.
+``--agents`` selects the table's cells with these numbers of agents, without the studies. Columns: seconds to lower, to
+solve (including collision rounds), to verify, and in total from the start of ``lower`` to a verified plan; seconds to
+emit polynomials, their proof and files; number of clauses; peak memory of the solver; the paper's own encoding and
+solving seconds, on its machine.
 
-With ``--paper`` each cell is planned by ``--preset paper`` too. Further columns: nodes of its roadmaps, the mean of all
-agents; seconds for the roadmaps, for the proximity graph, for the encoding and for Z3, of the processor for the last
-two; its answer; and ``ratio``, its encoding and solving over our whole by the clock on the wall. A cell that passes the
-limit, seconds on the wall, is stopped, and has no ratio.
+With ``--paper`` each cell is also planned by ``--preset paper``. Further columns: mean number of roadmap nodes over the
+agents; seconds for the roadmaps, for the proximity graph, for the encoding and for Z3, the last two in processor time;
+its answer; and ``ratio``, its encoding and solving time divided by our total, both elapsed time. A cell that exceeds
+the limit, in elapsed seconds, is stopped, and has no ratio.
 """
 
 from __future__ import annotations

@@ -2,13 +2,16 @@
 
     python bench/sweep.py [--workers 2] [--runs 24] [--turns 3] [--mission missions/strel_escape.mission]
 
-The same runs are done by one worker and by k, in turns, by processes of this machine and by a Dask cluster of them,
-whose start is not counted. *Ratio* is how many times as quick k workers are, of the least seconds on the wall of all
-turns; *of the cores* is that, divided by k: it is meaningful on a machine without other load. What it can be at
-best is *share*: of the processor's seconds of all processes (this program, the scheduler, the workers, the
-processes beside them and the runs), that of the runs, with k workers. *Beside* are the others' milliseconds of a run.
-*Round trip* is what a request takes on the wall that is refused as soon as it is read, sent together with many others:
-the executor, and both ways.
+One worker and k workers do the same runs alternately, first as processes of this machine, then as a Dask cluster on it,
+whose start is not counted. The columns for each executor:
+
+- *ratio*: speed-up of k workers, from the minimum elapsed seconds of all turns.
+- *of the cores*: the speed-up divided by k, which is meaningful only on a machine without other load.
+- *share*: upper bound on that: with k workers, the processor seconds of the runs as a fraction of those of all
+  processes (this program, scheduler, workers, their processes, and the runs).
+- *beside*: processor milliseconds of the other processes per run.
+- *round trip*: elapsed milliseconds of a request that is rejected after parsing, sent together with many others; the
+  cost of the executor in both directions.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@
 
     python bench/tracking.py [ENGINE...]
 
-Flies three shapes by each engine, undisturbed: legs from rest to rest around a square that climbs and sinks, which
-reach speed and acceleration for a moment; circles, which keep both; and one leg that sets off at once, whose jerk, and
-with it the body rate that the controller is told, jumps. Prints the largest distance from where the vehicle should be,
-mm, for each speed and acceleration within the limits of the profile `crazyflie21` and beyond them; below them, what its
-tracking margin is.
+Flies three shapes with each engine, undisturbed: legs from rest to rest around a square that climbs and sinks, which
+reach maximum speed and acceleration for an instant; circles, on which both are constant; and one leg that starts
+abruptly, with a jump in jerk and thus in the commanded body rate. Prints the maximum distance from the reference, mm,
+for each speed and acceleration within the limits of the profile `crazyflie21` and beyond them; below them, the
+profile's tracking margin.
 """
 
 from __future__ import annotations

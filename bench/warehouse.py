@@ -2,8 +2,8 @@
 
     python bench/warehouse.py [--vehicles N ...] [--limit SECONDS] [--nodes N] [--print]
 
-The hall is that of ``missions/field/amr_hall.mission``. Prints seconds of the processor and bytes, children included,
-of `missionc compile`, to the written folder; of that, seconds on the wall for the files of the flight.
+The hall is that of ``missions/field/amr_hall.mission``. Prints processor seconds and bytes of `missionc compile`,
+including children, until the folder is written; and the elapsed seconds for the files of the flight.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """missionc: a compiler for multi-robot missions.
 
-``Mission`` builds a mission in Python. ``check`` reports errors in a mission, ``compile`` turns it into a verified
-plan, ``monitor`` evaluates a trace; each takes a ``Mission``, a file or a text. All functions take and return values,
-and never print.
+``Mission`` builds a mission in Python. ``check`` reports errors in a mission, ``compile`` turns the mission into a
+verified plan, and ``monitor`` evaluates a trace. Each takes a ``Mission``, a file or a text. No function prints.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Entry point of the process: installs signal handlers first, to cover even the imports.
+"""Entry point of the process, which installs signal handlers before any other import.
 
 Imports before that are minimal: until then, the interpreter handles signals in its own way.
 """
@@ -9,11 +9,11 @@ import gc
 import signal
 
 OBJECTS = 100_000
-"""Number of objects between two garbage collections, which would otherwise take a sixth of a check."""
+"""Number of new objects between two garbage collections; with Python's default, collections take a sixth of a check."""
 
 
 def main() -> int:
-    """Run the command in ``sys.argv``, and return the exit status."""
+    """Run the command in ``sys.argv``, and return its exit status."""
     # There is nothing to clean up yet, and the system ends a process at once and silently.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.set_threshold(OBJECTS)
@@ -55,10 +55,10 @@ def main() -> int:
 
 
 def run() -> None:
-    """Run the command and end the process at once.
+    """Run the command in ``sys.argv`` and end the process at once with its exit status.
 
-    Everything is written and cleaned up by then. The interpreter's own exit would wait for running threads, and take up
-    to a second to free the data of large libraries.
+    All output is written and temporary data removed by then. The interpreter's own exit would wait for running threads,
+    and take up to a second to free the data of large libraries.
     """
     import os
 

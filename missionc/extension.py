@@ -1,4 +1,4 @@
-"""Names for packages of extensions: base classes, the values that they take and return, and functions for them."""
+"""Names for extension packages: base classes, the types of their arguments and results, and helper functions."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ HOMES = {
         "missionc.verification.verify_plan": "verify",
     }.items()
 }
-"""Module of each name, loaded at first use: a check with a foreign predicate loads no planner."""
+"""Module that defines each name, loaded at first use: a check with a predicate of an extension loads no planner."""
 
 __getattr__ = late_names(__name__, HOMES)
 

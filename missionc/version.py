@@ -1,3 +1,3 @@
-"""The version of missionc, defined only here."""
+"""Version of missionc, defined only here."""
 
 __version__ = "0.1.0"

@@ -1,9 +1,10 @@
 """CBS: conflict-based search on a grid, from w9-pathfinding, leg by leg: start, the regions in turn, finish.
 
-Conflict-based search knows neither formulas nor links. So it is given the visits that the requirements name, in
-their order, cells next to each other in each region around one drawn by the seed, assigned by the least sum of
-distances; all wait until the last has arrived. The grid is as coarse as the speed limit allows, four moves from a
-cell; cells near obstacles are left out so that moves between cells are clear too. What it returns is not smooth.
+Conflict-based search supports neither formulas nor links. It therefore gets the visits that the requirements name, in
+their order. In each region, the targets are adjacent cells around one drawn by the seed, assigned by the minimum sum of
+distances; all agents wait until the last has arrived. The grid is as coarse as the speed limit allows, with four moves
+from a cell. Cells near obstacles are omitted, so that moves between cells are free too. The resulting path is not
+smooth.
 
 Source:
     [clot] Table I, CBS.

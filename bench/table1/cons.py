@@ -2,10 +2,10 @@
 
     velocity of i = velocity of r + TRACK ((r + d_i) - x_i) + AGREE sum over neighbours j of ((x_j - d_j) - (x_i - d_i))
 
-Neighbours are those linked at the moment, d_i the place of i in the team as it stands in the dock. The law knows
-neither formulas nor obstacles, so the reference r does all of that: it goes at an even pace, and rests a little in each
-region, along the shortest way for a disc as wide as the team; where there is none, for one robot. Velocities are cut
-off at the limit. Nothing keeps bodies apart but that they keep their places.
+Neighbours are the agents with a current link, d_i is the position of i in the team at the start. The law supports
+neither formulas nor obstacles. The reference r therefore moves at constant speed, with a short rest in each region,
+along the shortest path of a disc that contains the team, or, if there is none, of one robot. Velocities are clipped to
+the limit. Bodies are separated only by their positions in the team.
 
 Source:
     Olfati-Saber, Fax and Murray, "Consensus and Cooperation in Networked Multi-Agent Systems" (2007);

@@ -1,10 +1,10 @@
-"""Gradient only: Adam through smooth robustness, 16 starts at once, nothing else.
+"""Gradient descent alone: Adam on smooth robustness, from 16 initial values at once.
 
-The cost graph of the mission with its greatest and least made smooth (the greatest as a mean weighted towards the
-greatest, the least as a soft minimum, β = 10 / m; a graph's worst link as it is), hinges on bodies at the steps
-and at three points between, on speed and the world, and the squared lengths of steps. The first guesses are
-straight from dock to pad, bent by smooth noise that the team shares. Starts and finishes may move within their
-boxes. Every 20 iterations the best candidate is judged as ours are; the first that passes is the plan.
+The cost is the mission's cost graph with smooth maximum (a mean with larger weights for larger values) and minimum
+(soft minimum, β = 10 / m; the worst link of a graph is exact), hinges for bodies at the steps and at three points
+between, for speed and the world, and the squared lengths of steps. The initial values are straight from dock to pad,
+bent by smooth noise that is equal for all agents. Starts and finishes may move within their boxes. Every 20 iterations
+the best candidate is verified as ours are; the first valid one is the plan.
 
 Source:
     Y. Gilpin, V. Kurtz and H. Lin, A smooth robustness measure of STL for symbolic control.

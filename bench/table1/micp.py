@@ -1,11 +1,11 @@
-"""MICP: stlpy's formula tree as mixed-integer rows, solved by HiGHS (from scipy).
+"""MICP: stlpy's formula tree as a mixed-integer program, solved by HiGHS (from scipy).
 
-Stops at the first point.
+The first feasible point is the result.
 
 stlpy's own mixed-integer solvers need a licence of Gurobi or Mosek for problems of this size. Here each branch of an
-``or`` gets a binary, an ``and`` hands its own on (the encoding of few binaries), a predicate becomes one row with the
-smallest sufficient constant. The speed limit is a square within the disc; there is no cost, as a cost only takes time.
-Starts are drawn by the seed, finishes are the solver's choice.
+``or`` has a binary variable, an ``and`` passes its own on (the encoding with few binaries), and a predicate is one row
+with the smallest sufficient constant. The speed limit is a square within the disc. There is no cost, since it would
+only take time. The seed draws the starts; the solver chooses the finishes.
 
 Source:
     [clot] Table I, MICP; V. Kurtz and H. Lin, Mixed-integer programming for STL with fewer binary variables.

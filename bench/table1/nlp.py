@@ -1,8 +1,8 @@
 """NLP: stlpy's smooth robustness, maximized by SNOPT, from the Drake wheel.
 
-The same formula tree as for MICP; positions follow velocities, each in a square within the disc of the speed limit; k =
-2 is stlpy's default, and so are its random first guess and its goal, the greatest robustness. Starts are drawn by the
-seed, finishes are part of the formula.
+The formula tree is that of MICP. Positions follow from velocities, each in a square within the disc of the speed limit.
+k = 2 is stlpy's default, as are its random initial value and its objective, maximum robustness. The seed draws the
+starts; the finishes are part of the formula.
 
 Source:
     [clot] Table I, NLP; Y. Gilpin, V. Kurtz and H. Lin, A smooth robustness measure of STL for symbolic control.

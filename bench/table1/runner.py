@@ -1,8 +1,8 @@
 """Runner of a method on its seeds in a separate process, with limits of CPU time and memory.
 
-The timer of the process's own CPU time ends it, so that a loaded machine takes no chance away from anyone; then another
-process goes on with the next seed. A method that loads a library on its first call may have one call on a small mission
-that does not count.
+A timer of CPU time ends the process, so that other load on the machine favours no method; another process then
+continues with the next seed. A method that loads a library on its first call may first solve a small mission, whose
+time does not count.
 """
 
 from __future__ import annotations

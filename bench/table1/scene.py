@@ -1,4 +1,4 @@
-"""Parts of a mission that all rivals need: places to stand, links to keep, a trace."""
+"""Parts of a mission that all other methods need: target positions, required links, and a trace."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Score of a motion, the same for every method: the verifier's verdict, and four values."""
+"""Score of a motion, computed equally for every method: the verifier's verdict, and four values."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""A mission as a formula tree of stlpy: the signal is the concatenation of all positions.
+r"""Mission as a formula tree of stlpy, whose signal is the concatenation of all positions.
 
-Approximations, all on the safe side: a disc is the octagon around it, two bodies are apart along x or along y, the
-links kept are those of the starts' shortest spanning tree, each with \\|dx\\| and \\|dy\\| at most range/√2. stlpy
-knows nothing of the time between steps; ``between`` asks what makes it safe in its words: that one side of an obstacle,
-or of another body, is kept at two steps in a row.
+All approximations are conservative: a disc is its circumscribed octagon, two bodies are separated along x or along y,
+the required links are those of the starts' minimum spanning tree, each with \|dx\| and \|dy\| at most range/√2. stlpy
+has no time between the steps. ``between`` adds a sufficient condition for it: the same side of an obstacle, or of
+another body, at two consecutive steps.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Acceptance test of a motion: bodies, limits and requirements, also between the steps.
+"""Acceptance test of a candidate trajectory: bodies, limits and requirements, at the samples and between them.
 
-The verifier repeats these checks independently. This test lets the search continue if the verifier would reject the
-motion.
+The verifier repeats these checks independently. The test lets the search continue if the verifier would reject the
+candidate.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.monitor import monitor
 
 ROUNDING = 1e-9
-"""Share of a limit that rounding may exceed."""
+"""Fraction of a limit by which rounding errors may exceed it."""
 
 
 def violated_between_samples(mission: Mission, kernel: Kernel, trace: Trace) -> frozenset[str]:
@@ -37,7 +37,7 @@ def violated_between_samples(mission: Mission, kernel: Kernel, trace: Trace) -> 
 
 
 def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:
-    """Evaluate a motion against the mission."""
+    """Candidate trajectory with its verdict on every requirement and all violated constraints."""
     faults = [*_places(mission, trace), *_dynamics(mission, trace), *_bodies(mission, trace), *_apart(mission, trace)]
     return Attempt(monitor(mission, kernel, trace).requirements, tuple(faults), trace)
 
@@ -80,7 +80,7 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Violation]:
 
 
 def _motions(mission: Mission, trace: Trace) -> Motions:
-    """Motions of every step, (agents, steps)."""
+    """Motions of every step of a trace, (agents, steps)."""
     rows = []
     for agent in mission.agents:
         own = States(trace.position[agent.index], trace.velocity[agent.index])

@@ -1,8 +1,8 @@
 """Interface of backends: the features of each, and a function from a mission to an outcome.
 
-There are three separate outcomes. ``Planned`` is a plan, still to be judged by ``verify``. ``Impossible`` is a proof
-that these roadmaps, or all motions, contain no plan, with the requirements of the proof. ``NotFound`` means that the
-budget ran out; a plan may exist.
+There are three outcomes. ``Planned`` is a plan, which ``verify`` still has to check. ``Impossible`` is a proof that
+some roadmaps, or all trajectories, contain no plan, with the requirements that the proof uses. ``NotFound`` means that
+the budget ran out; a plan may exist.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 class Reason(Enum):
-    """Reason for a search without an answer."""
+    """Reason for which a search ended without an answer; the value is its text in messages."""
 
     TIME = "the time limit was reached"
     MEMORY = "the memory limit was reached"
@@ -43,7 +43,7 @@ class Reason(Enum):
 
 
 class CutShort(Enum):
-    """Reason for the end of a search that had a plan and was improving it."""
+    """Reason for which a search that had a plan stopped improving it; the value is its text in notes."""
 
     TIME = "time limit"
     MEMORY = "memory limit"
@@ -53,7 +53,7 @@ class CutShort(Enum):
 
     @property
     def note(self) -> str:
-        """Note about the plan."""
+        """Note that the search stopped early with its best plan, and the reason."""
         return f"the search stopped early ({self.value}) with the best plan found so far"
 
 
@@ -74,20 +74,20 @@ ACTIVITIES = {
     "emit": "fitting trajectories",
     "explain": "searching for suggested fixes",
 }
-"""The activity in each stage, in the user's terms."""
+"""Description of each stage of planning for progress messages."""
 
 
 class Progress(Record):
-    """Progress of a search.
+    """Progress report of a search.
 
     Args:
-        stage: a key of ``ACTIVITIES``, or the activity itself.
-        round: of the stage, from 1; for transport, the attempt.
-        detail: free words.
-        iteration: of the round, from 1; 0 where it has none.
-        planned: how many agents are planned at most, where they are planned one by one, and how many there are.
-        margin: the best worst margin of a candidate so far, metres; negative while something fails.
-        engine: whose turn it is, in a portfolio.
+        stage: a key of ``ACTIVITIES``, or a description of the activity.
+        round: round of the stage, from 1; for transport, the attempt.
+        detail: additional text.
+        iteration: iteration in the round, from 1; 0 if the round has none.
+        planned: number of agents planned so far and number of agents, for stages that plan agents one by one.
+        margin: largest worst-case margin of a candidate so far, metres; negative if a constraint is violated.
+        engine: name of the running backend in a portfolio; empty otherwise.
     """
 
     stage: str
@@ -100,38 +100,38 @@ class Progress(Record):
 
     @property
     def activity(self) -> str:
-        """Return the activity, its round and its backend: ``searching for paths, round 3 of smt``."""
+        """Description of the activity with its round and backend: ``searching for paths, round 3 of smt``."""
         rounds = f", round {self.round}" if self.round > 1 else ""
         engine = f" {'of' if rounds else 'with'} {self.engine}" if self.engine else ""
         return f"{ACTIVITIES.get(self.stage, self.stage)}{rounds}{engine}"
 
 
 def ignore(progress: Progress) -> None:
-    """Listener that ignores progress."""
+    """Progress listener without effect."""
 
 
 class Snapshot(Record, eq=False):
-    """State of a run between two steps: arrays of finite numbers by name, and text for JSON."""
+    """Resumable state of a search: arrays of finite numbers by name, and JSON values by name."""
 
     arrays: Mapping[str, Array]
     words: Mapping[str, Any]
 
 
 class UnusableSnapshot(ValueError):
-    """The snapshot is not a state of such a run."""
+    """Error for a snapshot that is no state of a search of this kind."""
 
 
 def discard_snapshot(snapshot: Snapshot) -> None:
-    """Discard the snapshot."""
+    """Snapshot listener without effect."""
 
 
 def no_bound(value: float) -> float:
-    """Bound function that knows no lower bound."""
+    """Lower bound function of an objective without a known bound: always 0."""
     return 0.0
 
 
 def discard_plan(planned: Planned) -> None:
-    """Discard an intermediate plan."""
+    """Listener without effect for intermediate plans."""
 
 
 class Budget(Record):
@@ -169,7 +169,7 @@ class Budget(Record):
 
 
 class Tried(Record):
-    """An engine of a portfolio: its turns, work units and seconds, and its result."""
+    """Summary of one engine in a portfolio: its turns, work units and seconds, and a text about its result."""
 
     engine: str
     turns: int
@@ -193,7 +193,8 @@ class Tried(Record):
 
 
 class Report(Record):
-    """Record of a run: seconds by stage, sizes by name (``clauses``, ``nodes``, …), requested texts and proof files."""
+    """Record of a search: seconds by stage, sizes by name (``clauses``, ``nodes``, …), requested texts, and proof
+    files."""
 
     seconds: tuple[tuple[str, Seconds], ...] = ()
     sizes: tuple[tuple[str, int], ...] = ()
@@ -201,22 +202,22 @@ class Report(Record):
     files: tuple[tuple[str, bytes], ...] = ()
     notes: tuple[str, ...] = ()
     cut_short: CutShort | None = None
-    """The limit or signal that ended the search; a run with more time may find another plan."""
+    """Reason for which the search stopped improving its plan; None if it did not stop early."""
     work: float = 0.0
-    """Units of ``work`` done."""
+    """Work of the search, in units of ``work``."""
     kept: float = 1.0
-    """Share of the requested margin that the plan satisfies."""
+    """Fraction of the requested margin that the plan satisfies."""
     engine: str = ""
-    """Engine of a portfolio that gave the plan, the refusal or the best candidate; empty without one."""
+    """Engine of a portfolio that found the plan, the refusal or the best candidate; empty without a portfolio."""
     tried: tuple[Tried, ...] = ()
-    """Engines of a portfolio, in their order."""
+    """Summaries of all engines of a portfolio, in the order of their turns."""
     solved: tuple[Solved, ...] = ()
-    """Method that found the motion of each group of agents of a plan."""
+    """Planning method by which the trajectories of each group of agents were found."""
     roadmaps: tuple[RoadmapGraph, ...] = ()
-    """Roadmaps of a plan before it was straightened; empty if it was found without roadmaps."""
+    """Roadmaps on which the plan was found, before it was straightened; empty for a plan without roadmaps."""
 
     def noting(self, *notes: str) -> Report:
-        """The report with additional notes."""
+        """Report with additional notes."""
         return replace(self, notes=(*self.notes, *notes))
 
 
@@ -225,23 +226,26 @@ class Planned(Record, eq=False):
     report: Report
 
     def noting(self, note: str) -> Planned:
-        """The plan with one more note in its report."""
+        """Plan with one more note in its report."""
         return replace(self, report=self.report.noting(note))
 
 
 class Scope(Enum):
-    """Scope of a refusal: the value is its name in JSON."""
+    """Scope of a refusal, that is, the set of trajectories among which no plan exists; the value is its name in
+    JSON."""
 
     ROADMAPS = "roadmaps"
-    """Only the motions on some roadmaps."""
+    """Only the trajectories on certain roadmaps."""
     MISSION = "mission"
-    """Every motion of the agents, on any roadmap."""
+    """All trajectories of the agents."""
 
 
 class Impossible(Record, eq=False):
-    """No plan in the ``scope``. ``conflict``: names of the requirements of the proof (none: motion alone).
+    """Proof that no plan exists in the ``scope``.
 
-    ``smallest``: every proper subset of the conflict is satisfiable on this abstraction. Otherwise this is unknown.
+    Args:
+        conflict: names of the requirements that the proof uses; empty if the agents' motion alone is infeasible.
+        smallest: True if every proper subset of the conflict is known to be satisfiable on the same abstraction.
     """
 
     conflict: tuple[str, ...]
@@ -252,13 +256,14 @@ class Impossible(Record, eq=False):
 
     @property
     def says(self) -> str:
-        """Text about the requirements in conflict, if there are any."""
+        """Sentence that the conflicting requirements cannot be satisfied; without names if the conflict names no
+        requirement."""
         names = ", ".join(f"`{name}`" for name in self.conflict)
         return f"{names} cannot be satisfied together" if len(self.conflict) > 1 else f"{names} cannot be satisfied"
 
     @property
     def doubt(self) -> str:
-        """Note that the conflict may not be smallest, if this is unknown."""
+        """Note that a smaller conflict may exist, unless the conflict is known to be minimal."""
         return "" if self.smallest or not self.conflict else "a smaller conflict may exist among these requirements"
 
     def __str__(self) -> str:
@@ -271,9 +276,9 @@ class Impossible(Record, eq=False):
 
 
 class Violation(Record):
-    """A violation other than of a requirement: the agents, the step, and the margin.
+    """Violated constraint other than a requirement: its name, the agents, the step, and the negative margin.
 
-    Margins are in metres, or in the ``unit`` of the violated limit. A margin of NaN becomes 0.
+    The margin is in ``unit``; 0 replaces a margin of NaN.
     """
 
     what: str
@@ -284,7 +289,7 @@ class Violation(Record):
 
     @property
     def short(self) -> str:
-        """Size of the violation: ``0.2 m``; empty if unknown."""
+        """Amount of the violation as text, ``0.2 m``; empty if unknown."""
         return f"{-self.margin:.3g} {self.unit}".rstrip() if self.margin < 0 else ""
 
     def as_record(self) -> dict[str, object]:
@@ -297,14 +302,19 @@ class Violation(Record):
         }
 
     def violation(self, step: Seconds) -> str:
-        """``violates separation by 0.2 m at 3 s by drone[0], drone[1]``; ``step`` is the mission's, seconds."""
+        """Violation as text: ``violates separation by 0.2 m at 3 s by drone[0], drone[1]``.
+
+        Args:
+            step: duration of a step, seconds.
+        """
         much = f" by {self.short}" if self.short else ""
         who = f" by {', '.join(self.agents)}" if self.agents else ""
         return f"violates {self.what}{much} at {self.step * step:g} s{who}"
 
 
 class Attempt(Record, eq=False):
-    """A motion with its evaluation: each requirement with its robustness, and all other violations."""
+    """Candidate trajectory with its evaluation: a verdict on each requirement, and all violated constraints
+    (``faults``)."""
 
     requirements: tuple[Judgement, ...]
     faults: tuple[Violation, ...]
@@ -320,7 +330,7 @@ class Attempt(Record, eq=False):
 
     @property
     def shown(self) -> tuple[Judgement | Violation, ...]:
-        """All violations, only the worst of each kind."""
+        """Violated requirements, and the worst violation of each other constraint."""
         return (*self.violated, *self.worst_faults())
 
     @property
@@ -329,13 +339,17 @@ class Attempt(Record, eq=False):
         return len(self.faults) + len(self.violated)
 
     def violation(self, step: Seconds) -> str:
-        """Text of the first violation, and the number of others; ``step`` is the mission's, seconds."""
+        """Text of the first violation, and the number of other violations.
+
+        Args:
+            step: duration of a step, seconds.
+        """
         wrong = self.shown
         more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
         return f"{wrong[0].violation(step)}{more}" if wrong else "satisfies everything"
 
     def worst_faults(self) -> tuple[Violation, ...]:
-        """Worst violation of each kind."""
+        """Worst violation of each constraint other than a requirement."""
         worst: dict[str, Violation] = {}
         for fault in self.faults:
             if fault.what not in worst or fault.margin < worst[fault.what].margin:
@@ -344,7 +358,7 @@ class Attempt(Record, eq=False):
 
 
 class NotFound(Record, eq=False):
-    """No plan was found. ``best`` is the closest infeasible candidate, if there is one."""
+    """Outcome of a search without a plan; ``best`` is the closest infeasible candidate, if there is one."""
 
     reason: Reason
     statement: str
@@ -353,7 +367,8 @@ class NotFound(Record, eq=False):
 
     @property
     def says(self) -> tuple[str, ...]:
-        """Sentences with the verdict *undecided*, its reason, and the statement if it adds information."""
+        """Sentences of the message: the verdict *undecided* with its reason, and the statement if it differs from the
+        reason."""
         head = f"undecided: {self.reason.value}"
         return (head,) if self.statement == self.reason.value else (head, self.statement)
 
@@ -369,43 +384,42 @@ class NotFound(Record, eq=False):
 Outcome: TypeAlias = Planned | Impossible | NotFound
 
 Turns: TypeAlias = Generator[float, float, Outcome]
-"""Search in turns, which ends with its outcome.
+"""Search in turns: a generator that returns its outcome at the end.
 
-It yields the units of ``work`` done, at first 0, and receives the total that it may reach before it yields again. Its
-smallest pieces of work are never split, so a turn may be longer.
+It yields the units of ``work`` done so far, at first 0, and receives the total that it may reach before it yields
+again. The smallest pieces of work are not divided, so a turn may be longer.
 """
 
 
 Straighten: TypeAlias = Callable[[Mission, Kernel, Planned, Budget], Planned]
-"""Function from a plan to the same or a straighter plan of the mission; still to be judged by ``verify``."""
+"""Function from a plan to the same plan or one with straighter paths; the result must still be verified."""
 
 
 class Backend(Protocol):
-    """One way to plan. What it offers is in ``registry.BACKENDS``, a table that loads no solver.
+    """Interface of a planning backend. ``registry.BACKENDS`` describes the backends without loading a solver.
 
-    ``refutes``: it may prove a mission infeasible; else it searches until it has a plan or its time is up.
+    ``refutes`` is true if the backend may prove a mission infeasible; otherwise it searches until it has a plan or its
+    time is up.
     """
 
     name: str
     refutes: bool
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """Diagnostic if these options need a package or a device that is missing."""
+        """Finding if a package or device that these options need is missing; None otherwise."""
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """Search in turns for a joint motion that satisfies every requirement."""
+        """Search, in turns, for a joint trajectory that satisfies every requirement."""
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """Run all turns in sequence."""
+        """Outcome of the search after all its turns."""
 
 
 class BackendExtension(ABC):
-    """Base class of backends of other packages. The compiler verifies every plan, and believes no claim.
+    """Base class of backends in extension packages; they are used only if a mission or the command line names them.
 
-    The compiler verifies every plan, and only uses named extensions.
-
-    ``features`` are all features that its missions may need, and ``options`` the names of the ``Options`` that it
-    reads.
+    The compiler verifies every plan of such a backend, and ignores its other claims. ``features`` are all features that
+    its missions may need, and ``options`` the names of the ``Options`` that it reads.
     """
 
     name: str
@@ -414,4 +428,4 @@ class BackendExtension(ABC):
 
     @abstractmethod
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """Search for a joint motion that satisfies every requirement, until ``budget.deadline``."""
+        """Search for a joint trajectory that satisfies every requirement, until ``budget.deadline``."""

@@ -1,10 +1,10 @@
-"""Choice of a backend: it must offer the mission's features.
+"""Choice of the backends for a mission: they must support the features that the mission needs.
 
     in   Mission, and a backend by name if the command line gives one
     out  Choice
     says MC401 MC402
 
-The module has only tables of names and loads no solver.
+The module uses only tables of names and loads no solver.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from missionc.ir.wording import listed
 
 
 class Need(Record):
-    """A feature, with the source text that needs it."""
+    """Feature that a mission needs, with the source text that needs it."""
 
     feature: Feature
     span: Span
 
 
 class Choice(Record):
-    """Backends that can express the mission and will plan it, in the order of their turns.
+    """Backends that will plan the mission, in the order of their turns.
 
-    ``explanation`` gives the reason for these and against the others.
+    ``explanation`` states why these backends are used, and why the others are not.
     """
 
     engines: tuple[str, ...]
@@ -45,12 +45,16 @@ class Choice(Record):
 
     @property
     def backend(self) -> str:
-        """The first backend."""
+        """Name of the backend with the first turn."""
         return self.engines[0]
 
 
 def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None, list[Diagnostic]]:
-    """Backend named by the mission or the command line, or all that offer the mission's features."""
+    """Backend that the mission or the command line names, or else all backends that support the mission.
+
+    Returns:
+        the choice, or None if no backend can plan the mission; and findings.
+    """
     wanted = forced or mission.solve.backend
     required = needs(mission)
     specs = dict(BACKENDS.items_built_in())
@@ -69,7 +73,8 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
 
 
 def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
-    """Order of turns: first those that lead for a feature, last those that repeat another."""
+    """Backends in the order of their turns: first the backends preferred for a required feature, last the backends that
+    repeat the attempts of others."""
     asked = {need.feature for need in required}
     return tuple(
         sorted(able, key=lambda name: (BACKENDS[name].subsumes in able, BACKENDS[name].preferred_for.isdisjoint(asked)))
@@ -77,12 +82,12 @@ def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
 
 
 def needs(mission: Mission) -> tuple[Need, ...]:
-    """Each feature of the mission, once, at the first text that needs it."""
+    """Features that the mission needs, each once, at the first source text that needs it."""
     return _once((*_of_world(mission), *_of_goals(mission), *_of_objective(mission), *_of_solve(mission)))
 
 
 def needs_of(formula: Formula) -> tuple[Need, ...]:
-    """Each feature of one formula, once, at the first text that needs it."""
+    """Features that one formula needs, each once, at the first source text that needs it."""
     return _once(_of_formulas(formulas_bottom_up([formula])))
 
 
@@ -121,7 +126,7 @@ def _of_goals(mission: Mission) -> Iterator[Need]:
 
 
 def _of_formulas(all_of_them: Iterable[Formula]) -> list[Need]:
-    """Features in the order of the formulas in the text."""
+    """Features that formulas need, in the order of the formulas in the text."""
     needs = [(formula.span.start, need) for formula in all_of_them for need in _of_formula(formula)]
     return [need for _, need in sorted(needs, key=lambda pair: pair[0])]
 
@@ -172,7 +177,7 @@ def _of_solve(mission: Mission) -> Iterator[Need]:
 
 
 def _restless(mission: Mission) -> list[str]:
-    """Teams whose agents cannot wait."""
+    """Names of the teams whose agents cannot wait."""
     moving = [agent.team for agent in mission.agents if agent.dynamics.lowest_speed > 0]
     return list(dict.fromkeys(moving))
 
@@ -203,7 +208,7 @@ def _cannot(mission: Mission, wanted: str, able: list[str], need: Need) -> Diagn
 
 
 def _able_extensions(required: tuple[Need, ...]) -> list[str]:
-    """The backends of extensions that offer all of it."""
+    """Names of the extension backends that support all required features."""
     specs = [BACKENDS.usable(each.name) for each in BACKENDS.extensions()]
     return [spec.name for spec in specs if spec and all(need.feature in spec.features for need in required)]
 
@@ -216,7 +221,8 @@ def _change(able: list[str], foreign: list[str]) -> str:
 
 
 def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
-    """One label for each unsupported construct, with the backends that lack it."""
+    """Finding that no built-in backend supports the mission: one label per unsupported feature, with the backends that
+    lack it."""
     ruled = [
         (need, [name for name, spec in BACKENDS.items_built_in() if need.feature not in spec.features])
         for need in required
@@ -248,7 +254,7 @@ def _allow_waiting(mission: Mission) -> str:
 
 
 def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], required: tuple[Need, ...]) -> str:
-    """Text of ``--emit backend``."""
+    """Text of ``--emit backend``: the reasons for and against each backend."""
     by_need = (forced or mission.solve.backend) == AUTO
     if forced and not by_need:
         why = "the command line selects this backend"
@@ -278,7 +284,7 @@ def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...]) -
 
 
 def _where(span: Span | None) -> str:
-    """`` (line 18: `reach[hops 0..2 on radio]`)``"""
+    """Line and text of a source location: `` (line 18: `reach[hops 0..2 on radio]`)``."""
     if span is None:
         return ""
     words = " ".join(span.text.split())

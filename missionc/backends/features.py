@@ -1,6 +1,6 @@
-"""Features of missions, and the description of a backend that lists those it plans.
+"""Features that missions may need, and descriptions of backends with the features that they support.
 
-The module has values only and loads no solver.
+The module contains values only and loads no solver.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from missionc.base.late_dataclass import Record
 
 
 class Feature(Enum):
-    """Feature that a mission may need of a backend; the value is also its wording in messages."""
+    """Feature of a mission that a backend must support; the value is its name in messages."""
 
     HOPS = "a route bounded in hops"
     METRIC_LENGTH = "a route bounded in metres"
@@ -41,7 +41,7 @@ class Feature(Enum):
 
 
 EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION, Feature.PAST_BELOW_METRES, Feature.EXTENSION_RULES}
-"""All features that any built-in backend has."""
+"""All features that at least one built-in backend supports."""
 
 
 class BackendSpec(Record):

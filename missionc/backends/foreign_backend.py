@@ -1,4 +1,5 @@
-"""Backends of extensions as the compiler runs them: their errors are theirs, and no outcome is used unchecked."""
+"""Backends of extensions as the compiler runs them: errors are attributed to the extension, and outcomes are
+checked."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 class ForeignBackend:
-    """A backend of an extension. Its plans are verified like any other; no claim of its own is believed."""
+    """Backend of an extension. Its plans are verified like any other, and its other claims are ignored."""
 
     refutes = False
 
@@ -29,10 +30,10 @@ class ForeignBackend:
         return self.plan(mission, kernel, options, budget)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
-        """Its outcome; undecided if it claims that no plan exists.
+        """Checked outcome of the extension's search; a claim that no plan exists becomes *undecided*.
 
         Raises:
-            ExtensionError: it failed, or returned a value that is no outcome of this mission.
+            ExtensionError: the search failed, or returned a value that is no outcome of this mission.
         """
 
         def found(planned: api.Planned) -> object:
@@ -55,7 +56,7 @@ class ForeignBackend:
 
 
 def _plain(report: api.Report) -> api.Report:
-    """The parts of a report that are used, of the types that they have to be of."""
+    """Report reduced to the entries that the compiler uses, converted to plain types."""
     return api.Report(
         tuple((str(name), Seconds(seconds)) for name, seconds in report.seconds),
         tuple((str(name), int(size)) for name, size in report.sizes),
@@ -66,7 +67,7 @@ def _plain(report: api.Report) -> api.Report:
 
 
 def _fault(outcome: object, mission: Mission) -> str:
-    """Why a value is no outcome of a mission; empty if it is one."""
+    """Reason why a value is no outcome of the mission, as the predicate of a sentence; empty if it is an outcome."""
     if not isinstance(outcome, api.Planned | api.Impossible | api.NotFound):
         return "returned neither `Planned`, `Impossible` nor `NotFound`"
     if not isinstance(outcome.report, api.Report):

@@ -1,4 +1,4 @@
-"""Loading of a backend by name, or of several as a portfolio; or a diagnostic."""
+"""Loading of a backend by name, or of several backends as a portfolio."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from missionc.ir.wording import all_listed
 
 
 def load(name: str, options: Options | None = None, checkpoint: bool = False) -> Backend | Diagnostic:
-    """Load the backend of that name, or return the diagnostic against it with these options."""
+    """Backend with this name, or the finding that it is not installed or does not support an option."""
     return load_engines((name,), options, checkpoint)
 
 
@@ -76,7 +76,7 @@ def _loaded(spec: BackendSpec) -> Backend:
 
 
 def plans_on_roadmaps(engine: str) -> bool:
-    """Return whether the plans of an engine follow the edges of a roadmap."""
+    """Return true if the plans of a backend follow the edges of a roadmap."""
     return engine == SMT.name
 
 
@@ -89,7 +89,7 @@ def load_straighten(engine: str) -> Straighten | None:
 
 
 def load_roadmaps() -> Backend:
-    """The roadmap planner as an engine of a portfolio, with straightened plans."""
+    """Portfolio that contains only the roadmap backend, with straightened plans."""
     return PortfolioBackend((Engine(SMT.name, partial(_loaded, SMT)),))
 
 
@@ -100,7 +100,7 @@ def load_repair(motion: Trace, found: Report | None = None) -> Backend:
 
 
 def _not_its_flag(spec: BackendSpec, options: Options, checkpoint: bool, alone: bool) -> Diagnostic | None:
-    """The first flag that is for other backends and may not be passed over.
+    """Finding about the first option that the backend does not support and may not ignore; None without such an option.
 
     Args:
         alone: True if no other backend is used.
@@ -117,7 +117,7 @@ def _not_its_flag(spec: BackendSpec, options: Options, checkpoint: bool, alone: 
 
 
 def _hears(spec: BackendSpec, name: str, value: object, alone: bool) -> bool:
-    """Return whether an option of this value affects the planning of a backend."""
+    """Return true if the option with this value affects the plans of the backend."""
     if name == "preset":
         return value in spec.presets and (alone or name in spec.options)
     return name in spec.options

@@ -1,7 +1,7 @@
-"""Planner options of a compilation: flag, values, help and manifest rule of each.
+"""Planner options of a compilation: flag, allowed values, help text and manifest rule of each option.
 
 An option is a field of ``Options`` and an entry of ``DESCRIBED``. The command line, the manifest and its verification
-use these.
+use these entries.
 """
 
 from __future__ import annotations
@@ -13,53 +13,53 @@ from typing import Final, TypeAlias
 from missionc.base.late_dataclass import Record
 
 SOLVERS = ("auto", "z3", "cadical", "race")
-"""Solvers of the smt backend; the first is the default."""
+"""Values of the option for the SAT solver of the smt backend; the first is the default."""
 
 SLOWEST = 1000
-"""Greatest ratio of a flight's duration to the planned one."""
+"""Largest allowed ratio of a flight's duration to the planned duration."""
 
 
 OWN_PRESETS = ("sketch", "search")
-"""Presets that are not the method of a paper."""
+"""Presets that are not methods of a paper."""
 
 TRANSPORT_PRESETS = (*OWN_PRESETS, "paper", "fsot", "mpot")
-"""Presets of the transport backend; the first is the default."""
+"""Presets of the clot backend; the first is the default."""
 
 ROADMAP_PRESETS = ("paper", "paper-apart")
-"""Presets of the roadmap backend; its own method has no name."""
+"""Presets of the smt backend; its default method has no preset name."""
 
 PRESETS = tuple(dict.fromkeys((*TRANSPORT_PRESETS, *ROADMAP_PRESETS)))
 
 
 DEVICES = ("cpu", "cuda")
-"""Devices for batches of trajectories; the first is the default."""
+"""Devices for batched trajectory optimisation; the first is the default."""
 
 
 class Options(Record):
-    """Options that change the result of a compilation, most of them for one backend."""
+    """Options that change the result of a compilation; most affect one backend only."""
 
     solver: str = SOLVERS[0]
     require_solver: bool = False
-    """The smt backend asks a solver about all agents in one question, without searches of its own."""
+    """True to let the smt backend decide all agents in one SAT query, without its own searches."""
     certify: bool = False
     captures: frozenset[str] = frozenset()
-    """Texts to keep in ``Report.texts``: ``dimacs``, ``smt2``."""
+    """Names of the solver inputs that ``Report.texts`` must contain: ``dimacs``, ``smt2``."""
     preset: str = PRESETS[0]
     samples: int | None = None
-    """Number of trajectories that presets with a local search optimise together; None means the preset's own."""
+    """Number of trajectories that presets with a local search optimise together; None means the preset's default."""
     device: str = DEVICES[0]
     margin: float | None = None
-    """Metres by which requirements should hold if possible; None means the vehicles' own."""
+    """Margin, metres, with which to satisfy requirements if possible; None means the vehicles' tracking errors."""
     processes: int = 1
-    """Number of child processes for parallel work, at least 1; the plan is the same."""
+    """Number of child processes for parallel work, at least 1; the plan does not depend on it."""
     stretch: float = 1.0
-    """Ratio of a flight's duration to the planned one; backends do not see it."""
+    """Ratio of a flight's duration to the planned duration; backends do not read it."""
     brief: bool = False
-    """Short search: the smt backend tries only its first roadmap, and does not minimise conflicts."""
+    """True for a short search: the smt backend tries only its first roadmap, and does not minimise conflicts."""
 
 
 class Recorded(Enum):
-    """Condition for an option's value in the manifest."""
+    """Condition under which the manifest contains the value of an option."""
 
     ALWAYS = auto()
     BY_ITS_BACKENDS = auto()
@@ -68,23 +68,23 @@ class Recorded(Enum):
 
 
 class OneOf(Record):
-    """Choice from some words; the first is the default."""
+    """Option type: one of some words; the first is the default."""
 
     words: tuple[str, ...]
 
     def admits(self, text: str) -> bool:
-        """Return whether a manifest may contain the text."""
+        """Return true if a manifest may contain the text as a value of this type."""
         return text in self.words
 
 
 class Whole(Record):
-    """An integer within a range, both ends included."""
+    """Option type: an integer within a range, both ends included."""
 
     least: int
     most: int
 
     def admits(self, text: str) -> bool:
-        """Return whether a manifest may contain the text: digits in Python's format."""
+        """Return true if a manifest may contain the text as a value of this type: an integer as Python prints it."""
         return text.isascii() and text.isdigit() and len(text) <= len(str(self.most)) and self._has(int(text))
 
     def _has(self, number: int) -> bool:
@@ -92,13 +92,13 @@ class Whole(Record):
 
 
 class Real(Record):
-    """A finite number within a range, both ends included."""
+    """Option type: a finite number within a range, both ends included."""
 
     least: float
     most: float
 
     def admits(self, text: str) -> bool:
-        """Return whether a manifest may contain the text: a number in Python's format."""
+        """Return true if a manifest may contain the text as a value of this type: a number as Python prints it."""
         try:
             number = float(text)
         except ValueError:
@@ -107,10 +107,10 @@ class Real(Record):
 
 
 class Switch(Record):
-    """A flag that is given or not."""
+    """Option type: a flag without a value."""
 
     def admits(self, text: str) -> bool:
-        """Return whether a manifest may contain the text for a given flag."""
+        """Return true if a manifest may contain the text as a value of this type: ``True``."""
         return text == repr(True)
 
 
@@ -118,13 +118,13 @@ Kind: TypeAlias = OneOf | Whole | Real | Switch
 
 
 class Described(Record):
-    """Complete description of one option.
+    """Description of one option.
 
     Args:
         name: field of ``Options``; its flag is ``--name``, with ``-`` for ``_``.
-        metavar: placeholder for its value in the help; empty for the words themselves.
+        metavar: placeholder for its value in the help; empty to list the allowed words.
         help: its line in the help of ``missionc compile``.
-        recorded: when the manifest contains it.
+        recorded: condition under which the manifest contains its value.
         refused: True if a backend without this option rejects it instead of ignoring it.
     """
 
@@ -144,11 +144,11 @@ class Described(Record):
         return f"--{self.name.replace('_', '-')}"
 
     def words(self, options: Options) -> list[str]:
-        """Flag on a command line, with its value if it takes one."""
+        """Command-line words that set the option: the flag, and its value if it takes one."""
         return [self.flag] if isinstance(self.kind, Switch) else [self.flag, self.text(options)]
 
     def text(self, options: Options) -> str:
-        """Value for a manifest: words as they are, numbers in Python's format."""
+        """Value of the option in a manifest: words unchanged, numbers as Python prints them."""
         value = getattr(options, self.name)
         return value if isinstance(value, str) else repr(value)
 
@@ -209,4 +209,4 @@ DESCRIBED: Final = {
         Described("certify", Switch(), help="Write a proof if no plan exists. `missionc verify` checks the proof."),
     )
 }
-"""Every option with a flag, in the order of the manifest."""
+"""Descriptions of all options that have a flag, in the order of the manifest."""

@@ -1,4 +1,4 @@
-"""Registry of the built-in backends and of those of extensions."""
+"""Registry of the built-in backends and of backends of extensions."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from missionc.base.extensions import ExtensionError, Kind, Registry, Unfit, rais
 
 
 def spec_of(name: object, backend: object) -> BackendSpec:
-    """Description of an object with the members of a ``BackendExtension``.
+    """Description of an extension's backend object, from its members as in ``BackendExtension``.
 
     Raises:
-        Unfit: the object is no backend of this name.
+        Unfit: the object is no backend with this name.
     """
     if isinstance(backend, type) or not callable(getattr(backend, "plan", None)):
         raise Unfit("a backend is an object with `name`, `features` and `plan`, as `BackendExtension` describes it")
@@ -34,19 +34,20 @@ def spec_of(name: object, backend: object) -> BackendSpec:
 
 
 BACKENDS = Registry(Kind.BACKEND, {spec.name: spec for spec in (SMT, CLOT, HYBRID)}, spec_of)
-"""Every backend. ``auto`` gives turns to those built in, in their order; one of an extension plans if it is named."""
+"""Registry of all backends. ``auto`` uses the built-in backends in this order; extensions are used only by name."""
 
 
 def is_published(engines: Sequence[str], options: Options) -> bool:
-    """True if the only backend plans by a method of its paper: its plan is taken or refused, and nothing is added."""
+    """Return true if the only backend uses the published method of a paper: its plan is accepted or rejected without
+    further steps."""
     return len(engines) == 1 and options.preset in BACKENDS[engines[0]].presets - set(OWN_PRESETS)
 
 
 @contextmanager
 def named(backend: str | object) -> Iterator[str]:
-    """Name of a backend; an object is registered while the context lasts.
+    """Context that yields the name of a backend; a backend object is registered inside the context.
 
-    An installed backend of the same name and class gives way to the object.
+    An installed backend with the same name and class is replaced by the object inside the context.
 
     Raises:
         ExtensionError: the object is no backend, or its name is taken.
@@ -65,4 +66,4 @@ def named(backend: str | object) -> Iterator[str]:
 
 
 AUTO = "auto"
-"""Name for all backends that offer the mission's features, in turns."""
+"""Name that stands for all backends that support the mission, in turns."""

@@ -1,4 +1,4 @@
-"""A roadmap as a value: nodes, edges with their steps and lengths, and labels.
+"""Roadmap as a value: nodes, edges with their steps and lengths, and labels.
 
 Source:
     [strel] Fig. 2.
@@ -11,13 +11,13 @@ from missionc.base.trace import Array
 
 
 class RoadmapEdge(Record, eq=False):
-    """A motion from node to node.
+    """Directed edge of a roadmap: a motion from one node to another.
 
     Args:
-        source: index of its first node; ``target`` likewise.
-        steps: number of steps.
-        length: metres.
-        path: (points, dim), metres: positions at its steps; for a straight motion only its ends.
+        source: index of the first node; ``target``: index of the last node.
+        steps: number of steps that the motion takes.
+        length: path length, metres.
+        path: positions at the steps, (points, dim), metres; for a straight motion only its ends.
     """
 
     source: int
@@ -28,16 +28,16 @@ class RoadmapEdge(Record, eq=False):
 
 
 class RoadmapGraph(Record, eq=False):
-    """Nodes and edges of one kind of agent, before they are unrolled to steps.
+    """Roadmap of agents with equal dynamics and bodies, before it is unrolled over time.
 
     Args:
-        agents: names of its agents.
-        names: names of the nodes: their indices, or those of the user's roadmap.
-        position: (nodes, dim), metres.
-        velocity: (nodes, dim), m/s; zero for rest.
-        labels: for each node, the regions that contain it.
-        starts: for each node, the agents that may start there.
-        edges: in the order of their nodes; the reverse is a separate edge.
+        agents: names of the agents that use the roadmap.
+        names: names of the nodes: their indices, or the names in the user's roadmap.
+        position: node positions, (nodes, dim), metres.
+        velocity: node velocities, (nodes, dim), m/s; zero for rest.
+        labels: for each node, the names of the regions that contain it.
+        starts: for each node, the names of the agents that may start there.
+        edges: edges in the order of their source nodes; the reverse of an edge is a separate edge.
     """
 
     agents: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Account of a run: seconds by stage, sizes and notes."""
+"""Account of a search: seconds by stage, sizes and notes."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class Account:
     notes: list[str] = field(default_factory=list)
     cut_short: CutShort | None = None
     work: float = 0.0
-    """Units of ``work`` done."""
+    """Work done, in units of ``work``."""
     solved: tuple[Solved, ...] = ()
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Add the time spent within the context, also after an exception."""
+        """Context whose duration is added to the seconds of the stage ``name``, also after an exception."""
         begin = time.perf_counter()
         try:
             yield
@@ -35,12 +35,12 @@ class Account:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
 
     def cut(self) -> None:
-        """Note that the best plan so far is returned, because time is up or a signal came."""
+        """Record that the best plan so far is returned because the time limit was reached or a signal arrived."""
         self.cut_short = CutShort.SIGNAL if stop_requested() else CutShort.TIME
         self.notes.append(self.cut_short.note)
 
     def add(self, other: Account) -> None:
-        """Add another account: seconds, work and iterations are summed, other sizes replaced."""
+        """Add another account: seconds, work and iterations are summed, other sizes are replaced."""
         for stage, spent in other.seconds.items():
             self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
         iterations = self.sizes.get("iterations", 0) + other.sizes.get("iterations", 0)
@@ -49,7 +49,7 @@ class Account:
         self.work += other.work
 
     def spend(self, report: Report) -> None:
-        """Add the seconds and the work of another run, without its notes."""
+        """Add the seconds and the work of another search's report, without its notes."""
         for stage, spent in report.seconds:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
         self.work += report.work

@@ -1,6 +1,6 @@
-"""Settings fields: a figure of a backend with range, unit and effect, as a field of a frozen dataclass.
+"""Settings fields: a parameter of a backend with range, unit and effect, as a field of a frozen dataclass.
 
-A backend has one settings value, whose fields are groups, and a group has one field for each figure.
+A backend has one settings value, whose fields are groups; each group has one field per setting.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ Figure = TypeVar("Figure", bool, int, float)
 Value = TypeVar("Value", bound="DataclassInstance")
 
 Pairs = tuple[tuple[str, float], ...]
-"""Values by dotted name."""
+"""Setting values with their dotted names."""
 
 
 def is_setting(name: str) -> bool:
-    """Return true for the name of a setting, ``smt.nodes``; names of parameters have no dot."""
+    """Return true if a name is that of a setting (``smt.nodes``); names of mission parameters have no dot."""
     return "." in name
 
 
 def flag_of(name: str) -> str:
-    """Flag of the command line for a setting or a parameter."""
+    """Command-line flag that sets a name: ``--set`` for a setting, ``-D`` for a mission parameter."""
     return "--set" if is_setting(name) else "-D"
 
 
@@ -48,11 +48,11 @@ def setting(default: Figure, says: str, low: float = 0.0, high: float = 1e12) ->
 
 
 class Setting(Record):
-    """A setting of a backend.
+    """Setting of a backend with its current value, default, unit, meaning and range.
 
     Args:
         name: group and field, ``roadmap.nodes``.
-        value: value of this instance.
+        value: current value.
         default: value without presets, options and ``--set``.
     """
 
@@ -69,14 +69,14 @@ class Setting(Record):
 
     @property
     def range(self) -> str:
-        """Text of the allowed values."""
+        """Allowed values as text."""
         if isinstance(self.default, bool):
             return "true or false"
         kind = "a whole number" if isinstance(self.default, int) else "a number"
         return f"{kind} from {self.low:,.13g} to {self.high:,.13g}"
 
     def read(self, value: object) -> float | None:
-        """Value of a text or a number; None if it is out of range or of another kind."""
+        """Value of the setting that a text or a number denotes; None if it is out of range or of the wrong type."""
         text = str(value).strip()
         if isinstance(self.default, bool):
             return {"true": True, "false": False}.get(text.lower())
@@ -88,7 +88,7 @@ class Setting(Record):
 
 
 def settings_of(value: DataclassInstance, prefix: str = "") -> Iterator[Setting]:
-    """Every setting of a backend's settings value, group by group."""
+    """Yield every setting of a backend's settings value, group by group."""
     for each in fields(value):
         held = getattr(value, each.name)
         if dataclasses.is_dataclass(held):
@@ -104,7 +104,7 @@ def _default(each: dataclasses.Field[Any]) -> float:
 
 
 def with_values(value: Value, pairs: Mapping[str, float]) -> Value:
-    """Replace some settings of a settings value, by dotted name."""
+    """Settings value with some settings replaced, by dotted name."""
     changed: dict[str, Any] = {}
     for name, number in pairs.items():
         group, _, own = name.partition(".")
@@ -113,6 +113,6 @@ def with_values(value: Value, pairs: Mapping[str, float]) -> Value:
 
 
 def own_values(mission: Mission, backend: str) -> Pairs:
-    """Values of one backend's settings in the mission."""
+    """Values that the mission gives to one backend's settings."""
     prefix = f"{backend}."
     return tuple((name.removeprefix(prefix), each) for name, each in mission.solve.settings if name.startswith(prefix))

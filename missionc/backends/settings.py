@@ -1,10 +1,10 @@
-"""Settings of all backends by name: values of ``--set NAME=VALUE``, checked, and the table for ``--emit``.
+"""Settings of all backends by name: checked values of ``--set NAME=VALUE``, and the table for ``--emit``.
 
     in   names and values, as text
-    out  values by whole name, ``smt.roadmap.nodes``
+    out  values by full name, ``smt.roadmap.nodes``
     says MC415 MC416 MC417
 
-The group may be left out of a name that is unique in the backend: ``smt.nodes``.
+The group may be omitted from a name that is unique in the backend: ``smt.nodes``.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ DEFAULTS: Mapping[str, DataclassInstance] = {"smt": SmtSettings(), "clot": ClotS
 """Default settings of each backend that has settings."""
 
 USED = {"smt": ("smt",), "clot": ("clot",), "hybrid": ("smt", "clot")}
-"""Function to the settings of each backend for a mission."""
+"""Names of the settings values that each backend reads."""
 
 
 def given(value: Mapping[str, object] | DataclassInstance) -> dict[str, str]:
-    """Names and values of a mapping, or of the non-default settings of a settings value."""
+    """Names and values, as text, of a mapping or of the non-default settings of a settings value."""
     if isinstance(value, Mapping):
         return {name: str(each) for name, each in value.items()}
     backend = next(name for name, default in DEFAULTS.items() if isinstance(value, type(default)))
@@ -46,10 +46,10 @@ def given(value: Mapping[str, object] | DataclassInstance) -> dict[str, str]:
 def with_settings(
     mission: Mission, texts: Mapping[str, str], engines: Sequence[str] | None
 ) -> tuple[Mission, list[Diagnostic]]:
-    """The mission with these settings, and all errors in them.
+    """Mission with these settings, and findings about invalid settings.
 
     Args:
-        texts: values by name; the last of two names for one setting applies.
+        texts: values by setting name; if two names denote one setting, the last value applies.
         engines: backends that may plan the mission; None for any.
     """
     values, wrong = read_settings(texts, engines or tuple(USED))
@@ -57,7 +57,7 @@ def with_settings(
 
 
 def read_settings(texts: Mapping[str, str], engines: Sequence[str]) -> tuple[Pairs, list[Diagnostic]]:
-    """Values by whole name, in the order of the names, and errors in the rest."""
+    """Setting values by full name, in the order of the names, and findings about invalid settings."""
     known = {f"{name}.{each.name}": each for name, value in DEFAULTS.items() for each in settings_of(value)}
     values: dict[str, float] = {}
     wrong: list[Diagnostic] = []
@@ -88,7 +88,7 @@ def _whole_name(name: str, known: Iterable[str]) -> str | Diagnostic:
 
 
 def settings_table(mission: Mission, engines: Sequence[str], options: Options) -> str:
-    """Settings of a mission's planning as TOML, with unit, meaning, range and default as comments."""
+    """Settings that apply to a mission's planning as TOML, with unit, meaning, range and default as comments."""
     values: dict[str, DataclassInstance] = {
         "smt": smt_settings(mission),
         "clot": tuned_settings(mission, options),
@@ -115,7 +115,7 @@ def _table(backend: str, value: DataclassInstance) -> str:
 
 
 def written(value: float) -> str:
-    """Value in the format of TOML and ``--set``."""
+    """Value as text for TOML and ``--set``."""
     return str(value).lower() if isinstance(value, bool) else repr(value)
 
 

@@ -1,4 +1,4 @@
-"""Local speed limits: an agent's greatest speed at points, from its permanent requirements.
+"""Local speed limits: greatest speed of an agent at points, derived from requirements that hold at all times.
 
     in   Mission, formulas of one agent without temporal operators
     out  greatest speed at each point
@@ -21,18 +21,16 @@ from missionc.ir.kernel.nodes import Atom, Node
 from missionc.ir.kernel.walk import postorder
 
 HALVINGS = 12
-"""Number of bisections between an allowed and a forbidden speed."""
+"""Number of bisection steps between an allowed and a forbidden speed."""
 
 LEAST = 0.05
-"""Least share of its top speed that an agent has at any point, so that it can always move."""
+"""Least fraction of its top speed that an agent keeps at any point, so that it can always move."""
 
 
 def slowness(mission: Mission, agent: int, nodes: Sequence[Node], points: Array) -> Array | None:
-    """Time per metre relative to top speed, dimensionless, at points (points, dim), metres -> (points,).
+    """Time per metre, relative to that at top speed, at points (points, dim), metres -> (points,), dimensionless.
 
-    None for 1.
-
-    A formula is a limit if it holds at rest but not at top speed.
+    The result is None if no formula limits the speed. A formula is a limit if it holds at rest but not at top speed.
     """
     about_speed = [node for node in nodes if any(_of_speed(each) for each in postorder((node,)))]
     if not about_speed:

@@ -1,8 +1,8 @@
 """Counted work: the cost of a search in units that are equal on any machine and under any load.
 
 A unit is about one second of one core. Limits between strategies are in units, so that one seed gives one plan; seconds
-are only for the time limit. The costs were fitted to the seconds of stages of some missions of the field corpus. Most
-are right within a factor of two, which is enough for turns.
+are used only for the time limit. The costs were fitted to the seconds of stages of some missions of the field corpus.
+Most are accurate within a factor of two, which is enough for turns.
 """
 
 from __future__ import annotations
@@ -22,35 +22,36 @@ if TYPE_CHECKING:
     Another = Callable[[float], Outcome | None]
 
 CLAUSE = 1 / 400_000
-"""Units per clause: to build it, and to pass it to a solver."""
+"""Work units per clause: to build the clause, and to pass it to a solver."""
 
 QUESTION = 1 / 300_000
-"""Units per clause of a question to a SAT solver: reading and simplification."""
+"""Work units per clause of a SAT query: reading and simplification."""
 
 CLAUSE_CONFLICT = 1 / 500_000_000
-"""Units of a conflict of a SAT solver per clause, for propagation."""
+"""Work units per conflict and clause of a SAT query, for propagation."""
 
 MOVE_STEP = 1 / 2_000_000
-"""Units of a roadmap's move at one step in single-agent search."""
+"""Work units per roadmap move and step in single-agent search."""
 
 SKETCH, SKETCHED = 0.05, 1e-3
-"""Units of a schedule with its key frames and sketch, and units per agent and step."""
+"""Work units of a schedule with its waypoints and initial trajectory: a constant, and units per agent and step."""
 
 ITERATION, ITERATED = 1e-2, 3e-5
-"""Units of a polish iteration, and units per agent and step."""
+"""Work units of one optimiser iteration: a constant, and units per agent and step."""
 
 SEEN = 1e-2
-"""Units of a polish iteration for each shape near lines of sight, for the nearest point of every link."""
+"""Work units of one optimiser iteration for each shape near lines of sight (nearest points of all links)."""
 
 SEARCH = 10
-"""Work of a search agent by agent, as a multiple of a sketch."""
+"""Work of a search that plans agents one by one, as a multiple of the work of an initial trajectory."""
 
 
 def run_to_end(turns: Turns, budget: Budget, meanwhile: Iterable[tuple[float, Another]] = ()) -> Outcome:
-    """Outcome of all turns; not found if the budget's work ends before.
+    """Outcome of a search in turns; ``NotFound`` if the budget's work ends before.
 
     Args:
-        meanwhile: pairs of work units and a function for another outcome then, which ends the turns.
+        meanwhile: pairs of work units and a function that is called when they are done; an outcome that the function
+            returns ends the search.
     """
     try:
         done = next(turns)
@@ -70,21 +71,21 @@ def run_to_end(turns: Turns, budget: Budget, meanwhile: Iterable[tuple[float, An
 
 
 def sketch_work(agent_steps: int) -> float:
-    """Units of the sketch of a motion with ``agent_steps`` agents times steps."""
+    """Work units of an initial trajectory with ``agent_steps`` (number of agents times steps)."""
     return SKETCH + SKETCHED * agent_steps
 
 
 def polish_work(mission: Mission, iterations: int) -> float:
-    """Units of ``iterations`` polish iterations of a joint motion."""
+    """Work units of ``iterations`` optimiser iterations on a joint trajectory."""
     seen = sum(len(graph.shapes) for graph in mission.graphs if isinstance(graph, Sight))
     return iterations * (ITERATION + ITERATED * len(mission.agents) * mission.steps + SEEN * seen)
 
 
 def question_work(clauses: int, conflicts: int) -> float:
-    """Units of a question with these numbers of clauses and conflicts."""
+    """Work units of a SAT query with these numbers of clauses and conflicts."""
     return clauses * (QUESTION + CLAUSE_CONFLICT * conflicts)
 
 
 def conflicts_of(work: float, clauses: int) -> int | None:
-    """Conflicts that ``work`` units allow for this number of clauses; None for no limit."""
+    """Number of conflicts that ``work`` units allow for this number of clauses; None for no limit."""
     return None if math.isinf(work) else max(1, round(work / (CLAUSE_CONFLICT * max(1, clauses))))

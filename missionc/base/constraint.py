@@ -1,4 +1,4 @@
-"""Constraints that a mission implies besides its requirements: verdicts on a recorded flight, with wording."""
+"""Constraints that a mission implies besides its requirements: their verdicts on a recorded flight, with wording."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ from missionc.base.figures import counted, decimals
 from missionc.base.late_dataclass import Record
 
 MOST_SHOWN = 20
-"""Maximum number of violated constraints listed as text; JSON has all of them."""
+"""Maximum number of violated constraints in the text output; the JSON output lists all of them."""
 
 
 class Constraint(Record):
-    """Verdict on one constraint at its smallest margin.
+    """Verdict on one implied constraint of a recorded flight, at the time of its smallest margin.
 
     Args:
         name: ``separation``, ``clearance``, ``speed``, …
-        satisfied: None if the samples do not decide it.
-        margin: allowed minus measured, in ``unit``; satisfied down to ``-tolerance``.
-        time: seconds; ``step`` is the last step at or before it.
-        agents: one agent, or the two of a separation; ``position`` has their positions at that time, metres.
-        obstacle: obstacle of a clearance; empty otherwise.
-        since: time of the first violation, seconds; None without one.
+        satisfied: None if the samples do not decide the constraint.
+        margin: allowed minus measured value, in ``unit``; the constraint is satisfied down to ``-tolerance``.
+        time: time of the smallest margin, seconds; ``step`` is the last step at or before that time.
+        agents: names of the constrained agent, or of the two agents of a separation.
+        position: positions of the agents at ``time``, metres.
+        obstacle: name of the obstacle of a clearance; empty otherwise.
+        since: time of the first violation, seconds; None without a violation.
     """
 
     name: str
@@ -39,25 +40,27 @@ class Constraint(Record):
 
     @property
     def subject(self) -> str:
-        """Subject as text: ``clearance of `bot[0]` to `wall` ``."""
+        """Name of the constraint with its agents and its obstacle, as text: ``clearance of `bot[0]` to `wall` ``."""
         names = " and ".join(f"`{name}`" for name in self.agents)
         return f"{self.name} of {names}{f' to `{self.obstacle}`' if self.obstacle else ''}"
 
     def violation(self) -> str:
-        """Violation as text: ``separation of `bot[0]` and `bot[1]` by 1.100 m at 2 s, at (5, 1) and (5, 1)``."""
+        """Description of the violation: ``separation of `bot[0]` and `bot[1]` by 1.100 m at 2 s, at (5, 1) and (5,
+        1)``."""
         places = " and ".join(f"({', '.join(f'{axis:.4g}' for axis in place)})" for place in self.position)
         time, since = f"{self.time:.4g}", f"{self.time if self.since is None else self.since:.4g}"
         begin = "" if since == time else f", since {since} s"
         return f"{self.subject} by {decimals(-self.margin)} {self.unit} at {time} s, at {places}{begin}"
 
     def shown_margin(self) -> str:
-        """Margin as text: ``separation 0.120 m``, or ``separation within 0.05 m`` if only a tolerance saves it."""
+        """Name and margin as text: ``separation 0.120 m``, or ``separation within 0.05 m`` for a margin between
+        -tolerance and 0."""
         within = self.margin < 0 and self.tolerance > 0.5e-3
         return f"{self.name} {f'within {self.tolerance:g}' if within else decimals(max(self.margin, 0.0))} {self.unit}"
 
 
 class NotJudged(Record):
-    """Constraints that a recording does not show, with their agents (none: all) and the reason."""
+    """Constraints that a recording gives no data for: their names, their agents (empty: all agents) and the reason."""
 
     names: tuple[str, ...]
     agents: tuple[str, ...]
@@ -69,15 +72,14 @@ class NotJudged(Record):
 
 
 def all_satisfied(constraints: Iterable[Constraint]) -> bool | None:
-    """Return whether all are satisfied; None if one is undecided and none is violated."""
+    """Return true if all constraints are satisfied, false if one is violated, and None if at best one is undecided."""
     verdicts = {each.satisfied for each in constraints}
     return False if False in verdicts else None if None in verdicts else True
 
 
 def constraint_lines(constraints: Sequence[Constraint], not_judged: Iterable[NotJudged]) -> list[str]:
-    """One line for all satisfied constraints, one for each violated or undecided one, and one for those
-    not evaluated.
-    """
+    """Text lines about constraints: one with the margins of all satisfied constraints, one for each violated or
+    undecided constraint, and one for the constraints that were not evaluated."""
     margins = [each.shown_margin() for each in constraints if each.satisfied]
     return [
         *([f"constraint margins: {', '.join(margins)}"] if margins else []),
@@ -88,7 +90,7 @@ def constraint_lines(constraints: Sequence[Constraint], not_judged: Iterable[Not
 
 
 def constraint_records(constraints: Iterable[Constraint], not_judged: Iterable[NotJudged]) -> dict[str, object]:
-    """JSON record with ``constraints`` and ``not_judged``."""
+    """JSON record with the verdicts (``constraints``) and the constraints without data (``not_judged``)."""
     return {
         "constraints": [{**asdict(each), "obstacle": each.obstacle or None} for each in constraints],
         "not_judged": [asdict(each) for each in not_judged],

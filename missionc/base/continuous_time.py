@@ -1,4 +1,4 @@
-"""Continuous-time satisfaction of requirements: not considered, preferred or required."""
+"""Satisfaction of requirements in continuous time, beyond the sample times: not considered, preferred or required."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from enum import Enum
 
 
 class ContinuousTime(Enum):
-    """Demand on requirements between the steps of a plan; their semantics is that of the steps."""
+    """Demand that a plan satisfies its requirements between the sample times too; missions define them at the samples
+    only."""
 
     AT_STEPS = "at-steps"
-    """No demand."""
+    """Requirements are checked at the sample times only."""
     WANTED = "wanted"
-    """Satisfied between the steps if such a plan is found."""
+    """A plan that satisfies the requirements between the sample times is preferred, if one is found."""
     REQUIRED = "required"
-    """Satisfied between the steps in every plan."""
+    """Every plan must satisfy the requirements between the sample times."""

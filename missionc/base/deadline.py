@@ -1,7 +1,7 @@
-"""Deadlines: an exception interrupts work that exceeds one, anywhere in the code.
+"""Deadlines: an exception interrupts code that runs past its deadline.
 
 A search checks the clock itself and ends with its best result. All other code (a loop in a lowering, a table, a fit)
-ignores time and is interrupted.
+ignores the clock and is interrupted.
 """
 
 from __future__ import annotations
@@ -16,36 +16,39 @@ from missionc.base.supervision import tell_deadline
 from missionc.base.units import Seconds
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
-"""Default time limit of a compilation."""
+"""Default time limit of a compilation, seconds."""
 
 GRACE, SHARE = 0.1, 0.02
-"""Extra time of a search after its deadline: in seconds, and as a ratio of its total time."""
+"""Time between the deadline of a search and its interruption: constant seconds, and a fraction of the time limit."""
 
 IMPORTING = 0.05
-"""Delay in seconds before the next attempt if the interruption would hit an import and leave half a module."""
+"""Seconds before the interruption is retried if it would hit an import and leave a module half loaded."""
 
 AGAIN = 1.0
-"""Seconds until the interruption is repeated, since one in a destructor is lost."""
+"""Seconds before the interruption is repeated, because Python discards an exception that is raised in a destructor."""
 
 SOON = 1e-3
 
 
 class OutOfTime(BaseException):
-    """Error after the deadline. Not an ``Exception``, so that error handlers do not catch it."""
+    """Error that interrupts work after its deadline. The class is no ``Exception``, so that error handlers do not catch
+    it."""
 
 
 def last_call(deadline: float) -> float:
-    """Time of the interruption of work that should end at ``deadline``, both on the clock of ``time.monotonic``."""
+    """Time at which work with the given ``deadline`` is interrupted; both in seconds on the clock of
+    ``time.monotonic``."""
     return deadline + GRACE + SHARE * max(0.0, deadline - time.monotonic())
 
 
 class interrupted_at:  # noqa: N801 (it is used as a statement)
-    """Context manager that raises ``OutOfTime`` inside it at ``moment``.
+    """Context manager that raises ``OutOfTime`` in its block at the time ``moment``.
 
-    Contexts can be nested: the earlier moment comes first. Only the main thread can be interrupted; in other threads,
-    and on systems without timers, it has no effect. Any error after the interruption counts as the interruption: numpy
-    raises a ``TypeError`` if it is interrupted in a comparison. The parent of a supervised process learns of the moment
-    too, and ends the process if nothing within it can.
+    Contexts can be nested; the earliest time applies. Only the main thread can be interrupted: in other threads, and on
+    systems without timers, the context has no effect. Any error that the block raises after the interruption is
+    replaced by ``OutOfTime``, because libraries convert exceptions (numpy raises a ``TypeError`` if a comparison is
+    interrupted). The parent of a supervised process receives the time too, and kills the process if the interruption
+    has no effect.
 
     Args:
         moment: time on the clock of ``time.monotonic``, seconds.

@@ -36,11 +36,11 @@ NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
 INSTALL = "; or install the package that provides it"
-"""The rest of a help line about a name that is not known, and that an extension may provide."""
+"""End of the help line about an unknown name that an extension package may provide."""
 
 
 class Kind(Enum):
-    """Kinds of extensions; the value is the last word of the entry point group."""
+    """Kinds of extensions; the value is the last part of the name of the entry point group, ``missionc.<value>``."""
 
     BACKEND = "backends"
     PREDICATE = "predicates"
@@ -60,11 +60,11 @@ class Kind(Enum):
 
 
 class Extension(Record):
-    """Entry point of an installed package.
+    """Extension that an installed package registers as an entry point.
 
     Args:
-        home: place of its value, ``module:attribute``.
-        package: name of the distribution, with its ``version``.
+        home: location of the extension's value, ``module:attribute``.
+        package: name of the distribution; ``version`` is the version of the distribution.
     """
 
     kind: Kind
@@ -79,7 +79,7 @@ class Extension(Record):
 
     @property
     def root(self) -> str:
-        """Top-level module of its code."""
+        """Top-level Python module of the extension's code."""
         return self.module.partition(".")[0]
 
     def __str__(self) -> str:
@@ -87,7 +87,7 @@ class Extension(Record):
 
 
 class ExtensionError(Exception):
-    """An extension that cannot be used, or that failed: what is wrong, one action, and notes."""
+    """Error for an extension that cannot be used or that failed: message, one remedy, and notes."""
 
     def __init__(self, code: Code, message: str, help: str, notes: tuple[str, ...] = ()) -> None:
         super().__init__(code, message, help, notes)
@@ -99,12 +99,12 @@ class ExtensionError(Exception):
 
 
 class Unfit(ValueError):
-    """Error for a value of an extension that is unsuitable; the text is the reason, in words for users."""
+    """Error for an extension's value of the wrong form; its text is the reason, in words for users."""
 
 
 @cache
 def installed() -> tuple[Extension, ...]:
-    """All extensions of installed packages, by kind, name and package."""
+    """All extensions of installed packages, sorted by kind, name and package."""
     from importlib.metadata import distributions  # takes 50 ms, so not for missions with built-in names only
 
     groups = {kind.group: kind for kind in Kind}
@@ -122,13 +122,15 @@ def installed() -> tuple[Extension, ...]:
 
 @contextmanager
 def guard(kind: Kind, name: str, *passed: type[Exception]) -> Iterator[None]:
-    """Attribute each error of the code of an extension to the extension; ``sys.exit`` is one of them.
+    """Context that converts each error in the code of an extension, ``sys.exit`` included, to an error about the
+    extension.
 
     Args:
-        passed: further errors that leave the context as they are, as those of built-in values and of limits do.
+        kind: kind of the extension; ``name`` is its name. Errors of built-in values are unchanged.
+        passed: further types of errors that leave the context unchanged.
 
     Raises:
-        ExtensionError: for any other error.
+        ExtensionError: the code raised an error of another type.
     """
     try:
         yield
@@ -142,13 +144,14 @@ def guard(kind: Kind, name: str, *passed: type[Exception]) -> Iterator[None]:
 
 
 def failed(kind: Kind, name: str, error: BaseException) -> ExtensionError:
-    """An error that the code of an extension raised."""
+    """Error for an exception that the code of an extension raised."""
     fault = rejected(kind, name, f"failed: {_reported(error)}")
     return ExtensionError(fault.code, fault.message, f"{fault.help}; {TRACEBACK}", _text(error))
 
 
 def rejected(kind: Kind, name: str, says: str) -> ExtensionError:
-    """A value that an extension returned and that cannot be used; ``says`` is the rest of a sentence about it."""
+    """Error for a value that an extension returned and that cannot be used; ``says`` is the message without its
+    subject."""
     found = next((each for each in installed() if (each.kind, each.name) == (kind, name)), None)
     help_ = f"report it to the authors of `{found.package}`" if found else f"correct the code of `{name}`"
     return ExtensionError(EXTENSION_FAILED, f"{_which(kind, name, found)} {says}", help_)
@@ -159,25 +162,23 @@ def _which(kind: Kind, name: str, extension: Extension | None) -> str:
 
 
 REGISTRIES: dict[Kind, Registry[Any]] = {}
-"""Registries that are loaded."""
+"""Registries created so far, by kind of extension."""
 
 
 class Registry(Generic[Value]):
-    """Values of one kind by name: built-in ones, then those of installed packages.
+    """Values of one kind by name: built-in values, then values of installed packages.
 
     Args:
-        built_in: values, or their places ``module:attribute``.
-        read: function from a name and the object at its entry point to its value.
-
-    Raises:
-        Unfit: raised by ``read`` if the object is not such a value.
+        built_in: built-in values by name, or their locations ``module:attribute``.
+        read: function from a name and the object at its entry point to the value; it raises ``Unfit`` for objects that
+            have the wrong form.
     """
 
     def __init__(self, kind: Kind, built_in: Mapping[str, Value | str], read: Callable[[str, object], Value]) -> None:
         self.kind, self._read = kind, read
         self._values: dict[str, Value | str] = dict(built_in)
         self.built_in = tuple(built_in)
-        """The names of those built in, in their order."""
+        """Names of the built-in values, in their order."""
         self._loaded: dict[Extension, Value] = {}
         REGISTRIES[kind] = self
 
@@ -185,8 +186,8 @@ class Registry(Generic[Value]):
         """Return the value with this name.
 
         Raises:
-            KeyError: there is no such value.
-            ExtensionError: the extension cannot be used.
+            KeyError: there is no value with this name.
+            ExtensionError: the extension with this name cannot be used.
         """
         if name in self._values:
             value = self._values[name]
@@ -205,12 +206,12 @@ class Registry(Generic[Value]):
         """Return the value with this name, or None if there is none.
 
         Raises:
-            ExtensionError: the extension cannot be used.
+            ExtensionError: the extension with this name cannot be used.
         """
         return self[name] if name in self else None  # noqa: SIM401
 
     def usable(self, name: str) -> Value | None:
-        """Value with this name; None if there is none or it cannot be used, for tools without error reports."""
+        """Value with this name; None if there is no such value or its extension cannot be used."""
         try:
             return self.get(name)
         except ExtensionError:
@@ -220,30 +221,30 @@ class Registry(Generic[Value]):
         return name in self._values or any(each.name == name for each in self.extensions())
 
     def __iter__(self) -> Iterator[str]:
-        """Iterate over all names; reads the metadata of installed packages."""
+        """Iterate over the names of all values, built-in names first; this reads the metadata of installed packages."""
         return iter(dict.fromkeys((*self.built_in, *(each.name for each in self.extensions()))))
 
     def extensions(self) -> tuple[Extension, ...]:
-        """Extensions of installed packages."""
+        """Extensions of this registry's kind in installed packages."""
         return tuple(each for each in installed() if each.kind is self.kind)
 
     def package(self, name: str) -> str:
-        """Package that provides a name; empty for a built-in one."""
+        """Name of the package that provides a value; empty for a built-in value."""
         return next((each.package for each in self.extensions() if each.name == name), "")
 
     def items_built_in(self) -> tuple[tuple[str, Value], ...]:
-        """Built-in names, each with its value."""
+        """Pairs of name and value for each built-in value."""
         return tuple((name, self[name]) for name in self.built_in)
 
     @contextmanager
     def lent(self, name: str, value: Value, same: Callable[[Value], bool]) -> Iterator[None]:
-        """A further value, as long as the context lasts.
+        """Context in which the registry has a further value under ``name``.
 
         Args:
-            same: true of an installed value of this name that this one replaces.
+            same: predicate; true if an installed value of this name may be replaced.
 
         Raises:
-            ExtensionError: the name is taken.
+            ExtensionError: the name is taken by another value.
         """
         if name in self._values or (name in self and not same(self[name])):
             found = next((each for each in self.extensions() if each.name == name), None)
@@ -257,11 +258,11 @@ class Registry(Generic[Value]):
             del self._values[name]
 
     def forget(self) -> None:
-        """Reload extensions at their next use."""
+        """Discard the loaded extensions, so that each is loaded again at its next use."""
         self._loaded.clear()
 
     def state(self, extension: Extension) -> ExtensionError | None:
-        """Reason why one of its extensions cannot be used; None if it can."""
+        """Error because of which an extension of this registry cannot be used; None if the extension is usable."""
         try:
             raise_clash(extension)
             load(extension, self._read)
@@ -271,10 +272,10 @@ class Registry(Generic[Value]):
 
 
 def raise_taken() -> None:
-    """Raise if an extension has the name of a built-in value, so that words of missions are ambiguous.
+    """Check that no installed extension has the name of a built-in value, which would make words of missions ambiguous.
 
     Raises:
-        ExtensionError: an extension has such a name.
+        ExtensionError: an extension has the name of a built-in value.
     """
     for each in installed():
         if each.kind in REGISTRIES and each.name in REGISTRIES[each.kind].built_in:
@@ -282,7 +283,7 @@ def raise_taken() -> None:
 
 
 def raise_clash(extension: Extension) -> None:
-    """Raise if the name of an extension is built in or also provided by another package.
+    """Check that the name of an extension is neither built in nor provided by another package.
 
     Raises:
         ExtensionError: the name is not unique.
@@ -298,10 +299,10 @@ def raise_clash(extension: Extension) -> None:
 
 
 def load(extension: Extension, read: Callable[[str, object], Value]) -> Value:
-    """Load the value of an extension.
+    """Import an extension and convert its object to a value with ``read``.
 
     Raises:
-        ExtensionError: the import fails, or the interface or the value is wrong.
+        ExtensionError: the import fails, or the package's interface version or the object is wrong.
     """
     of = _which(extension.kind, extension.name, extension)
     update = f"update or uninstall `{extension.package}`"
@@ -327,17 +328,17 @@ def load(extension: Extension, read: Callable[[str, object], Value]) -> Value:
 
 
 def raise_misnamed(name: object) -> None:
-    """Raise if a name has not the form of a name of an extension.
+    """Check that a name has the form of an extension name: lower-case letters, digits and ``_``, a letter first.
 
     Raises:
-        Unfit: it has not.
+        Unfit: the name has another form.
     """
     if not (isinstance(name, str) and NAME.fullmatch(name)):
         raise Unfit("its name needs lower-case letters, digits and `_`, a letter first")
 
 
 def resolved(home: str) -> Any:
-    """Value at ``module:attribute``."""
+    """Object at the location ``module:attribute``, imported if necessary."""
     module, _, attributes = home.partition(":")
     return reduce(getattr, filter(None, attributes.split(".")), import_module(module))
 
@@ -346,13 +347,13 @@ TRACEBACK = "MISSIONC_TRACEBACK=1 shows the traceback"
 
 
 def _text(error: BaseException) -> tuple[str, ...]:
-    """The words of an error, as a note."""
+    """Message of an error as a tuple of one note (at most 200 characters), or empty."""
     text = " ".join(str(error).split())[:200]
     return (text,) if text else ()
 
 
 def _reported(error: BaseException) -> str:
-    """The kind of an error, and the innermost line that raised it in a package of extensions or in code of the user."""
+    """Type of an error, and the innermost line of extension code or user code that raised it."""
     import sysconfig  # for failures alone
     import traceback
 
@@ -369,10 +370,10 @@ def _reported(error: BaseException) -> str:
 
 
 def failure(error: BaseException, counts: Callable[[str, str], bool] = lambda module, file: True) -> str:
-    """The kind of an error and the line that raised it: ``ZeroDivisionError at check_world.py:42``.
+    """Type of an error and the line that raised it, as text: ``ZeroDivisionError at check_world.py:42``.
 
     Args:
-        counts: the modules and files of which the innermost line is given.
+        counts: predicate of a module name and a file name; the reported line is the innermost for which it is true.
     """
     found, place = "", error.__traceback__
     while place:

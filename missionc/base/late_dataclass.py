@@ -1,9 +1,10 @@
-"""Lazily built data classes: ``dataclass`` of the standard library with methods built at first use, not at import.
+"""Lazily built data classes: as ``dataclasses.dataclass``, with methods generated at first use instead of at import.
 
-The standard library generates and compiles code for each method of each class. For the two hundred classes that a check
-loads, this took as long as everything else together, and most have few instances or none. Here the standard library
-builds ``__init__`` and the table of fields at first access, or after a few instances. All classes share the functions
-for comparison, hashing, printing and immutability. For a type checker it *is* the standard library's ``dataclass``.
+The standard library generates and compiles code for each method of each class. A check of a mission loads two hundred
+data classes, most with few instances or none, and the generation took half of its time. Here the standard library
+generates ``__init__`` and the table of fields at first access, or after a few instances. All classes share the
+functions for comparison, hashing, printing and immutability. For a type checker the decorator *is*
+``dataclasses.dataclass``.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ else:
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
 class RecordType(type):
-    """Metaclass of ``Record``: it makes a data class of each subclass that does not declare its slots."""
+    """Metaclass of ``Record``: converts each subclass without its own ``__slots__`` to a data class."""
 
     def __new__(
         cls, name: str, bases: tuple[type, ...], parts: dict[str, Any], *, eq: bool = True, weakref_slot: bool = False
@@ -42,28 +43,28 @@ class RecordType(type):
 
 
 class Record(metaclass=RecordType):
-    """Base class of values: its subclasses are frozen data classes with slots, without a decorator each.
+    """Base class of values: each subclass becomes a frozen data class with slots, without a decorator.
 
-    Inherited fields have no defaults. A subclass without ``eq`` is compared by identity.
+    Inherited fields have no defaults. Instances of a subclass declared with ``eq=False`` are compared by identity.
     """
 
     __slots__ = ()
 
 
 LATE = ("__init__", "__dataclass_fields__", "__dataclass_params__")
-"""Attributes that the standard library builds, at the first use of any of them."""
+"""Attributes that the standard library generates at the first use of any of them."""
 
 T = TypeVar("T", bound=type)
 
 FEW = 25
-"""Number of instances that are filled field by field, before the standard library builds ``__init__``."""
+"""Number of instances of a class that are filled field by field, before the standard library generates ``__init__``."""
 
 KEPT = ("__annotations__", "__module__", "__post_init__")
-"""Attributes that it needs for this, with the fields' defaults."""
+"""Attributes of the written class, besides field defaults, that the standard library needs to generate ``__init__``."""
 
 
 class _Late:
-    """Placeholder in a class for an attribute that is built at first access."""
+    """Placeholder in a class for an attribute that is generated at first access."""
 
     def __init__(self, name: str, make: Callable[[], None]) -> None:
         self.name, self.make = name, make
@@ -74,7 +75,7 @@ class _Late:
 
 
 class _Init(_Late):
-    """Placeholder for ``__init__`` until there are a few instances, or it is accessed."""
+    """Placeholder for ``__init__`` until it is accessed or the class has more than a few instances."""
 
     def __init__(self, make: Callable[[], None], names: tuple[str, ...], defaults: dict[str, Any]) -> None:
         super().__init__("__init__", make)
@@ -89,7 +90,8 @@ class _Init(_Late):
         return partial(self.fill, instance)
 
     def fill(self, instance: object, /, *given: object, **named: object) -> None:
-        """Set every field; wrong arguments are reported by the standard library."""
+        """Set all fields of an instance; if the arguments do not match the fields, the standard library raises the
+        error."""
         if len(given) == len(self.names) and not named:
             for name, value in zip(self.names, given, strict=True):
                 object.__setattr__(instance, name, value)
@@ -113,7 +115,11 @@ def _default(written: Any) -> object:
 
 
 def _made(written: T, frozen: bool, eq: bool, match_args: bool, more_slots: tuple[str, ...]) -> T:
-    """Copy of the class with slots and methods."""
+    """Copy of a written class with slots and data class methods.
+
+    Args:
+        more_slots: slots besides the fields.
+    """
     kinds, inherited = get_annotations(written), tuple(getattr(written, "__match_args__", ()))
     own = tuple(name for name, kind in kinds.items() if "ClassVar" not in str(kind).partition("[")[0])
     names = inherited + own
@@ -132,7 +138,7 @@ def _made(written: T, frozen: bool, eq: bool, match_args: bool, more_slots: tupl
             setattr(cls, name, twin.__dict__[name])
 
     def those(which: str) -> tuple[str, ...]:
-        """Names of the fields that are not excluded from ``which``."""
+        """Names of the fields that take part in ``which`` (``compare``, ``repr``, …)."""
         return tuple(name for name in names if not _is_field(defaults.get(name)) or getattr(defaults[name], which))
 
     methods: dict[str, Any] = {name: _Late(name, make) for name in LATE}
@@ -169,7 +175,7 @@ def _with_slots(cls: T, names: tuple[str, ...], more: tuple[str, ...]) -> T:
 
 
 def _values(names: tuple[str, ...]) -> Callable[[object], tuple[object, ...]]:
-    """Build a function that returns the values of these fields of an instance."""
+    """Function from an instance to the tuple of values of these fields."""
     if len(names) > 1:
         return attrgetter(*names)
     return lambda instance: tuple(getattr(instance, name) for name in names)

@@ -1,4 +1,4 @@
-"""Lazy names: public names of a package, loaded from their modules at first use."""
+"""Lazy imports: public names of a package that are loaded from their modules at first use."""
 
 from __future__ import annotations
 
@@ -6,7 +6,12 @@ from collections.abc import Callable
 
 
 def late_names(package: str, homes: dict[str, tuple[str, ...]]) -> Callable[[str], object]:
-    """Build the ``__getattr__`` of a package: each name is loaded from its module at first use."""
+    """Function for the ``__getattr__`` of a package that loads each public name from its module at first use.
+
+    Args:
+        package: name of the package, for error messages.
+        homes: public names by the module that defines them.
+    """
 
     def find(name: str) -> object:
         from importlib import import_module

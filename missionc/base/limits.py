@@ -1,25 +1,25 @@
-"""Size limits of missions: each has a message with its name and a flag that raises it."""
+"""Size limits of missions; the message about an exceeded limit names the limit and the option that raises it."""
 
 from __future__ import annotations
 
 from missionc.base.late_dataclass import Record
 
 MOST = 10**15
-"""Maximum value of a limit: whole numbers up to it are exact in floating point."""
+"""Maximum value of a limit: integers up to it are exact in floating point."""
 
 DEEPEST = 256
-"""Maximum depth of nesting and includes that every pass supports; some of them recurse."""
+"""Maximum depth of nesting and of includes, bounded because some passes recurse."""
 
 
 class Limits(Record):
-    """Maximum sizes of a mission; each field is a ``--limit NAME=VALUE`` of the command line.
+    """Maximum sizes of a mission and its files; each field is an option ``--limit NAME=VALUE``.
 
     Raises:
-        ValueError: a limit is not positive, or above its own maximum.
+        ValueError: a limit is not positive, or exceeds the maximum value of a limit.
     """
 
     file_bytes: int = 1 << 16
-    """Bytes of a mission with its includes: 6 times one with 200 lines, so that a check takes at most two seconds."""
+    """Bytes of a mission with its includes: 6 times a mission of 200 lines; a check takes at most two seconds."""
     nesting: int = DEEPEST
     name_length: int = 128
     digits: int = 15
@@ -29,36 +29,36 @@ class Limits(Record):
     include_depth: int = 32
     formula_nodes: int = 1_000_000
     family_parts: int = 30_000
-    """Parts of the text after expansion of families and `for`: more than in any mission of maximum size."""
+    """Parts of the text after expansion of families and `for`: more than any mission within the other limits needs."""
     shape_parts: int = 1_000
     formation_edges: int = 100_000
     clauses: int = 60_000_000
     trace_bytes: int = 1 << 28
     trace_samples: int = 2_000_000
-    """Rows of a table, or agents times times of a list: each takes about half a kilobyte."""
+    """Samples of a trace file: table rows, or agents times sample times; half a kilobyte of memory each."""
     chunk_bytes: int = 1 << 26
-    """Bytes of a record in a recording, and of an unpacked chunk: far more than recorders write."""
+    """Bytes of a record in a recording (MCAP), and of an unpacked chunk: far more than recorders write."""
     recording_bytes: int = 1 << 34
-    """Bytes of all unpacked chunks of a recording."""
+    """Bytes of all unpacked chunks of a recording (MCAP)."""
     json_values: int = 30_000_000
-    """Values of a JSON file: more numbers than fit into a trace."""
+    """Values of a JSON file: more than the largest allowed trace contains."""
     checkpoint_bytes: int = 1 << 28
     map_bytes: int = 1 << 25
-    """Total bytes of the files from which a mission's world and places are read."""
+    """Total bytes of the map files from which a mission reads its world and its positions."""
     map_cells: int = 1 << 24
     """Cells of an occupancy grid: 4096 by 4096."""
     map_features: int = 10_000
-    """Shapes, points and rows of such a file."""
+    """Shapes, points and rows of a map file."""
     map_corners: int = 100_000
-    """Corners of all outlines in such a file, and of the borders between free and occupied cells."""
+    """Corners of all outlines in a map file, and of the boundaries between free and occupied cells of a grid."""
     map_lines: int = 1_000_000
-    """Lines of text of a drawing: about ten seconds of reading."""
+    """Lines of text of a map drawing: about ten seconds of reading."""
     simulated_seconds: int = 20_000
-    """Seconds of all agents in all flights that are repeated to verify a simulation: a minute or two of work."""
+    """Simulated seconds of all agents and flights, repeated to verify a simulation: one or two minutes of work."""
     proof_steps: int = 1_000_000
-    """Clauses of an infeasibility proof that are checked again: some minutes of work."""
+    """Clauses of an infeasibility proof that are verified again: some minutes of work."""
     proof_literals: int = 20_000_000
-    """Numbers in such a proof and in the clauses that it refutes."""
+    """Literals in an infeasibility proof and in the clauses that it refutes."""
 
     def __post_init__(self) -> None:
         for name in type(self).__match_args__:
@@ -67,5 +67,5 @@ class Limits(Record):
 
 
 def most(name: str) -> int:
-    """Maximum value of a limit."""
+    """Maximum value that a user may set for the named limit."""
     return DEEPEST if name in ("nesting", "include_depth") else MOST

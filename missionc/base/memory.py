@@ -1,6 +1,6 @@
-"""Memory of this process: its current size, and a limit on it.
+"""Memory of this process: its current size, and an upper limit.
 
-Only Linux supports this; elsewhere the size is 0, and there is no limit.
+Only Linux supports both; on other systems the size is 0, and there is no limit.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ DEFAULT_LIMIT = 8 << 30
 """Default memory limit of a command, bytes."""
 
 ROOM = 128 << 20
-"""Minimum number of bytes for a process under any limit: less would not suffice for a message."""
+"""Minimum number of bytes that any limit leaves to a process; less would not suffice for an error message."""
 
 
 def held() -> int:
-    """Bytes of this process that are in memory now."""
+    """Resident memory of this process, bytes."""
     return _status("RssAnon")
 
 
 @contextmanager
 def limited(size: int) -> Iterator[None]:
-    """Context in which this process is limited to about ``size`` bytes: larger requests raise a ``MemoryError``.
+    """Context in which allocations beyond a total of about ``size`` bytes raise a ``MemoryError``.
 
-    Existing memory counts, but at least half of ``size`` is always available.
+    Memory that is already allocated counts, but at least half of ``size`` remains available.
     """
     if sys.platform != "linux":
         yield
@@ -46,13 +46,16 @@ def limited(size: int) -> Iterator[None]:
 
 
 def copies(most: int) -> int:
-    """Number of processes like this one, from 1 to ``most``, that fit into the current limit."""
+    """Number of processes of this process's size, from 1 to ``most``, that fit into the current memory limit."""
     allowed, own = _allowed(), held()
     return most if allowed is None or own == 0 else max(1, min(most, (allowed - own) // own))
 
 
 def reserve(size: float, what: str) -> None:
-    """Check a request of ``size`` bytes for ``what``, a plural that begins a sentence.
+    """Check that ``size`` bytes for ``what`` fit into the current memory limit.
+
+    Args:
+        what: purpose of the memory, a plural noun that begins the sentence of the error.
 
     Raises:
         MemoryError: the request exceeds the current limit.
@@ -63,22 +66,22 @@ def reserve(size: float, what: str) -> None:
 
 
 def exhausted(error: BaseException) -> bool:
-    """Whether an error says that there is no memory; libraries in C++ say so in words of their own."""
+    """Return true if an error reports that memory is exhausted, in Python or in a C++ library."""
     return isinstance(error, MemoryError) or "bad_alloc" in str(error) or "bad allocation" in str(error)
 
 
 def left(size: int) -> int:
-    """Part of ``size`` bytes that this process leaves to another one: at least a quarter."""
+    """Part of ``size`` bytes that this process leaves to another process, at least a quarter; bytes."""
     return max(size - held(), size // 4)
 
 
 def sized(size: float) -> str:
-    """Bytes in words: ``1.5 GB``, ``300 MB``."""
+    """Number of bytes as text: ``1.5 GB``, ``300 MB``."""
     return f"{size / (1 << 30):.3g} GB" if size >= 1 << 30 else f"{size / (1 << 20):.3g} MB"
 
 
 def _allowed() -> int | None:
-    """Bytes that this process may use, if there is a limit."""
+    """Memory limit of this process, bytes; None without a limit."""
     if sys.platform != "linux":
         return None
     import resource
@@ -88,7 +91,7 @@ def _allowed() -> int | None:
 
 
 def _status(name: str) -> int:
-    """Bytes under a name in the system's status of this process; 0 if there is none."""
+    """Value of a field of ``/proc/self/status``, bytes; 0 if the field does not exist."""
     try:
         match = re.search(rf"^{name}:\s+(\d+) kB", Path("/proc/self/status").read_text(), re.MULTILINE)
     except OSError:

@@ -1,7 +1,7 @@
-"""Notebook display of values as the result of a cell: in Jupyter, and in IPython on a terminal.
+"""Notebook display of values that are the result of a cell, in Jupyter and in IPython on a terminal.
 
-A notebook shows the ``str`` of a value verbatim, or a report in a frame. This loads no module, and no notebook package
-must be installed.
+A value is displayed as its preformatted ``str``, or as a report in an HTML frame. The functions import no notebook
+package, and none must be installed.
 """
 
 from __future__ import annotations
@@ -15,41 +15,41 @@ from missionc.base.late_dataclass import Record
 from missionc.base.palette import LIGHT
 
 HEIGHT = 760
-"""Height of a report in a cell, pixels: the map, and some lanes below it."""
+"""Height of the frame of a report in a cell, pixels: enough for the map and some timelines below it."""
 
 WIDTH, EDGE = 320.0, 12.0
-"""Width of a picture of paths, and its margin, pixels."""
+"""Width of a picture of paths, and its padding, pixels."""
 
 COLOURS = LIGHT["agents"]
 
 
 class Printer(Protocol):
-    """Pretty printer of IPython."""
+    """Interface of the pretty printer of IPython."""
 
     def text(self, words: str) -> None: ...
 
 
 def printed(value: object, printer: Printer, cycle: bool) -> None:
-    """Implementation of ``_repr_pretty_``.
+    """Print a value as its ``str``: the implementation of ``_repr_pretty_``.
 
-    IPython looks for it next to ``__repr__``, in the class itself, not in a base class.
+    IPython looks for the method in the class that defines ``__repr__``, not in a base class.
     """
     printer.text(str(value))
 
 
 def shown(value: object) -> str:
-    """HTML for ``_repr_html_`` of a value that is text."""
+    """Preformatted HTML of the ``str`` of a value: the implementation of ``_repr_html_``."""
     return preformatted(str(value))
 
 
 def preformatted(words: str) -> str:
-    """Preformatted HTML of any text, with its columns."""
+    """Preformatted HTML of a text, which keeps its columns aligned; empty for an empty text."""
     style = "font-family: ui-monospace, monospace; overflow-x: auto"  # which a notebook's own style may remove
     return f'<pre style="{style}">{html.escape(words)}</pre>' if words else ""
 
 
 def framed(page: str, words: str) -> str:
-    """HTML of a report in a frame, with its text if frames are not shown."""
+    """HTML frame with a report page; ``words`` is the text for viewers without frames."""
     # Its script runs isolated from the notebook.
     return (
         f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" title="report" '
@@ -58,16 +58,17 @@ def framed(page: str, words: str) -> str:
 
 
 def picture(svg: bytes) -> str:
-    """HTML image of a drawing: no script in it runs, and its names cannot clash."""
+    """HTML image element of an SVG drawing, isolated from the page: its scripts do not run and its identifiers cannot
+    clash."""
     return (
         f'<img alt="" src="data:image/svg+xml;base64,{base64.b64encode(svg).decode("ascii")}" style="max-width: 100%">'
     )
 
 
 class Figure(Record):
-    """Region or obstacle from above: ``rings`` of corners, or a ``disc`` (x, y, radius); metres.
+    """Shape drawn in a picture, from above: ``rings`` of corners, or a ``disc`` (x, y, radius); metres.
 
-    ``place`` is the position of its name.
+    ``place`` is the position of the shape's name, (x, y), metres.
     """
 
     name: str
@@ -80,7 +81,8 @@ class Figure(Record):
 
 
 class Ground(Record):
-    """Background of paths: corners of the world, (x, y) each in metres, and its contents."""
+    """Background of a picture of paths: corners ``low`` and ``high`` of the world, (x, y) in metres, and the shapes in
+    it."""
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -88,11 +90,11 @@ class Ground(Record):
 
 
 def paths(motion: Sequence[Sequence[Sequence[float]]], ground: Ground | None = None) -> bytes:
-    """Paths of all agents from above, as SVG: a ring at the start, a disc at the end.
+    """SVG picture of the paths of all agents from above: a ring marks each start, a disc each end.
 
     Args:
-        motion: (agents, steps + 1, dim), metres; the first two coordinates are drawn.
-        ground: background with axes in metres; without one the picture is cropped to the paths.
+        motion: positions, (agents, steps + 1, dim), metres; the first two coordinates are drawn.
+        ground: background with axes in metres; if None, the picture is cropped to the paths.
     """
     view = _View.of([place for path in motion for place in path] if ground is None else [ground.low, ground.high])
     lines = [
@@ -114,7 +116,7 @@ def paths(motion: Sequence[Sequence[Sequence[float]]], ground: Ground | None = N
 
 
 class _View(Record):
-    """Transformation from metres to pixels."""
+    """Transformation from world coordinates (metres) to picture coordinates (pixels)."""
 
     left: float
     top: float
@@ -123,7 +125,7 @@ class _View(Record):
 
     @classmethod
     def of(cls, places: Sequence[Sequence[float]]) -> _View:
-        """View of all of these places, within the picture's margin."""
+        """Transformation that fits the given positions, metres, into the picture inside its padding."""
         left, right = (choose(place[0] for place in places) for choose in (min, max))
         low, high = (choose(place[1] for place in places) for choose in (min, max))
         scale = (WIDTH - 2 * EDGE) / max(right - left, high - low, 1e-9)
@@ -134,7 +136,7 @@ class _View(Record):
 
 
 def _ground(view: _View, ground: Ground) -> list[str]:
-    """SVG of the floor, its contents with names, and the numbers of the axes."""
+    """SVG elements of the floor, the shapes with their names, and the axis labels."""
     (x, y), (to_x, to_y) = view.at((ground.low[0], ground.high[1])), view.at((ground.high[0], ground.low[1]))
     floor = f'<rect x="{x:.1f}" y="{y:.1f}" width="{to_x - x:.1f}" height="{to_y - y:.1f}" stroke-width="1"'
     lines = [f'{floor} fill="{LIGHT["floor"]}" stroke="{LIGHT["faint"]}"/>']

@@ -1,10 +1,10 @@
-"""The palette of every picture: plots, the report, notebooks.
+"""Colour palette of all pictures: plots, the report, notebooks.
 
-True is blue and false vermilion, distinct under every common colour blindness; no agent has either. Agents differ in
-colour and marker, and the role of a region determines its colour.
+True is blue and false is vermilion, which are distinct in the common colour vision deficiencies; no agent has either
+colour. Agents differ in colour and marker, and the role of a region determines its colour.
 
 Source:
-    Okabe and Ito, "Color Universal Design" (2008); its faint colours made darker on white.
+    Okabe and Ito, "Color Universal Design" (2008); light colours are darkened for white backgrounds.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from __future__ import annotations
 from typing import Any
 
 ROLES = ("goal", "avoid", "start", "plain")
-"""Roles of regions: to reach or stay in, to avoid, starts of agents, none of these."""
+"""Roles of regions in pictures: to reach or stay in, to avoid, start of an agent, none of these."""
 
 MARKS = ("disc", "square", "triangle", "diamond", "plus", "cross", "hexagon", "wedge")
-"""Markers in the order of the agents, or of the teams if there are many agents."""
+"""Marker shapes of agents in mission order, or of teams if there are many agents."""
 
 LIGHT: dict[str, Any] = {
     "agents": ("#6a3d9a", "#009e73", "#b8478f", "#8a6d00", "#2a8cb8", "#444444", "#7a3b12", "#5f8f00"),

@@ -1,25 +1,26 @@
-"""Optimality gap: value of a plan next to a proven lower bound for every plan of the mission."""
+"""Optimality gap: objective value of a plan and a proven lower bound for every plan of the mission."""
 
 from __future__ import annotations
 
 from missionc.base.late_dataclass import Record
 
 SAME = {"s": 1e-6, "m": 1e-3}
-"""Tolerance for a plan's value and the bound to count as equal, in their unit."""
+"""Tolerance, by unit, within which the value of a plan counts as equal to the lower bound."""
 
 OBJECTIVE = {"s": "duration", "m": "distance"}
 
 
 TOURS, COVER = "tours", "cover"
-"""Sources of a bound: tours of required places, which anyone can compute from the mission, or a cover."""
+"""Methods that prove a lower bound: tours of the required regions, or an over-approximation of all motions (cover)."""
 
 
 class Proven(Record):
-    """Value of a plan (duration or total distance), and the lower bound ``least`` for every plan of the mission.
+    """Objective value of a plan (duration or total distance), and a lower bound ``least`` for every plan of the
+    mission.
 
     Args:
-        unit: unit of both: ``s`` for ``minimize duration``, ``m`` for ``minimize distance``.
-        by: ``TOURS`` or ``COVER``.
+        unit: unit of ``value`` and ``least``: ``s`` for ``minimize duration``, ``m`` for ``minimize distance``.
+        by: method that proved the lower bound, ``TOURS`` or ``COVER``.
     """
 
     value: float
@@ -29,7 +30,7 @@ class Proven(Record):
 
     @property
     def best(self) -> bool:
-        """True if no plan is better."""
+        """True if the plan is optimal: its value equals the lower bound within the tolerance."""
         return self.value - self.least <= SAME[self.unit]
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Resource files of the compiler: inside the installed package, or in the source tree next to it."""
+"""Resource folders of the compiler, in the installed package or in the source tree."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from pathlib import Path
 
 
 def folder(name: str) -> Path:
-    """Return the folder ``grammars``, ``missions`` or ``docs/errors``.
+    """Path of a resource folder: ``grammars``, ``missions`` or ``docs/errors``.
 
     Raises:
-        FileNotFoundError: the installation is incomplete.
+        FileNotFoundError: the installation lacks the folder.
     """
     package = Path(__file__).resolve().parents[1]
     for root in (package, package.parent):

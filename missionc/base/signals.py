@@ -1,10 +1,10 @@
-"""Signals: converts Ctrl-C, SIGTERM and SIGHUP to one exception, for cleanup and the right exit status.
+"""Signals: Ctrl-C, SIGTERM and SIGHUP raise one exception, for cleanup and the right exit status.
 
-Once there is a plan (``hold``), the first one no longer raises: ``asked`` reports it, work on a better plan ends, and
-the existing plan is verified and written.
+After ``defer_stop`` (there is a plan to save), the first signal does not raise: ``stop_requested`` returns true, the
+search for a better plan ends, and the existing plan is verified and written.
 
-The interpreter delivers a signal between two of its own instructions, and code that suppresses exceptions can lose it.
-A thread that receives each signal from the system ends the process if it does not end by itself.
+Python delivers a signal between two of its own instructions, and code that suppresses exceptions can lose it. A thread
+that receives each signal from the operating system ends the process if the process does not end by itself.
 """
 
 from __future__ import annotations
@@ -22,14 +22,12 @@ from missionc.base.deadline import OutOfTime
 from missionc.base.supervision import FORWARDED, HANDLED, supervised, tell_held
 
 PATIENCE = 1.5
-"""Seconds for cleanup of the process."""
+"""Seconds that the process has for cleanup after a signal."""
 
 
 class Stopped(BaseException):
-    """Exception for a request to end the process.
-
-    Not an ``Exception``, so that error handlers do not catch it.
-    """
+    """Exception for a signal that requests the end of the process; no ``Exception``, so that error handlers do not
+    catch it."""
 
     def __init__(self, signal_number: int) -> None:
         super().__init__(signal_number)
@@ -37,9 +35,10 @@ class Stopped(BaseException):
 
 
 class _State:
-    """State of the process, since its signal handlers are global.
+    """State of signal handling of this process; global, as signal handlers are.
 
-    ``seen`` is a signal's number; ``forwarded`` is added to numbers in a supervised process, and 0 in any other.
+    ``seen`` is the number of the first signal, 0 before it. ``held`` is true while there is a plan to save.
+    ``forwarded`` is the offset of signal numbers in a supervised process, and 0 in any other.
     """
 
     seen = 0
@@ -52,9 +51,9 @@ _now = _State()
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Context in which the first signal raises ``Stopped`` (after ``hold``, is recorded).
+    """Context in which the first signal raises ``Stopped``, or is only recorded while there is a plan to save.
 
-    A second one ends the process at once.
+    A second signal ends the process at once.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -81,13 +80,15 @@ def stoppable() -> Iterator[None]:
 
 
 def _nobody_hangs_up(number: signal.Signals) -> bool:
-    """Return whether the process was started to survive the end of its terminal, as with ``nohup``."""
+    """Return true if SIGHUP is ignored in this process because it was started to survive its terminal, as by
+    ``nohup``."""
     return number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
 
 
 @contextmanager
 def _ended_by_force() -> Iterator[None]:
-    """Context in which the process ends ``PATIENCE`` after a signal without a plan to save, and at a second one."""
+    """Context in which the process is ended ``PATIENCE`` seconds after a signal if there is no plan to save, or at a
+    second signal."""
     read_end, write_end = os.pipe()
     os.set_blocking(write_end, False)
     threading.Thread(target=_watch, args=(read_end,), daemon=True).start()
@@ -100,7 +101,7 @@ def _ended_by_force() -> Iterator[None]:
 
 
 def _watch(read_end: int) -> None:
-    """End the process if it does not end by itself; return when the pipe is closed."""
+    """End the process if it does not end by itself after a signal; return when the pipe of signal numbers is closed."""
     number = _next_signal(read_end)
     if number and (not select.select([read_end], [], [], None if _now.held else PATIENCE)[0] or _next_signal(read_end)):
         os._exit(128 + number)
@@ -108,7 +109,7 @@ def _watch(read_end: int) -> None:
 
 
 def _next_signal(read_end: int) -> int:
-    """Number of the next signal that is handled here; 0 if there will be none."""
+    """Number of the next handled signal that arrives in the pipe; 0 when the pipe is closed."""
     while number := os.read(read_end, 1):
         if number[0] - _now.forwarded in HANDLED:
             return number[0] - _now.forwarded
@@ -117,7 +118,8 @@ def _next_signal(read_end: int) -> int:
 
 @contextmanager
 def _lost_in_silence() -> Iterator[None]:
-    """Context in which a suppressed interruption, as in a destructor, is not reported, since it is repeated."""
+    """Context in which Python does not report an interruption that is discarded (as in a destructor); interruptions are
+    repeated."""
     before = sys.unraisablehook
 
     def report(unraisable: sys.UnraisableHookArgs) -> None:
@@ -132,7 +134,7 @@ def _lost_in_silence() -> Iterator[None]:
 
 
 def leave_signals() -> None:
-    """Leave signals to the parent, in a forked child."""
+    """Restore default signal handling in a forked child: the parent handles Ctrl-C and SIGHUP."""
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
@@ -140,31 +142,40 @@ def leave_signals() -> None:
 
 
 def defer_stop() -> None:
-    """Mark that there is a plan to save, from now until the end of ``stoppable``."""
+    """Record that there is a plan to save: until ``release_stop``, a signal does not raise ``Stopped``."""
     _now.held = True
     tell_held(True)
 
 
 def stop_requested() -> bool:
-    """Return whether the process should end and save its plan."""
+    """Return true if a signal arrived while there is a plan to save, so that the search must end."""
     return bool(_now.seen) and _now.held
 
 
 def release_stop() -> None:
-    """Mark that the plan is saved, and raise the ``Stopped`` of a signal that came in the meantime, if any."""
+    """Record that the plan is saved, and raise ``Stopped`` if a signal arrived in the meantime.
+
+    Raises:
+        Stopped: a signal arrived while the plan was not saved.
+    """
     _now.held = False
     tell_held(False)
     reraise_stop()
 
 
 def reraise_stop() -> None:
-    """Raise an earlier ``Stopped`` again, if any: a library may have replaced it with its own error."""
+    """Raise ``Stopped`` again if a signal arrived earlier, since a library may have replaced the exception with its
+    own.
+
+    Raises:
+        Stopped: a signal arrived and there is no plan to save.
+    """
     if _now.seen and not _now.held:
         raise Stopped(_now.seen)
 
 
 def end_with_parent() -> None:
-    """Make this child of ``multiprocessing`` end at once when its parent has ended."""
+    """Start a thread that ends this child process of ``multiprocessing`` as soon as its parent has ended."""
     import multiprocessing  # most processes have no children
 
     parent = multiprocessing.parent_process()

@@ -1,4 +1,4 @@
-"""Planning methods: the method that found the motion of each agent, for summaries and plan.json."""
+"""Planning methods: the method that found the trajectory of each agent, for summaries and plan.json."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ METHODS = {
     TRANSPORT: "transport",
     POLISH: "polish",
 }
-"""Name of each method, by its word in documents."""
+"""Display name of each planning method, by its identifier in documents."""
 
 
 class Solved(Record):
-    """Agents, by name, whose motion one method found."""
+    """Names of the agents whose trajectory one planning method (``by``) found."""
 
     by: str
     agents: tuple[str, ...]
@@ -30,20 +30,25 @@ class Solved(Record):
 
 
 def solved_by(methods: Mapping[str, str]) -> tuple[Solved, ...]:
-    """One entry for each method, solvers first, from the method of each agent, by name."""
+    """Agents grouped by planning method, solvers first.
+
+    Args:
+        methods: planning method of each agent, by agent name.
+    """
     used = sorted(set(methods.values()), key=list(METHODS).index)
     return tuple(Solved(by, tuple(name for name, each in methods.items() if each == by)) for by in used)
 
 
 def then_polished(solved: tuple[Solved, ...], agents: Iterable[str]) -> tuple[Solved, ...]:
-    """The same for a plan whose agents the optimiser all moved afterwards."""
+    """Planning methods of a plan after the optimiser has changed the trajectories of all ``agents``."""
     return solved if solved and solved[-1].by == POLISH else (*solved, Solved(POLISH, tuple(agents)))
 
 
 def solved_text(solved: Sequence[Solved]) -> str:
-    """Text such as ``solved: 2 agents by Z3, 8 by search``, with follow-up methods after ``then``.
+    """Planning methods as text, ``solved: 2 agents by Z3, 8 by search``; methods that changed agents again follow
+    ``then``.
 
-    Empty if unknown.
+    The text is empty if no method is known.
     """
     parts: list[str] = []
     known: set[str] = set()
@@ -55,10 +60,13 @@ def solved_text(solved: Sequence[Solved]) -> str:
 
 
 def read_solved(records: object, agents: Iterable[str]) -> tuple[Solved, ...]:
-    """Parse entries from their records, for a mission with these agents.
+    """Parse the planning methods from the records of a document.
+
+    Args:
+        agents: names of the mission's agents.
 
     Raises:
-        ValueError: these are not records of methods and agents.
+        ValueError: the records are no records of known methods and agents of the mission.
     """
     names, found = frozenset(agents), []
     for record in records if isinstance(records, list) else [None]:

@@ -1,4 +1,4 @@
-"""Source text of missions and spans in it; line and column are computed for messages only."""
+"""Source text of missions and its spans; lines and columns are computed for messages only."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from missionc.base.late_dataclass import Record
 
 
 class Source(Record, eq=False):
-    """Text of one file, with its name for the user.
+    """Text of one file, with the file name that messages show.
 
-    ``data`` is the contents of a file that is not a mission; its ``text`` is empty if it is not UTF-8.
+    ``data`` is the contents of a file that is not a mission; ``text`` is then empty if the contents are not UTF-8.
     """
 
     name: str
@@ -23,7 +23,7 @@ class Source(Record, eq=False):
 
     @property
     def line_starts(self) -> list[int]:
-        """Offset of each line, computed at first use, since few files need it."""
+        """Offset of the start of each line, computed at first use."""
         if not self._starts:
             ends = accumulate(len(line) + 1 for line in self.text.split("\n"))
             self._starts.extend((0, *islice(ends, self.text.count("\n"))))
@@ -31,16 +31,16 @@ class Source(Record, eq=False):
 
     @property
     def content(self) -> bytes:
-        """Contents of the file; for a mission, its text in UTF-8."""
+        """Contents of the file in bytes; for a mission, its text in UTF-8."""
         return self.text.encode("utf-8", "replace") if self.data is None else self.data
 
     def place(self, offset: int) -> tuple[int, int]:
-        """Line and column of an offset, both counted from 1."""
+        """Line and column of a character offset, both counted from 1."""
         line = bisect_right(self.line_starts, offset)
         return line, offset - self.line_starts[line - 1] + 1
 
     def line(self, number: int) -> str:
-        """Text of a line (counted from 1), without its line end."""
+        """Text of the line with this number (counted from 1), without its line end."""
         start = self.line_starts[number - 1]
         end = self.line_starts[number] if number < len(self.line_starts) else len(self.text)
         return self.text[start:end].rstrip("\r\n")
@@ -52,7 +52,7 @@ def line_ends(text: str) -> int:
 
 
 class Turn(NamedTuple):
-    """One value of the index ``name``, in its range from ``low`` to ``high``."""
+    """One value of the index ``name`` of a family or a ``for``, which ranges from ``low`` to ``high``."""
 
     name: str
     value: int
@@ -61,9 +61,9 @@ class Turn(NamedTuple):
 
 
 class Span(Record):
-    """Characters of a source from ``start`` to ``end`` (exclusive).
+    """Range of characters of a source, from offset ``start`` to offset ``end`` (exclusive).
 
-    ``turns`` are the current indices of the text in a family or after ``for``, the outermost first.
+    ``turns`` are the current index values of the surrounding families and ``for``, the outermost first.
     """
 
     source: Source
@@ -76,15 +76,15 @@ class Span(Record):
         return self.source.text[self.start : self.end]
 
     def part(self, start: int, end: int) -> Span:
-        """Other characters of the same source with the same indices."""
+        """Span from ``start`` to ``end`` of the same source, with the same index values."""
         return Span(self.source, start, end, self.turns)
 
     @property
     def first_line(self) -> Span:
-        """Part before the first line end."""
+        """Part of the span before its first line end."""
         end = self.source.text.find("\n", self.start, self.end)
         return self.part(self.start, self.end if end < 0 else end)
 
     def to(self, other: Span) -> Span:
-        """Span from the start of this one to the end of the other."""
+        """Span from the start of this span to the end of ``other``."""
         return self.part(self.start, other.end)

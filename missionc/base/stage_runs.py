@@ -1,4 +1,4 @@
-"""Stage runs: the attempts of a compilation in order, as plan.json records them and the report shows them."""
+"""Stage runs: attempts of a compilation in order, as plan.json records them and the report displays them."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from collections.abc import Sequence
 from missionc.base.late_dataclass import Record
 
 LAST = "result"
-"""Marker for the end after the last attempt."""
+"""Value of ``then`` in the record of the last attempt."""
 
 
 class StageRun(Record):
-    """One attempt of a stage.
+    """One attempt of a stage of the compilation.
 
     Args:
-        stage: name, as in ``--emit strategy``.
-        attempt: description of the attempt; empty if a stage has only one.
-        engine: backend of the attempt; empty if there was none.
-        work: units of ``backends.work``, to three decimals; 0 if the attempt is not counted.
-        outcome: in words.
+        stage: name of the stage, as in ``--emit strategy``.
+        attempt: description of the attempt; empty if the stage has only one attempt.
+        engine: backend of the attempt; empty if no backend ran.
+        work: counted work, in units of ``backends.work``, to three decimals; 0 if the attempt is not counted.
+        outcome: outcome of the attempt, as a phrase.
     """
 
     stage: str
@@ -30,7 +30,7 @@ class StageRun(Record):
 
 
 def stage_records(runs: Sequence[StageRun]) -> list[dict[str, object]]:
-    """One record for each attempt; ``then`` is the stage that followed."""
+    """JSON records of the attempts; ``then`` names the stage that followed."""
     following = [*(each.stage for each in runs[1:]), LAST]
     return [
         {
@@ -46,10 +46,10 @@ def stage_records(runs: Sequence[StageRun]) -> list[dict[str, object]]:
 
 
 def read_stage_runs(records: object) -> tuple[StageRun, ...]:
-    """Parse attempts from their records.
+    """Parse attempts from their JSON records.
 
     Raises:
-        ValueError: these are not records of attempts.
+        ValueError: the records are not records of attempts.
     """
     found = []
     for record in records if isinstance(records, list) else [None]:

@@ -1,8 +1,7 @@
-"""Strict JSON reader: rejects everything that two readers could interpret differently.
+"""Strict JSON reader: rejects texts that two JSON readers could interpret differently.
 
-No key is duplicated, every number is finite (unless the caller
-takes others) and no longer than a double or a 64-bit integer needs, no half of
-a surrogate pair stands alone, and nothing is nested deeper than a reader goes.
+No key is duplicated. Every number is finite (unless the caller accepts others) and fits a double or a 64-bit integer.
+No half of a surrogate pair stands alone, and the depth of nesting is limited.
 """
 
 from __future__ import annotations
@@ -16,16 +15,16 @@ from typing import Any, TypeGuard
 from missionc.base.limits import Limits
 
 LONGEST_INTEGER = 19
-"""Maximum number of digits of an integer: more do not fit into 64 bits."""
+"""Maximum number of digits of an integer, so that it fits into 64 bits."""
 CONSTANT = re.compile(r"-?(?:NaN|Infinity)")
-"""Numbers that JSON does not allow, as some writers have them."""
+"""Number constants outside the JSON standard that some programs write."""
 
 VALUES = Limits().json_values
-"""Default maximum number of values in a text."""
+"""Default maximum number of values in a JSON text."""
 
 
 class NotJsonError(ValueError):
-    """Error for text that is not valid JSON: the reason as a phrase, and its place in the text."""
+    """Error for text that is not valid JSON: the reason as a phrase, and the location in the text."""
 
     def __init__(self, reason: str, place: int = 0) -> None:
         super().__init__(reason)
@@ -33,14 +32,14 @@ class NotJsonError(ValueError):
 
 
 def parse_json(content: str | bytes, most: int = VALUES, *, finite: bool = True) -> Any:
-    """Parse the value in a text or in UTF-8 bytes.
+    """Value that a JSON text, or JSON bytes in UTF-8, contains.
 
     Args:
-        most: maximum number of values in it, including nested ones.
-        finite: reject ``NaN`` and ``Infinity``; otherwise they are kept.
+        most: maximum number of values in the text, including nested values.
+        finite: reject ``NaN`` and ``Infinity``; if False, they are accepted.
 
     Raises:
-        NotJsonError: the text contains no value, an ambiguous one, or too many.
+        NotJsonError: the text contains no value, an ambiguous value, or too many values.
     """
     try:
         text = content if isinstance(content, str) else content.decode("utf-8")
@@ -71,14 +70,14 @@ def parse_json(content: str | bytes, most: int = VALUES, *, finite: bool = True)
 
 
 def parse_record(content: str | bytes, schema: str = "", *, finite: bool = True) -> dict[str, Any]:
-    """Parse the record in a text.
+    """Object (dictionary) that a JSON text contains.
 
     Args:
-        schema: required value of ``schema``; any if empty.
-        finite: as in ``parse_json``.
+        schema: required value of the key ``schema``; any if empty.
+        finite: reject ``NaN`` and ``Infinity``, as in ``parse_json``.
 
     Raises:
-        NotJsonError: as in ``parse_json``, or the value is not such a record.
+        NotJsonError: as in ``parse_json``, or the value is no object, or it has another ``schema``.
     """
     value = parse_json(content, finite=finite)
     if not isinstance(value, dict):
@@ -89,7 +88,7 @@ def parse_record(content: str | bytes, schema: str = "", *, finite: bool = True)
 
 
 def is_finite_number(value: object) -> TypeGuard[int | float]:
-    """Return whether a value is a finite number, and not a Boolean."""
+    """Return true if a value is a finite number; Booleans are not numbers."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 
 

@@ -1,11 +1,11 @@
-"""Supervision: the work runs in a child process, which its parent ends if the worker itself cannot.
+"""Supervision: the work runs in a child process (worker), which the parent kills if the worker does not end by itself.
 
-in   reports of the worker: its deadline, and whether it has a plan to save
-out  in the worker nothing; in its parent how the worker ended
+    in   reports of the worker: its deadline, and whether it has a plan to save
+    out  in the worker nothing; in the parent the outcome of the worker
 
-Python interrupts a process between two of its own instructions. A call of a C library may last for minutes, use up all
+Python handles a signal between two of its own instructions only. A call of a C library may last for minutes, use up all
 memory, or abort. The parent only waits: it forwards signals, kills a worker that exceeds its deadline by a grace
-period, and reports how the worker ended. Only Linux supports this; elsewhere there is one process.
+period, and reports how the worker ended. Only Linux supports this; on other systems there is one process.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ from typing import NamedTuple
 HANDLED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 FORWARDED = getattr(signal, "SIGRTMIN", 0)
-"""Offset of the number of a forwarded signal. The worker ignores the original, which a terminal sends to both, so each
-counts once."""
+"""Offset of the number of a forwarded signal. A terminal sends a signal to parent and worker; the worker ignores the
+original signal, so that each signal counts once."""
 
 STOPPING = (*HANDLED, *(FORWARDED + number for number in HANDLED))
 """Signals that end a process or its work, in original and in forwarded form."""
 
 GRACE, SHARE = 5.0, 0.05
-"""Extra time of the worker after its deadline: in seconds, and as a ratio of its total time."""
+"""Grace period of the worker after its deadline: a constant in seconds, and a fraction of its time limit."""
 
 PATIENCE = 3.0
-"""Seconds that the worker has after a signal without a plan to save, and after any second one."""
+"""Seconds that the worker has to end after a signal if it has no plan to save, and after any second signal."""
 
 NO_THREAD_DATA = 127
-"""Exit status from the C library of Linux for a process whose thread gets no memory; no command uses it."""
+"""Exit status of a process on Linux whose new thread gets no memory; no command of the compiler uses it."""
 
 _DEADLINE, _HELD, _KEPT = b"d", b"h", b"k"
 _RECORD = struct.Struct("<cd")
 
 
 class Cause(Enum):
-    """Reason why a worker did not end by itself."""
+    """Reason for which the parent or the system ended a worker."""
 
     TIME = "time"
     MEMORY = "memory"
@@ -52,7 +52,7 @@ class Cause(Enum):
 
 
 class Ended(NamedTuple):
-    """End of the worker: its exit status, or its cause and signal, and whether it had written a plan."""
+    """End of a worker: its exit status, or the cause of its end; ``kept`` is true if it had written a plan."""
 
     status: int
     cause: Cause | None = None
@@ -60,29 +60,33 @@ class Ended(NamedTuple):
 
 
 class _Worker:
-    """Link of this process to its parent, if ``process`` is its own number."""
+    """Connection of this process to its parent; valid only if ``process`` is the number of this process."""
 
     process = 0
     pipe = -1
 
 
 def supervised() -> bool:
-    """Return whether this process is a worker; its forked children are not."""
+    """Return true if this process is a supervised worker; its forked children are not."""
     return _Worker.process == os.getpid()
 
 
 def tell_deadline(moment: float) -> None:
-    """Report the deadline of the work to the parent, on the clock of ``time.monotonic``."""
+    """Report the deadline of the work to the parent process.
+
+    Args:
+        moment: time on the clock of ``time.monotonic``, seconds.
+    """
     _tell(_DEADLINE, moment)
 
 
 def tell_held(held: bool) -> None:
-    """Report to the parent whether there is a plan to save after a signal."""
+    """Report to the parent process whether there is a plan to save after a signal."""
     _tell(_HELD, held)
 
 
 def tell_kept() -> None:
-    """Report to the parent that a verified plan is written."""
+    """Report to the parent process that a verified plan is written."""
     _tell(_KEPT, True)
 
 
@@ -92,7 +96,10 @@ def _tell(kind: bytes, value: float) -> None:
 
 
 def supervise() -> Ended | None:
-    """Continue in a child process: returns None there, and in the parent how the child ended."""
+    """Continue in a child process: return None in the child, and the child's end in the parent.
+
+    On systems other than Linux, return None without a child process.
+    """
     if sys.platform != "linux":
         return None
     reports, told = os.pipe()
@@ -118,11 +125,13 @@ def supervise() -> Ended | None:
 
 
 def _note(number: int, frame: FrameType | None) -> None:
-    """Do nothing: the parent reads the number from its pipe, and the worker waits for the forwarded signal."""
+    """Signal handler without effect: the parent reads signal numbers from a pipe, and the worker waits for forwarded
+    signals."""
 
 
 def _end_when_closed(pipe: int) -> None:
-    """Let the system end this process when no process can write to a pipe any more: its parent has ended."""
+    """Make the system end this process when the other end of a pipe is closed, which means that its parent has
+    ended."""
     import fcntl  # not on every system
 
     fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
@@ -132,7 +141,7 @@ def _end_when_closed(pipe: int) -> None:
 
 
 class _Supervisor:
-    """Parent of a worker, until the worker has ended."""
+    """Parent of a worker process, while the worker runs."""
 
     def __init__(self, process: int, reports: int, woken: int) -> None:
         self.process, self.reports, self.woken = process, reports, woken

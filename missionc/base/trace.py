@@ -1,4 +1,4 @@
-"""Traces: joint motion as arrays, shared by backends, files, the monitor and the emitters."""
+"""Traces: joint trajectories as arrays, shared by backends, files, the monitor and the emitters."""
 
 from __future__ import annotations
 
@@ -24,20 +24,19 @@ Indices: TypeAlias = "NDArray[np.int64]"
 
 
 class Trace(Record, eq=False):
-    """State of every agent at every step, agents in mission order, steps 0 … last.
+    """Joint trajectory: the state of every agent at every step 0 … last, agents in mission order.
 
     Args:
         step: time between two states, seconds.
-        position: (agents, steps + 1, dim), metres.
-        velocity: (agents, steps + 1, dim), m/s. For first-order dynamics the
-            constant velocity of the motion that starts at the step (at the
-            last step, of the motion that ended there); for second order the
-            velocity at the step.
-        heading: (agents, steps + 1), rad: heading of the agent at the beginning of the motion that starts at the step.
+        position: agent centres, (agents, steps + 1, dim), metres.
+        velocity: (agents, steps + 1, dim), m/s. For first-order dynamics, the constant velocity during the step that
+            begins at the state (at the last state, of the step that ended there); for second-order dynamics, the
+            velocity at the state.
+        heading: (agents, steps + 1), rad; orientation at the beginning of the step that begins at the state.
         derived: names of ``velocity`` and ``heading`` if they were computed from recorded positions.
 
-    Between two steps a first-order agent moves straight at constant velocity; an agent with momentum (``ir.dynamics``)
-    has constant acceleration.
+    Between two steps a first-order agent moves on a straight line at constant velocity; a second-order agent
+    (``ir.dynamics``) has constant acceleration.
     """
 
     step: Seconds
@@ -47,32 +46,32 @@ class Trace(Record, eq=False):
     derived: tuple[str, ...] = field(default=(), kw_only=True)
 
     def part(self, agents: Sequence[int], first: int, last: int) -> Trace:
-        """States of some agents, by row, from the step ``first`` to the step ``last``, both included."""
+        """Trace of some agents, by row, from the step ``first`` to the step ``last``, both included."""
         rows, steps = list(agents), slice(first, last + 1)
         return Trace(self.step, self.position[rows, steps], self.velocity[rows, steps], self.heading[rows, steps])
 
     @property
     def metres(self) -> float:
-        """Total distance of all agents in metres, straight between steps."""
+        """Total path length of all agents, metres, with straight lines between steps."""
         moves = self.position[:, 1:] - self.position[:, :-1]
         return float(((moves**2).sum(axis=-1) ** 0.5).sum())
 
     @property
     def effort(self) -> float:
-        """Sum of squared accelerations of all agents over time, m²/s³. [clot] (2)."""
+        """Control effort: integral of the squared accelerations of all agents over time, m²/s³. [clot] (2)."""
         changes = self.velocity[:, 1:] - self.velocity[:, :-1]
         return float((changes**2).sum() / self.step)
 
     @property
     def lasts(self) -> int:
-        """Number of steps until all agents stay."""
+        """Number of steps after which all agents are at rest until the end of the trace."""
         moved = (self.position[:, 1:] != self.position[:, :-1]) | (self.velocity[:, :-1] != 0)
         steps = moved.any(axis=(0, 2)).nonzero()[0]
         return int(steps[-1]) + 1 if steps.size else 0
 
 
 class Plan(Record, eq=False):
-    """Verified joint plan, ready to be written; a notebook shows its paths and requirements."""
+    """Verified joint plan, ready to be written; a notebook displays its paths and its verdicts."""
 
     mission: str
     backend: str
@@ -80,13 +79,13 @@ class Plan(Record, eq=False):
     trace: Trace
     judgements: tuple[Judgement, ...]
     proven: Proven | None = None
-    """Bound on the best plan, if the mission minimizes a quantity with one."""
+    """Lower bound of the objective, if the mission minimizes a quantity for which a bound is proved."""
     solved: tuple[Solved, ...] = ()
-    """Method that found the motion of each agent; empty if unknown."""
+    """Planning method of each agent's trajectory; empty if unknown."""
     runs: tuple[StageRun, ...] = ()
-    """Attempts that led to the plan, in order; empty if unknown."""
+    """Attempts of the compilation that led to the plan, in order; empty if unknown."""
     ground: Callable[[], Ground] | None = None
-    """Background of the paths in a notebook, computed on display."""
+    """Function that computes the background of the paths for a notebook."""
 
     @property
     def times(self) -> Array:
@@ -97,7 +96,7 @@ class Plan(Record, eq=False):
 
     @property
     def robustness(self) -> dict[str, float]:
-        """Robustness of each requirement, by name."""
+        """Robustness of each requirement, by requirement name."""
         return {each.name: each.robustness for each in self.judgements}
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Units of measurement and their dimensions."""
+"""Units of measurement and their physical dimensions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Hops = NewType("Hops", int)
 
 
 class Metric(Enum):
-    """Measure of a route's length."""
+    """Measure of the length of a communication route: hops, metres or the sum of link weights."""
 
     HOPS = "hops"
     METRES = "distance"
@@ -21,7 +21,7 @@ class Metric(Enum):
 
 
 class Dimension(Enum):
-    """Dimension of a quantity; the value is its text in messages."""
+    """Physical dimension of a quantity; the value is its name in messages."""
 
     NUMBER = "a plain number"
     LENGTH = "a length"
@@ -51,4 +51,4 @@ UNITS: dict[str, tuple[Dimension, float]] = {
     "deg/s": (Dimension.TURN, math.pi / 180),
     "steps": (Dimension.STEPS, 1.0),
 }
-"""Dimension and size in SI units of each unit."""
+"""Dimension of each unit, and its size in SI units."""

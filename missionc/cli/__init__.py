@@ -1,1 +1,1 @@
-"""The command line: flags in, files and text out, and an exit status."""
+"""Command line: parses flags, calls the tools, and writes results as files, text and an exit status."""

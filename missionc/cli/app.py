@@ -1,4 +1,4 @@
-"""The command-line application: commands and shared flags, without decisions about missions.
+"""Command-line application: the group of commands, shared flags and exit statuses.
 
 Diagnostics go to standard error, results to standard output; with ``--format json`` standard output is one document
 that includes the diagnostics.
@@ -32,10 +32,14 @@ FLYING = ("export", "report", "simulate", "verify")
 
 
 def main(arguments: list[str] | None = None, began: float | None = None) -> int:
-    """Run one command and return its exit status; raises nothing except ``Stopped``.
+    """Run one command and return its exit status.
 
     Args:
+        arguments: words of the command line; those of the process if None.
         began: start of the process on the clock of ``time.monotonic``, if its time limit counts from there.
+
+    Raises:
+        Stopped: a signal ended the process; there are no other exceptions.
     """
     words = sys.argv[1:] if arguments is None else arguments
     try:
@@ -72,7 +76,12 @@ def _run(words: list[str], began: float | None) -> int:
 
 
 def say_ended(ended: Ended, words: list[str]) -> Status:
-    """Report why the worker process was ended, and return the exit status."""
+    """Report the reason why the worker process was ended, and return the exit status.
+
+    Args:
+        ended: cause of the end.
+        words: words of the command line.
+    """
     with speaking():
         say([cut_off(ended)], [], _form(words), {})
         if ended.kept:
@@ -81,7 +90,7 @@ def say_ended(ended: Ended, words: list[str]) -> Status:
 
 
 def _refused(error: click.ClickException) -> Status:
-    """Report an error in a command line, which may contain anything."""
+    """Print an error in a command line, sanitized since a command line may contain anything."""
     buffer = io.StringIO()
     error.show(buffer)
     click.echo(plain(buffer.getvalue()), err=True, nl=False)
@@ -89,7 +98,10 @@ def _refused(error: click.ClickException) -> Status:
 
 
 class Commands(click.Group):
-    """Commands, loaded when they are called. An extension's command is listed if it can be loaded."""
+    """Group of the commands, which are loaded when they are called.
+
+    An extension's command is listed if it can be loaded.
+    """
 
     def list_commands(self, context: click.Context) -> list[str]:
         return [*COMMANDS.built_in, *(each.name for each in COMMANDS.extensions() if COMMANDS.state(each) is None)]
@@ -97,7 +109,11 @@ class Commands(click.Group):
     def resolve_command(
         self, context: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """First named command; for an unknown one, suggest a similar name."""
+        """Command named by the first argument.
+
+        Raises:
+            click.UsageError: the command is unknown; the message suggests a similar name.
+        """
         name = args[0]
         if not name.startswith("-") and name not in COMMANDS:
             near = nearest(name, list(COMMANDS))
@@ -121,6 +137,6 @@ def commands() -> None:
 
 
 def _form(words: list[str]) -> str:
-    """Output format in a command line, even if the rest of it is wrong."""
+    """Output format in a command line, even if other parts of it are invalid."""
     named = {word.removeprefix("--format=") for word in words}
     return next((form for form in ("json", "sarif") if form in named), "text")

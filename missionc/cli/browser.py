@@ -1,4 +1,4 @@
-"""The user's browser: opens a page in it, if one can show it."""
+"""Access to the user's browser: opens a page in it, if one can show it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
 def opened(address: str) -> bool:
-    """Open a page in the browser, and return whether that was attempted.
+    """Open a page in the browser, and return whether a browser was started.
 
     Without a screen there are only browsers in the terminal, which run no scripts. They are used only if ``BROWSER`` is
     set.
@@ -25,7 +25,14 @@ def opened(address: str) -> bool:
 
 
 def said(address: str, no_open: bool, name: str, what: str = "report") -> str:
-    """Open the page unless disabled, and return a message; ``name`` is the place where the user finds it."""
+    """Open a page unless disabled, and return a message about it.
+
+    Args:
+        address: address of the page.
+        no_open: if true, do not open it.
+        name: location of the page for the user.
+        what: description of the page.
+    """
     if no_open:
         return f"{what}: {name}"
     if opened(address):

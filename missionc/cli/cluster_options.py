@@ -25,7 +25,11 @@ cluster = click.option(
 
 
 def understood(count: int | None, address: str | None) -> None:
-    """Check that the two flags are compatible and the address is valid.
+    """Check that ``--jobs`` and ``--cluster`` are compatible and the address is valid.
+
+    Args:
+        count: value of ``--jobs``, or None.
+        address: value of ``--cluster``, or None.
 
     Raises:
         click.UsageError: the flags are incompatible, or the address is invalid.
@@ -41,7 +45,15 @@ def understood(count: int | None, address: str | None) -> None:
 
 
 def opened_cluster(count: int | None, address: str | None) -> AbstractContextManager[Pool | Diagnostic]:
-    """Workers; by default as many as there are processors."""
+    """Context manager with the pool of workers, or with a finding; by default one worker per processor.
+
+    Args:
+        count: value of ``--jobs``, or None.
+        address: value of ``--cluster``, or None.
+
+    Raises:
+        click.UsageError: the flags are incompatible, or the address is invalid.
+    """
     from missionc.tools.sweep import run_sweep
 
     understood(count, address)

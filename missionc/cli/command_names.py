@@ -26,7 +26,7 @@ BUILT_IN = (
     "vehicles",
     "verify",
 )
-"""Built-in commands, each in a module of its own."""
+"""Names of the built-in commands, each a module in ``commands``."""
 
 
 def _command(name: str, value: object) -> click.Command:

@@ -1,4 +1,4 @@
-"""One compilation request of a command: planning, verification, writing and reporting.
+"""Compilation by a command: planning, verification, writing and reporting of one mission.
 
 in   CompileRequest
 out  CompileResult
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)  # ``Record`` takes no ``KW_ONLY``
 class CompileRequest:
-    """Compilation request with its input, options and outputs: the parsed flags of ``compile``."""
+    """Parsed flags of ``compile``: input, options and outputs."""
 
     file: Path | Source
     """Mission file, or its text with the name of a file that need not exist."""
@@ -48,9 +48,9 @@ class CompileRequest:
     limits: Limits = field(default_factory=Limits)
     backend: str = "auto"
     vehicle: str = ""
-    """Vehicle of teams that name none; may be empty."""
+    """Vehicle profile of teams that name none; can be empty."""
     poses: Path | None = None
-    """File with the measured positions of the agents."""
+    """File with the measured positions of the agents; None if they take off from their starts."""
     options: Options = field(default_factory=Options)
     seed: int = 0
     time_limit: Seconds = driver.DEFAULT_TIME_LIMIT
@@ -58,29 +58,29 @@ class CompileRequest:
     explain_limit: Seconds = NO_EXPLANATION
     throughout: ContinuousTime = ContinuousTime.WANTED
     alternatives: int = 1
-    """Number of requested plans that differ."""
+    """Number of different plans to find."""
     exports: tuple[str, ...] = ()
     checkpoint: Path | None = None
     resume: Path | None = None
     wanted: tuple[str, ...] = ()
-    """Stages to print, in the order of the pipeline."""
+    """Names of the stages to print, in the order of the pipeline."""
     output: Path | None = None
-    """Folder to write; by default named after the mission."""
+    """Folder to write; None for one named after the mission."""
     force: bool = False
     plot: Path | None = None
     figure: FigureRequest = field(default_factory=FigureRequest)
-    """Content of ``plot``."""
+    """Contents of the picture that ``plot`` requests."""
     form: str = "text"
     quiet: bool = False
     verbose: bool = False
-    """True for a complete summary."""
+    """True for a complete summary instead of a short one."""
     timings: bool = False
     began: float | None = None
-    """Start of the time limit on the clock of ``time.monotonic``; None for the beginning of the work."""
+    """Start of the time limit on the clock of ``time.monotonic``; None for the start of the work."""
 
     @property
     def name(self) -> str:
-        """Name of the mission in messages: its path."""
+        """Name of the mission's file in messages."""
         return self.file.name if isinstance(self.file, Source) else str(self.file)
 
     @property
@@ -101,12 +101,12 @@ class CompileRequest:
 
     @property
     def writes(self) -> bool:
-        """True if a folder will be written: printed stages replace it, unless both are requested."""
+        """Return whether a folder will be written: if stages are printed, only with an explicit folder."""
         return not self.wanted or self.output is not None
 
 
 class CompileResult(Record):
-    """Result of a request; ``output`` is the written folder, or empty."""
+    """Result of a compilation, its exit status, and the path of the written folder, or an empty text."""
 
     compiled: Compiled
     status: Status
@@ -114,7 +114,7 @@ class CompileResult(Record):
 
 
 def run_request(request: CompileRequest) -> CompileResult:
-    """Compile, write, and report the result."""
+    """Compile a mission, write its folder, and print the result."""
     deadline = request.deadline
     began = deadline - request.time_limit
     with shown(request.quiet or request.form == "json") as listen:
@@ -132,7 +132,7 @@ def run_request(request: CompileRequest) -> CompileResult:
 
 
 def check(request: CompileRequest) -> Checked:
-    """Result of the front end for the mission."""
+    """Result of the front end for the requested mission."""
     return driver.check(
         request.file,
         overrides=dict(request.overrides),
@@ -144,12 +144,18 @@ def check(request: CompileRequest) -> Checked:
 
 
 def folder_of(request: CompileRequest, checked: Checked) -> Path:
-    """Folder to which a plan is written."""
+    """Path of the folder to which the plan of a checked mission is written."""
     return request.output or Path("build") / (checked.mission.name if checked.mission else "mission")
 
 
 def carry_out(request: CompileRequest, deadline: float, listen: Callable[[Progress], None]) -> CompileResult:
-    """Compile and write, and report progress to ``listen``; prints nothing."""
+    """Compile a mission and write its folder, without printing.
+
+    Args:
+        request: input, options and outputs.
+        deadline: end of the time limit on the clock of ``time.monotonic``.
+        listen: called with the progress.
+    """
     budget = Budget(deadline, request.memory_limit, request.seed, request.limits, listen)
     checked = driver.check_within(
         budget,
@@ -174,7 +180,16 @@ def carry_out(request: CompileRequest, deadline: float, listen: Callable[[Progre
 
 
 def _planned(request: CompileRequest, checked: Checked, folder: Path | None, budget: Budget) -> CompileResult:
-    """Plan and write. Known obstacles to writing are reported before any planning."""
+    """Plan a checked mission and write its folder.
+
+    If the folder or a picture cannot be written, the result says so before any planning.
+
+    Args:
+        request: input, options and outputs.
+        checked: valid mission.
+        folder: path of the plan folder; None if none is written.
+        budget: limits of time and memory.
+    """
     from missionc.output.export.formats import FORMATS
     from missionc.output.folder.overlap import overlapping
     from missionc.output.folder.write_folder import refuse
@@ -202,7 +217,10 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
 
 
 def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tuple[list[WrittenPath], list[Path]]:
-    """All output and input paths; a run may be saved to the file that it is resumed from."""
+    """All output paths with their flags, and all input paths.
+
+    A run may be saved to the file from which it is resumed, which then is not an input.
+    """
     from missionc.output.folder.overlap import WrittenPath, within
 
     named = [("-o", folder), ("--plot", request.plot), ("--checkpoint", request.checkpoint)]
@@ -214,7 +232,7 @@ def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tu
 
 @dataclass(slots=True)
 class PlanFolder:
-    """Folder of a compilation: written with the first verified plan, and again with each better one.
+    """Plan folder of a compilation, written for the first verified plan and for each better one.
 
     Args:
         path: path, or None for no folder.
@@ -224,10 +242,10 @@ class PlanFolder:
     path: Path | None
     force: bool
     kept: Compiled | None = None
-    """Result that is in the folder."""
+    """Last result that was written to the folder."""
 
     def write(self, compiled: Compiled) -> Diagnostic | None:
-        """Write the files of a result, unless they are there already; returns an error, if any."""
+        """Write the files of a result, unless the folder already has them; return the error, if any."""
         from missionc.output.folder.file_names import MANIFEST
         from missionc.output.folder.write_folder import write_folder
 
@@ -244,7 +262,13 @@ class PlanFolder:
 
 
 def _answer(request: CompileRequest, compiled: Compiled, folder: PlanFolder) -> CompileResult:
-    """Result of planning, with its files written."""
+    """Write the files of a compilation, and return its result.
+
+    Args:
+        request: input, options and outputs.
+        compiled: compilation.
+        folder: plan folder of the compilation.
+    """
     match compiled.outcome:
         case InvalidMission():
             return CompileResult(compiled, Status.MISSION_ERRORS)
@@ -264,7 +288,14 @@ def _answer(request: CompileRequest, compiled: Compiled, folder: PlanFolder) -> 
 
 
 def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: PlanFolder) -> CompileResult:
-    """Write the folder, all or nothing, then the map of a plan."""
+    """Write the complete plan folder, then the requested picture; on failure nothing changes.
+
+    Args:
+        request: input, options and outputs.
+        compiled: compilation.
+        status: exit status if everything is written.
+        folder: plan folder of the compilation.
+    """
     wrong = folder.write(compiled)
     if wrong and folder.kept:
         finding = later_not_written(wrong)
@@ -280,7 +311,13 @@ def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: 
 
 
 def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic | None:
-    """Write the requested picture; returns an error, if any."""
+    """Write the requested picture of a plan; return the error, if any.
+
+    Args:
+        request: input, options and outputs.
+        compiled: compilation with a plan.
+        plot: path of the picture.
+    """
     from missionc.compiler.graphs import picture_of
     from missionc.output.folder.write_file import write_file
 
@@ -293,13 +330,13 @@ def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic
 
 
 def _refused(compiled: Compiled, finding: Diagnostic) -> CompileResult:
-    """Result of a compilation whose output cannot be written."""
+    """Result of a compilation whose output cannot be written, with that finding."""
     findings = (*compiled.findings, finding)
     return CompileResult(replace(compiled, outcome=InvalidMission(), findings=findings), Status.MISSION_ERRORS)
 
 
 def _stage_lines(texts: list[tuple[str, str]]) -> list[str]:
-    """Lines of the requested stages, with headings if there are several."""
+    """Lines with the texts of stages, with headings if there are several."""
     if len(texts) == 1:
         return [texts[0][1].rstrip("\n")]
     return [line for stage, text in texts for line in (f"# {stage}", text.rstrip("\n"), "")]

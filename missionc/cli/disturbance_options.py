@@ -1,4 +1,4 @@
-"""Flags of disturbances for all simulation commands, and their values."""
+"""Flags of disturbances, shared by all simulation commands, and their values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ engine = of_registry("--engine", "engine", ENGINES, QUADROTOR, "Simulator of the
 
 
 def wind(value: str) -> tuple[float, float]:
-    """Parse ``MEAN`` or ``MEAN,GUST``, m/s."""
+    """Parse ``MEAN`` or ``MEAN,GUST``, both in m/s.
+
+    Raises:
+        click.UsageError: the text has another form, or a number is out of its range.
+    """
     words = value.split(",")
     try:
         numbers = [float(word) for word in words]
@@ -26,7 +30,11 @@ def wind(value: str) -> tuple[float, float]:
 
 
 def loss(value: str) -> tuple[str, float]:
-    """Parse ``AGENT@T``, with T in seconds."""
+    """Parse ``AGENT@T``, with T in seconds.
+
+    Raises:
+        click.UsageError: the text has another form.
+    """
     name, _, when = value.rpartition("@")
     try:
         moment = float(when)
@@ -60,14 +68,18 @@ FLAGS = (
 
 
 def of_disturbance(command: Command) -> Command:
-    """Add the flags to a command; their values go to ``disturbance_of``."""
+    """Decorator that adds the flags to a command; their values are arguments of ``disturbance_of``."""
     for flag in reversed(FLAGS):
         command = flag(command)
     return command
 
 
 def disturbance_of(**given: object) -> tuple[dict[str, float], tuple[tuple[str, float], ...]]:
-    """Amounts of a ``Disturbance`` by field name, and the lost agents with their times in seconds."""
+    """Amounts by field name of ``Disturbance``, and the lost agents with their times in seconds.
+
+    Raises:
+        click.UsageError: an amount is out of its range, or an agent is lost twice.
+    """
     try:
         return amounts_of("simulate", given)
     except ValueError as wrong:

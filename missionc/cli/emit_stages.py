@@ -1,4 +1,4 @@
-"""Intermediate representations of the pipeline as text, for ``--emit``."""
+"""Texts of the compiler's intermediate representations, for ``--emit``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,13 @@ from missionc.ir.lower.unroll_past import looking_ahead
 
 
 def of_checked(checked: Checked, stages: tuple[str, ...], request: PlanRequest) -> list[tuple[str, str]]:
-    """Stages before planning, as far as the mission got: name and text."""
+    """Name and text of each stage before planning that the mission reached.
+
+    Args:
+        checked: result of the front end.
+        stages: names of the requested stages.
+        request: request for a plan.
+    """
     texts: dict[str, str] = {}
     if checked.program:
         texts["ast"] = show_program(checked.program)
@@ -53,7 +59,13 @@ def of_checked(checked: Checked, stages: tuple[str, ...], request: PlanRequest) 
 
 
 def of_compiled(compiled: Compiled, stages: tuple[str, ...], request: PlanRequest) -> list[tuple[str, str]]:
-    """All completed stages: name and text; the roadmap is the one of the plan, if any."""
+    """Name and text of each completed stage; the roadmap is that of the plan, if there is one.
+
+    Args:
+        compiled: compilation.
+        stages: names of the requested stages.
+        request: request for a plan.
+    """
     outcome, planned = compiled.outcome, planned_on(compiled)
     texts = dict(
         of_checked(compiled.checked, tuple(each for each in stages if each != "roadmap" or not planned), request)

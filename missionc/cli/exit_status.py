@@ -1,4 +1,4 @@
-"""Exit statuses of commands; findings go to standard error, results to standard output."""
+"""Exit statuses of commands, and output: findings to standard error, results to standard output."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from missionc.cli.streams import HUNG_UP, NOT_SAID
 
 
 class Status(IntEnum):
-    """Exit statuses; that of a signal is 128 plus its number."""
+    """Exit statuses of commands; after a signal it is 128 plus the number of the signal."""
 
     DONE = 0
     MISSION_ERRORS = 1
@@ -34,14 +34,26 @@ class Status(IntEnum):
 
 
 def status_of(passed: bool, undecided: bool) -> Status:
-    """Status for the files of a folder that could be read."""
+    """Exit status after the verification of a readable folder.
+
+    Args:
+        passed: whether all checks passed.
+        undecided: whether only checks failed that cannot be done here.
+    """
     if passed:
         return Status.DONE
     return Status.UNDECIDED if undecided else Status.NOT_VERIFIED
 
 
 def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
-    """Print findings to standard error and results to standard output, or one document with both."""
+    """Print findings to standard error and results to standard output, or one document with both.
+
+    Args:
+        findings: errors and warnings.
+        lines: results as text.
+        form: output format: ``text``, ``json`` or ``sarif``.
+        document: results for JSON.
+    """
     if form == "sarif":
         from missionc.base.diagnostics.sarif import render_sarif  # rarely used
 
@@ -67,16 +79,16 @@ def say_line(line: str) -> None:
 
 
 def out_of_memory() -> Diagnostic:
-    """Finding for memory exhausted by raised limits or a large team."""
+    """Finding that memory was exhausted, by raised limits or a large team."""
     help_ = "make the mission smaller"
     return Diagnostic(OUT_OF_MEMORY, "not enough memory for this mission", None, help=help_)
 
 
 def columns(terminal: bool) -> int:
-    """Width of a terminal in columns; 0 for anything else, where lines are not wrapped."""
+    """Width of the terminal in columns; 0 if output is not to a terminal, where lines are not wrapped."""
     return get_terminal_size().columns if terminal else 0
 
 
 def in_colour(terminal: bool) -> bool:
-    """Return whether output to a terminal is in colour."""
+    """Return whether output is coloured; ``terminal`` states whether it goes to a terminal."""
     return terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"

@@ -1,6 +1,6 @@
-"""The page of a flight in progress: a local web server for the events of an online monitoring session.
+"""Web page of a flight in progress, with a local server, which shows the events of an online monitoring session.
 
-It is available on this machine only, behind the guard. All data is kept here, so that a page that is opened late or
+It is available on this machine only, behind the guard. All data is stored here, so that a page that is opened late or
 reloaded shows the same; each open page listens to one stream of server-sent events.
 """
 
@@ -28,25 +28,25 @@ PAUSE = 0.1
 """Minimum time between two messages to a page, seconds."""
 
 SILENCE = 1.0
-"""Interval after which a page is told that there are no news, seconds."""
+"""Time after which a page without news gets an empty message, seconds."""
 
 MOST_PAGES = 16
 
 
 class FlightPage:
-    """Context in which the page of one flight is served at ``address``.
+    """Context manager during which the page of one flight is available at ``address``.
 
-    The program that flies, or monitors the flight, reports to it; each call takes microseconds, from any thread::
+    The program that flies, or monitors the flight, calls its methods; each call takes microseconds, from any thread::
 
         session = Session(mission, kernel)
         with FlightPage(mission, kernel) as page:
-            page.set_plan(trace)              # the plan that is followed, drawn as paths; again when it changes
+            page.set_plan(trace)              # the current plan, drawn as paths; again when it changes
             for event in session.feed(line):
-                page.publish(event)           # steps, verdicts, agents that go missing: all that a session says
-            page.heard(session.steps.newest)  # a sample has come, also where it closed no step
-            page.tell("`north` is closed", "risk", t=12.0)  # a line among the news, at a time of the mission
+                page.publish(event)           # steps, verdicts, missing agents: all events of the session
+            page.heard(session.steps.newest)  # a sample has arrived, even if it completes no step
+            page.tell("`north` is closed", "risk", t=12.0)  # a line of news, with a time of the mission
             page.set_world(changed, kernel)   # other regions or obstacles; the same agents, steps and goals
-            page.end("the mission is over")   # nothing more will come; the page stays as long as the context
+            page.end("the mission is over")   # no more events; the page stays until the context ends
 
     Final verdicts, missing agents and speeds above the maximum become news automatically.
     """
@@ -70,7 +70,7 @@ class FlightPage:
 
     @property
     def address(self) -> str:
-        """Address of the page, with its token: anyone who has it may view the page."""
+        """Address of the page with its token, which gives access to the page."""
         return self.guard.address
 
     # ------------------------------------------------------------------ writing
@@ -82,32 +82,40 @@ class FlightPage:
             self._news()
 
     def heard(self, newest: float) -> None:
-        """Record that a sample has arrived; ``newest`` is the latest time of any, in seconds of the mission."""
+        """Record that a sample has arrived.
+
+        Args:
+            newest: latest time of all samples, seconds of the mission.
+        """
         with self._changed:
             self._record.hear(newest)
 
     def tell(self, says: str, tone: Tone = "plain", t: float | None = None) -> None:
-        """Add a line to the news; ``tone`` is ``plain``, ``good``, ``risk`` or ``bad``, ``t`` is in seconds of the
-        mission.
+        """Add a line of news.
+
+        Args:
+            says: text of the line.
+            tone: ``plain``, ``good``, ``risk`` or ``bad``.
+            t: time, seconds of the mission; None for none.
         """
         with self._changed:
             self._record.tell(says, tone, t)
             self._news()
 
     def set_plan(self, trace: Trace | None) -> None:
-        """Set the current plan; None for none."""
+        """Set the current plan, or None for no plan."""
         with self._changed:
             self._record.set_plan(trace)
             self._news()
 
     def set_world(self, mission: Mission, kernel: Kernel) -> None:
-        """Set the current world: same agents, steps and goals, possibly other regions and obstacles."""
+        """Set a mission with changed regions or obstacles; agents, steps and goals must be the same."""
         with self._changed:
             self._record.set_world(mission, kernel)
             self._news()
 
     def end(self, says: str) -> None:
-        """End the flight; ``says`` is the result in words."""
+        """End the flight, with the result in words."""
         with self._changed:
             self._record.end(says)
             self._news()
@@ -119,10 +127,14 @@ class FlightPage:
     # ------------------------------------------------------------------ reading
 
     def since(self, seen: Seen | None, count: int) -> tuple[Seen, int, bytes]:
-        """Changes for a page in the state ``seen``, once there are more than ``count``, or after a timeout.
+        """Wait for changes, at most ``SILENCE`` seconds.
+
+        Args:
+            seen: state that a page shows; None for an empty page.
+            count: number of changes that it has received.
 
         Returns:
-            New state of the page, the count, and the message as JSON.
+            New state of the page, the new number of changes, and the message as JSON.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._count != count, SILENCE)

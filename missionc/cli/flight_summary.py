@@ -1,4 +1,4 @@
-"""Summaries of simulated flights: lines for people, and a document for programs."""
+"""Summaries of simulated flights: lines of text, and a JSON document."""
 
 from __future__ import annotations
 
@@ -15,11 +15,14 @@ if TYPE_CHECKING:
 
 
 ROWS = {"nothing touched": "no collisions", "tracking": "tracking error", "all of them": "all requirements"}
-"""Rows of a summary, by their names in documents."""
+"""Titles of the rows of a summary, by their names in documents."""
 
 
 def simulated_lines(simulated: Simulated) -> list[str]:
-    """Verdict, requirements, tracking error and distances of one flight, or shares and worst values of several."""
+    """Lines with the verdict, requirements, tracking error and clearances of simulated flights.
+
+    For several flights these are fractions and worst values.
+    """
     from missionc.flight.simulation.trials import headline
 
     trials, opened = simulated.trials, simulated.opened
@@ -71,7 +74,7 @@ def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step
 
 
 def simulated_document(simulated: Simulated) -> dict[str, object]:
-    """Document of the results; ``passed`` is null if nothing was flown."""
+    """JSON document of simulated flights; ``passed`` is null if there were none."""
     if simulated.trials is None or simulated.opened is None or simulated.planned is None:
         return {"passed": None}
     from missionc.output.documents.simulation_json import simulation_record

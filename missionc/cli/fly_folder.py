@@ -1,4 +1,4 @@
-"""Flights of a plan folder in a closed loop: re-verification, scenario, and page, live or at the end.
+"""Flights of a plan folder in a closed loop: re-verification, scenario, and a live or final page.
 
 A live page in the browser shows the telemetry that ground control receives.
 """
@@ -39,10 +39,10 @@ from missionc.verification.monitoring.live.session import Session
 
 
 class ShownLoop:
-    """Context in which one flight is shown.
+    """Context manager during which a live page shows one flight.
 
     Args:
-        mission, kernel: those of the whole flight: its original requirements are monitored.
+        mission, kernel: the complete mission, whose original requirements are monitored.
         pace: speed of the flight relative to real time.
     """
 
@@ -67,9 +67,13 @@ class ShownLoop:
         return self._page.address
 
     def listen(self, at: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
-        """Show the telemetry and ground actions up to a time in seconds, and wait for it.
+        """Show the telemetry and the actions of ground control up to a time, and wait until that time.
 
-        Position: (agents, dim), metres.
+        Args:
+            at: time of the flight, s.
+            position: (3, agents), metres.
+            ground: ground control.
+            lines: reports that it received.
         """
         for line in lines:
             for event in self._session.feed(line):
@@ -90,21 +94,21 @@ class ShownLoop:
         time.sleep(max(0.0, self._began + at / self._pace - time.monotonic()))
 
     def over(self, flight: LoopFlight) -> None:
-        """End the flight."""
+        """Show the result of the flight."""
         for event in self._session.finish():
             self._page.publish(event)
         lost = [name for name, kept in flight.outcome.requirements.items() if not kept]
         self._page.end("all requirements satisfied" if not lost else f"violated: {', '.join(lost)}")
 
     def wait(self) -> None:
-        """Wait for Ctrl-C."""
+        """Wait until Ctrl-C."""
         say_line("the page stays open until Ctrl-C")
         with suppress(KeyboardInterrupt, Stopped):
             threading.Event().wait()
 
 
 class Opened(Record, eq=False):
-    """Folder that was verified again, with the part of it that is flown."""
+    """Folder that was verified again, with its plan to fly and the certificate."""
 
     flying: Flying
     folder: OutputFolder
@@ -112,7 +116,7 @@ class Opened(Record, eq=False):
 
 
 def open_folder(folder: Path, limits: Limits) -> Opened | list[Diagnostic]:
-    """Open a folder that may be flown, or return the reasons why not."""
+    """Verify a folder for a flight, or return the errors for which it must not be flown."""
     opened = read_folder(folder, limits)
     if not isinstance(opened, OutputFolder):
         return list(opened)
@@ -123,12 +127,18 @@ def open_folder(folder: Path, limits: Limits) -> Opened | list[Diagnostic]:
 
 
 def flights_page(opened: Opened, loop: LoopFlights) -> bytes:
-    """Report of the folder, with the flights in it."""
+    """HTML report of the folder with its closed-loop flights, as bytes."""
     return report(replace(plotted(opened.folder, opened.certificate), simulation="", loop=loop))
 
 
 def read_events(file: Path | None, flying: Flying, limits: Limits) -> Scenario | list[Diagnostic]:
-    """Read the events of a flight; none without a file."""
+    """Read the scenario of a flight from a file, or return the errors; without a file it has no events.
+
+    Args:
+        file: path of the scenario, or None.
+        flying: plan and its mission.
+        limits: maximum sizes of a file.
+    """
     if file is None:
         return Scenario()
     text = read_text(file, str(file), limits.file_bytes, SCENARIO_UNUSABLE)
@@ -142,7 +152,7 @@ def read_events(file: Path | None, flying: Flying, limits: Limits) -> Scenario |
 
 
 def paths_table(mission: Mission, flight: LoopFlight) -> bytes:
-    """Table of positions at 100 Hz in the format of ``missionc monitor``."""
+    """CSV table of the flown positions at 100 Hz, in the format of ``missionc monitor``."""
     lines = ["agent,t,x,y,z"]
     for agent, path in zip(mission.agents, flight.position.tolist(), strict=True):
         lines += [

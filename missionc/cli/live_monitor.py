@@ -1,4 +1,4 @@
-"""``missionc monitor FILE --live``: output of a session, as text or as lines of JSON."""
+"""``missionc monitor FILE --live``: output of a monitoring session, as text or as lines of JSON."""
 
 from __future__ import annotations
 
@@ -46,10 +46,14 @@ HELP = 'write lines such as `{"t": 1.25, "agent": "drone[0]", "position": [1, 2]
 def run(
     session: Session, lines: Iterable[str], form: str, page: FlightPage | None = None, no_open: bool = True
 ) -> Status:
-    """Evaluate the lines until the mission or the stream ends, or the user interrupts.
+    """Evaluate samples until the mission or the stream ends, or the user interrupts; return the exit status.
 
     Args:
-        page: shows the output, and stays after the end of the stream until the user interrupts.
+        session: monitoring session of the mission.
+        lines: lines with samples.
+        form: output format, ``text`` or ``json``.
+        page: live page, which stays after the end of the stream until the user interrupts; None for none.
+        no_open: if true, the page is not opened in a browser.
     """
     voice = _Voice(session, form, page)
     with page or nullcontext():
@@ -78,7 +82,7 @@ def run(
 
 
 def tell_findings(findings: Sequence[Diagnostic], form: str) -> None:
-    """Print findings on standard error, or as a record."""
+    """Print findings on standard error, or as a JSON line on standard output."""
     if findings and form == "json":
         _line({"diagnostics": render_json(findings)})
     elif findings:
@@ -87,7 +91,7 @@ def tell_findings(findings: Sequence[Diagnostic], form: str) -> None:
 
 
 class _Voice:
-    """Output of a session, event by event."""
+    """Output of a monitoring session, event by event."""
 
     def __init__(self, session: Session, form: str, page: FlightPage | None) -> None:
         self.session, self.json, self.page = session, form == "json", page
@@ -135,7 +139,7 @@ class _Voice:
                     pass
 
     def say_page(self, address: str, no_open: bool) -> None:
-        """Report the address of the page, and open it unless disabled."""
+        """Print the address of the live page, and open it unless disabled."""
         words = said(address, no_open, address, "live page")
         if self.json:
             _line({"page": address})
@@ -144,7 +148,7 @@ class _Voice:
             sys.stdout.flush()
 
     def wait(self) -> None:
-        """Wait for Ctrl-C."""
+        """Wait until Ctrl-C."""
         if not self.json:
             say_line("the page stays open until Ctrl-C")
         sys.stdout.flush()
@@ -152,7 +156,7 @@ class _Voice:
             threading.Event().wait()
 
     def sum_up(self) -> None:
-        """Print the state of every goal, and the statistics of the samples."""
+        """Print the state of every requirement and preference, and the statistics of the samples."""
         session, name = self.session, self.session.mission.name
         seen, notes = session.steps.closed, session.notes()
         watch = session.constraints
@@ -185,7 +189,7 @@ class _Voice:
             self.fail(finding)
 
     def fail(self, finding: Diagnostic) -> None:
-        """Print a finding on the stream for findings."""
+        """Print a finding in the session's output format."""
         tell_findings([finding], "json" if self.json else "text")
 
     def _say(self, step: int, words: str, record: dict[str, object]) -> None:
@@ -202,8 +206,13 @@ def _line(record: dict[str, object]) -> None:
 
 
 def _words(standing: Standing, unit: str, step: float, by_plan: float | None) -> str:
-    """Verdict with its interval as text: ``open robustness -0.400 to 2.000 m, by the plan 0.100 m,
-    decided by 20 s``.
+    """Verdict and robustness interval in words: ``open robustness -0.400 to 2.000 m, by the plan 0.100 m, …``.
+
+    Args:
+        standing: current state of the requirement.
+        unit: unit of its robustness.
+        step: time step of the mission, s.
+        by_plan: robustness in the plan; None without a plan.
     """
     if standing.least == standing.most:
         robustness = f"robustness {decimals(standing.least)} {unit}".rstrip()

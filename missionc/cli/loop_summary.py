@@ -1,4 +1,4 @@
-"""Summary of flights in a closed loop: satisfied requirements, ground actions, and remaining clearances."""
+"""Summary of closed-loop flights: satisfied requirements, actions of ground control, and minimum clearances."""
 
 from __future__ import annotations
 
@@ -14,7 +14,13 @@ from missionc.tools.closed_loop.loop_record import as_required, fractions, said
 
 
 def loop_lines(mission: Mission, flights: Sequence[LoopFlight], replans: bool) -> list[str]:
-    """Verdict, events and requirements of one flight; for several, the share that satisfies each requirement."""
+    """Lines with the verdict, events and requirements of a flight; for several, fractions of satisfaction.
+
+    Args:
+        mission: flown mission.
+        flights: results of the flights.
+        replans: whether ground control replanned.
+    """
     passed, plans = sum(map(as_required, flights)), sum(each.begins is not None for each in _events(flights))
     how = f"{mission.horizon:g} s, {counted(plans, 'new plan')}" if replans else f"{mission.horizon:g} s, no replanning"
     if len(flights) == 1:

@@ -1,4 +1,4 @@
-"""A page of the documentation on a terminal: formatted headings, code and lists, wrapped to its width."""
+"""Documentation pages on a terminal: formatted headings, code and lists, wrapped to its width."""
 
 from __future__ import annotations
 
@@ -9,13 +9,19 @@ from missionc.cli.exit_status import columns, in_colour
 
 
 def rendered_page(page: str) -> str:
-    """Markdown for standard output: rendered on a terminal, otherwise unchanged."""
+    """Text of a Markdown page for standard output: formatted for a terminal, otherwise unchanged."""
     width = columns(sys.stdout.isatty())
     return rendered(page, width, in_colour(True)) if width else page.removesuffix("\n")
 
 
 def rendered(page: str, width: int, colour: bool) -> str:
-    """Markdown rendered for a terminal with ``width`` columns, without a final line end."""
+    """Text of a Markdown page formatted for a terminal, without a final line end.
+
+    Args:
+        page: Markdown.
+        width: width of the terminal in columns.
+        colour: whether to use colours.
+    """
     from rich.console import Console  # only for pages on a terminal
     from rich.markdown import Markdown
 

@@ -23,16 +23,16 @@ FURTHER = {
         "--set --limit --memory-limit --processes --checkpoint --resume --jobs --cluster --journal --engine"
     ),
 }
-"""Flags of each section after the common options."""
+"""Flags of each help section after the common options."""
 
 GROUPS = {flag: group for group, flags in FURTHER.items() for flag in flags.split()}
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists its options in sections."""
+    """Command whose help lists its options in sections."""
 
     def format_options(self, context: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write one section for each group that has options."""
+        """Write a help section for each group that has options."""
         rows: dict[str, list[tuple[str, str]]] = {group: [] for group in (COMMON, *FURTHER)}
         for parameter in self.get_params(context):
             record = parameter.get_help_record(context)

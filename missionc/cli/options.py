@@ -1,4 +1,4 @@
-"""Command-line options shared by several commands: flags and parsing of their values."""
+"""Command-line options that several commands share: flags, and parsers of their values."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 Pairs = tuple[tuple[str, str], ...]
-"""Values of repeatable flags with NAME=VALUE."""
+"""Values of a repeatable flag that takes NAME=VALUE."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 SIZES = {"": 1 << 20, "B": 1, "KB": 1 << 10, "MB": 1 << 20, "GB": 1 << 30}
-"""Bytes in each unit of memory; a bare number is in megabytes."""
+"""Bytes in each unit of memory; a number without a unit is in megabytes."""
 
 
 UNBOUNDED = 1e6
-"""Upper bounds from here on are left out of help texts."""
+"""Minimum upper bound that help texts omit."""
 
 
 class Number(click.FloatRange):
-    """Finite number within bounds; 0 has no sign."""
+    """Parameter type of a finite number within bounds; negative 0 becomes 0."""
 
     def _describe_range(self) -> str:
         if self.max is not None and self.max < UNBOUNDED:
@@ -57,14 +57,14 @@ class Number(click.FloatRange):
 
 
 class Count(click.IntRange):
-    """A whole number within bounds."""
+    """Parameter type of an integer within bounds."""
 
     def _describe_range(self) -> str:
         return f"{self.min} to {self.max}"
 
 
 def of_a_plan(*names: str) -> Callable[[Command], Command]:
-    """Flags of these plan options, in this order, as described in ``backends.options``."""
+    """Decorator that adds the flags of these plan options in order, as described in ``backends.options``."""
 
     def with_flags(command: Command) -> Command:
         for name in reversed(names):
@@ -92,7 +92,11 @@ def _flag(option: Described) -> Callable[[Command], Command]:
 
 
 def existing(value: str) -> Path:
-    """Existing file. Its contents are checked by ``read_file``."""
+    """Parse the path of an existing file; ``read_file`` checks its contents.
+
+    Raises:
+        click.UsageError: there is no such file, or it is a folder.
+    """
     path = _path(value)
     if not os.path.exists(path):
         raise click.UsageError(f"there is no file `{value}`; check the path")
@@ -102,7 +106,11 @@ def existing(value: str) -> Path:
 
 
 def folder(value: str) -> Path:
-    """Existing folder."""
+    """Parse the path of an existing folder.
+
+    Raises:
+        click.UsageError: there is no such folder, or it is a file.
+    """
     path = _path(value)
     if not os.path.exists(path):
         raise click.UsageError(f"there is no folder `{value}`; check the path")
@@ -112,12 +120,20 @@ def folder(value: str) -> Path:
 
 
 def file_or_folder(value: str) -> Path:
-    """Existing file or folder."""
+    """Parse the path of an existing file or folder.
+
+    Raises:
+        click.UsageError: there is neither.
+    """
     return folder(value) if os.path.isdir(value) else existing(value)
 
 
 def named(path: Path) -> Path:
-    """Absolute path of a folder, for files that are written next to it under its name."""
+    """Absolute path of a folder, next to which files with its name are written.
+
+    Raises:
+        click.UsageError: the path has no name, such as the root.
+    """
     whole = Path(os.path.abspath(path))
     if not whole.name:
         raise click.UsageError(f"`{path}` has no name for the output; add `-o PATH`")
@@ -125,12 +141,20 @@ def named(path: Path) -> Path:
 
 
 def folder_to_write(value: str) -> Path:
-    """Path for a folder. Write permission is checked by ``output.folder.write_folder``."""
+    """Parse the path of a folder to write; ``output.folder.write_folder`` checks the permission.
+
+    Raises:
+        click.UsageError: the path is invalid.
+    """
     return _path(value)
 
 
 def file_to_write(value: str) -> Path:
-    """Path for a file that is not a folder."""
+    """Parse the path of a file to write.
+
+    Raises:
+        click.UsageError: the path is invalid or that of a folder.
+    """
     path = _path(value)
     if os.path.isdir(path):
         raise click.UsageError(f"`{value}` is a folder; give the path of a file")
@@ -138,7 +162,11 @@ def file_to_write(value: str) -> Path:
 
 
 def picture(value: str) -> Path:
-    """Path for a picture in a supported format."""
+    """Parse the path of a picture to write.
+
+    Raises:
+        click.UsageError: the path is invalid, or its ending is not that of a supported format.
+    """
     path = file_to_write(value)
     if path.suffix not in SUFFIXES:
         raise click.UsageError(f"`{value}` has no picture format; end the name with one of {', '.join(SUFFIXES)}")
@@ -146,7 +174,11 @@ def picture(value: str) -> Path:
 
 
 def moments(value: str | tuple[float, ...]) -> tuple[float, ...]:
-    """Moments in seconds from `0,2,5.5`, sorted and without duplicates."""
+    """Parse times in seconds such as `0,2,5.5`; the result is sorted and without duplicates.
+
+    Raises:
+        click.UsageError: one of them is not a time.
+    """
     if isinstance(value, tuple):
         return value
     found = []
@@ -163,7 +195,11 @@ def moments(value: str | tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _path(value: str) -> Path:
-    """Valid path for the system, whether it exists or not."""
+    """Parse a path that is valid on the system; it need not exist.
+
+    Raises:
+        click.UsageError: the path is invalid.
+    """
     if not value:
         raise click.UsageError("a path is empty; give a file or a folder")
     try:
@@ -177,7 +213,11 @@ def _path(value: str) -> Path:
 
 
 def vehicle_name(value: str) -> str:
-    """Name of an existing profile."""
+    """Parse the name of a vehicle profile.
+
+    Raises:
+        click.UsageError: there is no such profile.
+    """
     return _known(value, profiles(), "vehicle", "`missionc vehicles` lists all vehicles")
 
 
@@ -190,7 +230,13 @@ def _known(value: str, known: Collection[str], what: str, otherwise: str) -> str
 
 
 def registered(registry: Registry[Any], noun: str, *further: str) -> Callable[[str], str]:
-    """Type of a name in a registry, or one of ``further`` words; a built-in name reads no metadata."""
+    """Parser for a name in a registry or one of some further words; a built-in name reads no metadata.
+
+    Args:
+        registry: registry.
+        noun: kind of its values, for messages.
+        further: words that are valid too.
+    """
 
     def name(value: str) -> str:
         if value in further or value in registry:
@@ -204,7 +250,16 @@ def registered(registry: Registry[Any], noun: str, *further: str) -> Callable[[s
 def of_registry(
     flag: str, noun: str, registry: Registry[Any], default: str, says: str, *further: str
 ) -> Callable[..., Any]:
-    """Flag for the name of a value in a registry."""
+    """Decorator that adds a flag for the name of a value in a registry.
+
+    Args:
+        flag: flag.
+        noun: kind of the values, for messages.
+        registry: registry.
+        default: default name.
+        says: help text.
+        further: words that are valid too.
+    """
     return click.option(
         flag,
         type=registered(registry, noun, *further),
@@ -217,10 +272,10 @@ def of_registry(
 
 
 def continuous_time(continuous: bool, at_steps: bool) -> ContinuousTime:
-    """Value from ``--continuous`` and ``--at-steps``.
+    """Setting of evaluation between the steps from the flags ``--continuous`` and ``--at-steps``.
 
     Raises:
-        UsageError: both are given.
+        click.UsageError: both are given.
     """
     if continuous and at_steps:
         raise click.UsageError("`--continuous` and `--at-steps` exclude each other; remove one of them")
@@ -228,17 +283,17 @@ def continuous_time(continuous: bool, at_steps: bool) -> ContinuousTime:
 
 
 def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Shell completion with existing files."""
+    """Shell completion of paths of existing files."""
     return [CompletionItem(incomplete, type="file")]
 
 
 def folders(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Shell completion with existing folders."""
+    """Shell completion of paths of existing folders."""
     return [CompletionItem(incomplete, type="dir")]
 
 
 def one_of(names: Callable[[], Iterable[str]]) -> Completer:
-    """Shell completion with one of these names, computed on demand."""
+    """Shell completion with one of some names, which are computed on demand."""
 
     def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
         return [CompletionItem(name) for name in names() if name.startswith(incomplete)]
@@ -258,12 +313,16 @@ def several_of(names: Callable[[], Iterable[str]]) -> Completer:
 
 
 def exports() -> Collection[str]:
-    """Available export formats."""
+    """Names of the available export formats."""
     return list(FORMATS)
 
 
 def pair(value: str) -> tuple[str, str]:
-    """Parse ``NAME=VALUE``."""
+    """Parse ``NAME=VALUE``.
+
+    Raises:
+        click.UsageError: the text is not a pair.
+    """
     name, equals, text = value.partition("=")
     if not (name.strip() and equals and text.strip()):
         raise click.UsageError(f"`{value}` is not a pair; write NAME=VALUE")
@@ -271,7 +330,11 @@ def pair(value: str) -> tuple[str, str]:
 
 
 def memory(value: str) -> int:
-    """Bytes from megabytes or a number with a unit: ``512``, ``2GB``."""
+    """Parse a size in bytes from megabytes or a number with a unit: ``512``, ``2GB``.
+
+    Raises:
+        click.UsageError: the text is not a size.
+    """
     word = value.strip().upper().replace(" ", "")
     number = word.rstrip("KMGB")
     try:
@@ -284,7 +347,11 @@ def memory(value: str) -> int:
 
 
 def staged(value: str) -> tuple[str, ...]:
-    """Comma-separated names of stages."""
+    """Parse comma-separated names of stages.
+
+    Raises:
+        click.UsageError: a stage is unknown.
+    """
     words = tuple(word.strip() for word in value.split(","))
     for word in words:
         if word not in stage_names.ALL:
@@ -296,12 +363,20 @@ export_name = registered(FORMATS, "export")
 
 
 def export_names(value: str) -> tuple[str, ...]:
-    """Comma-separated names of exports."""
+    """Parse comma-separated names of export formats.
+
+    Raises:
+        click.UsageError: a format is unknown.
+    """
     return tuple(export_name(word.strip()) for word in value.split(","))
 
 
 def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
-    """Default limits with the given changes."""
+    """Default limits with changes given as pairs of name and value.
+
+    Raises:
+        click.UsageError: a limit is unknown or its value is invalid.
+    """
     limits = Limits()
     kinds = {field.name: type(getattr(limits, field.name)) for field in fields(limits)}
     for name, text in pairs:
@@ -324,11 +399,11 @@ def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
 
 
 FORMS = ("text", "json")
-"""Output formats of every command."""
+"""Output formats of most commands."""
 
 
 def form_of(forms: tuple[str, ...]) -> Callable[[Command], Command]:
-    """Flag for one of these output formats."""
+    """Decorator that adds the flag ``--format`` with these output formats."""
     words = "Output format. `json` prints one JSON document." if "sarif" not in forms else "Output format."
     return click.option("--format", "form", type=click.Choice(forms), default="text", help=words)
 
@@ -378,20 +453,28 @@ plot_width = click.option(
 
 
 def output(says: str, page: bool = False) -> Callable[[Command], Command]:
-    """Option ``-o``: the folder to write, or the page."""
+    """Decorator that adds the flag ``-o`` for the path to write.
+
+    Args:
+        says: help text.
+        page: whether the path is that of a page; otherwise of a folder.
+    """
     kind, metavar = (file_to_write, "FILE") if page else (folder_to_write, "FOLDER")
     return click.option("-o", "--output", type=kind, metavar=metavar, help=says)
 
 
 def seed(most: int = 2**32 - 1) -> Callable[[Command], Command]:
-    """Option ``--seed``, 0 by default."""
+    """Decorator that adds the flag ``--seed``, 0 by default and at most ``most``."""
     return click.option(
         "--seed", type=Count(0, most), default=0, show_default=True, metavar="N", help="Seed of all random choices."
     )
 
 
 def exported(says: str) -> Callable[[Command], Command]:
-    """Option ``--export``, repeatable; each value is a tuple of names."""
+    """Decorator that adds the repeatable flag ``--export``.
+
+    Each value is a tuple of names. ``says`` is the help text.
+    """
     return click.option(
         "--export",
         "exported",
@@ -404,12 +487,12 @@ def exported(says: str) -> Callable[[Command], Command]:
 
 
 def plot(says: str) -> Callable[[Command], Command]:
-    """Option ``--plot``: the file of a picture."""
+    """Decorator that adds the flag ``--plot`` for the path of a picture; ``says`` begins the help text."""
     return click.option("--plot", type=picture, metavar="FILE", help=f"{says} to an SVG, PNG or PDF file.")
 
 
 def time_limit(says: str) -> Callable[[Command], Command]:
-    """Option ``--time-limit`` in seconds."""
+    """Decorator that adds the flag ``--time-limit`` in seconds; ``says`` is the help text."""
     return click.option(
         "--time-limit",
         type=Number(min=0, min_open=True, max=1e9),
@@ -421,7 +504,7 @@ def time_limit(says: str) -> Callable[[Command], Command]:
 
 
 def between_steps(command: Command) -> Command:
-    """Options ``--continuous`` and ``--at-steps``, which ``continuous_time`` reads."""
+    """Decorator that adds the flags ``--continuous`` and ``--at-steps``, which ``continuous_time`` reads."""
     refuse = click.option(
         "--continuous", is_flag=True, help="Accept only plans that satisfy every requirement in continuous time."
     )
@@ -443,7 +526,7 @@ verbose = click.option(
 no_open = click.option("--no-open", is_flag=True, help="Print the address of the page without opening a browser.")
 
 EXPLAIN_LIMIT = 20
-"""Default limit, seconds."""
+"""Default time limit for an explanation of infeasibility, seconds."""
 
 explain_limit = click.option(
     "--explain-limit",
@@ -456,7 +539,12 @@ explain_limit = click.option(
 
 
 def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
-    """Flags of every command that reads a mission; ``forms`` are its output formats."""
+    """Decorator that adds the flags of every command that reads a mission.
+
+    Args:
+        command: command.
+        forms: its output formats.
+    """
     define = click.option(
         "-D",
         "overrides",
@@ -469,7 +557,11 @@ def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
 
 
 def _set_pair(value: str) -> tuple[str, str]:
-    """Name and value; the word ``help`` prints all settings and ends the command."""
+    """Parse ``NAME=VALUE`` of a setting; the word ``help`` prints all settings and ends the command.
+
+    Raises:
+        click.UsageError: the text is not a pair.
+    """
     if value == "help":
         from missionc.backends.settings import default_table
 
@@ -489,7 +581,12 @@ set_values = click.option(
 
 
 def limits_and_form(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
-    """Flags of every command that reads files."""
+    """Decorator that adds the flags ``--limit`` and ``--format``.
+
+    Args:
+        command: command.
+        forms: its output formats.
+    """
     limit = click.option(
         "--limit",
         "limits",

@@ -1,4 +1,4 @@
-"""Local servers of a page on this machine: start, end and access."""
+"""Local web servers for one page each, available on this machine only."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.tools.guard import NAMES
 
 
 class PageServer(ThreadingHTTPServer):
-    """Server on a free port; each request has a thread, and the end waits for none."""
+    """Server on a free port; each request has a thread, and the server ends without waiting for them."""
 
     daemon_threads = True
     block_on_close = False
@@ -20,22 +20,22 @@ class PageServer(ThreadingHTTPServer):
         self._thread = threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True)
 
     def begin(self) -> None:
-        """Start answering requests."""
+        """Start the thread that answers requests."""
         self._thread.start()
 
     def end(self) -> None:
-        """Stop answering requests."""
+        """Stop answering requests, and close the port."""
         self.shutdown()
         self.server_close()
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Ignore browsers that close the connection."""
+        """Ignore errors of a connection, such as a browser that closes it."""
 
 
 class Quiet(StreamRequestHandler):
-    """Common part of all request handlers: prints nothing on the terminal, which is for findings."""
+    """Base class of request handlers that print nothing on the terminal."""
 
     timeout = 30
 
     def log_message(self, format: str, *words: object) -> None:
-        """Write nothing."""
+        """Do nothing, instead of logging a request."""

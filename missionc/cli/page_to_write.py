@@ -1,4 +1,4 @@
-"""Check of a page that a command would write next to a folder, over something else.
+"""Check before a page is written next to a folder, so that it replaces no file of another kind.
 
 in   the path, whether the user named it, the inputs of the command
 says MC701 MC702
@@ -16,23 +16,26 @@ from missionc.output.folder.write_file import refuse_file
 
 TITLE = "· missionc report</title>".encode()
 HEAD = 4096
-"""Bytes of a page that contain its title."""
+"""Number of bytes at the start of a page that contain its title."""
 
 
 def refuse_page(
     target: Path, named: bool, inputs: Iterable[Path], others: Iterable[WrittenPath] = ()
 ) -> Diagnostic | None:
-    """Finding if a page cannot be written, before any work; a default file must already be a page.
+    """Finding that a page cannot be written, before any work; None if it can.
 
     Args:
-        others: other outputs of the command.
+        target: path of the page.
+        named: whether the user named it; an existing file at a default path must be a page.
+        inputs: input paths of the command.
+        others: its other outputs.
     """
     wrong = overlapping([WrittenPath("-o", target), *others], inputs)
     return wrong or refuse_file(target) or (None if named else _not_ours(target))
 
 
 def _not_ours(target: Path) -> Diagnostic | None:
-    """Finding if a default file is not a page of the compiler and must not be replaced."""
+    """Finding that a file is not a page of the compiler, so that it must not be replaced; None otherwise."""
     try:
         with target.open("rb") as file:
             head = file.read(HEAD)

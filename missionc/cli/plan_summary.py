@@ -1,4 +1,4 @@
-"""Summary of a plan, at most five lines: verdict, smallest margins, lower bound, warnings, path of the report."""
+"""Summary of a plan in at most five lines: verdict, smallest margins, lower bound, warnings, path of the report."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from missionc.verification.certificate import Between, Certificate, Check
 
 WHOLE = "whole flight"
-"""Figure of a certificate: the duration from takeoff to landing."""
+"""Name of the certificate's quantity for the duration from takeoff to landing."""
 
 MOST_WARNED = 2
-"""Requirements and warnings that are listed; of more, their number."""
+"""Maximum number of requirements and of warnings that are listed; others are only counted."""
 
 
 def plan_lines(
@@ -32,13 +32,15 @@ def plan_lines(
     verbose: bool = False,
     further: Sequence[str] = (),
 ) -> list[str]:
-    """Verdict, smallest margins, objective with its lower bound, warnings, and the path of the report.
+    """Lines with the verdict, smallest margins, objective and its lower bound, warnings, and the path of the report.
 
     Args:
+        verified: verified plan.
+        mission: its mission.
         seconds: duration of the compilation.
-        output: the folder written, or empty.
-        verbose: a line for each warning.
-        further: lines above the path.
+        output: the written folder, or empty.
+        verbose: if true, each warning has a line.
+        further: lines before the path.
     """
     plan, certificate, cut_short = verified.plan, verified.certificate, verified.report.cut_short
     early = cut_short.note if cut_short else ""
@@ -55,7 +57,7 @@ def plan_lines(
 
 
 def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> list[str]:
-    """Requirement with the smallest robustness, and the smallest margin between bodies."""
+    """Texts about the requirement with the smallest robustness, and the smallest margin between bodies."""
     says = []
     if judgements:
         least = min(judgements, key=lambda each: each.robustness)
@@ -68,13 +70,13 @@ def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> 
 
 
 def _room(check: Check) -> str:
-    """Separation margin of two agents: the distance beyond the required separation."""
+    """Text about the separation margin of two agents: their distance minus the required one."""
     when = "" if check.at is None else f" at {round(check.at, 2):g} s"
     return f"separation of {listed(check.agents)} {decimals(max(check.margin, 0.0))} m{when}"
 
 
 def warning_lines(warnings: Sequence[str], verbose: bool) -> list[str]:
-    """One line with all warnings, or a line for each; nothing if there are none."""
+    """One line with the number of warnings and the first of them, or a line for each; empty without warnings."""
     if len(warnings) <= 1:
         return [f"  warning: {each}" for each in warnings]
     if verbose:
@@ -85,7 +87,7 @@ def warning_lines(warnings: Sequence[str], verbose: bool) -> list[str]:
 
 
 def warnings_of(certificate: Certificate) -> list[str]:
-    """The warnings of a certificate: requirements between samples, distances of polynomials, preferences."""
+    """Warnings of a certificate: requirements violated between samples, distances of polynomials, preferences."""
     names = [f"`{each.subject}`" for each in certificate.figures if each.name == "preference" and each.value < 0]
     return [
         *([between_samples(certificate.at_steps_alone)] if certificate.at_steps_alone else []),
@@ -95,7 +97,9 @@ def warnings_of(certificate: Certificate) -> list[str]:
 
 
 def between_samples(violated: Sequence[Between]) -> str:
-    """```relay` is violated between samples (1.04–1.69 s)``"""
+    """Sentence on requirements that are violated between samples: ``relay`` is violated between samples
+    (1.04–1.69 s).
+    """
     more = len(violated) - MOST_WARNED
     return ", ".join(map(_between, violated[:MOST_WARNED])) + (f" and {more} more" if more > 0 else "")
 
@@ -111,7 +115,7 @@ def _between(each: Between) -> str:
 
 
 def without_vehicle(mission: Mission) -> str:
-    """A warning of agents whose plan no vehicle was checked against; empty if there are none."""
+    """Warning that agents have no vehicle, so that flyability was not checked; empty if all have one."""
     without = sum(agent.vehicle.name == PLAIN.name for agent in mission.agents)
     if not without:
         return ""
@@ -120,7 +124,7 @@ def without_vehicle(mission: Mission) -> str:
 
 
 def _flown(mission: Mission, certificate: Certificate) -> str:
-    """The vehicles that can fly a plan, and the duration from takeoff to landing, as the end of a verdict."""
+    """End of the verdict: vehicles that can fly the plan, and the duration from takeoff to landing."""
     named = sorted({agent.vehicle.name for agent in mission.agents if agent.vehicle.name != PLAIN.name})
     whole = [figure.value for figure in certificate.figures if figure.name == WHOLE]
     return "".join(

@@ -1,4 +1,4 @@
-"""A progress line on a terminal: elapsed time, stage, and progress."""
+"""Progress line on a terminal: elapsed time, stage, and progress."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from missionc.backends.api import Progress
 
 EVERY = 0.2
-"""Seconds between two updates, which continue while a stage is silent."""
+"""Seconds between two updates of the line, also while a stage reports no progress."""
 
 
 class ProgressLine:
-    """Context in which the line is updated, and after which it is erased."""
+    """Context manager during which a progress line is updated; it is erased at the end."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -31,7 +31,7 @@ class ProgressLine:
         self._drawer = threading.Thread(target=self._draw, daemon=True)
 
     def listen(self, progress: Progress) -> None:
-        """Record the progress of a backend."""
+        """Show the progress of a backend from the next update on."""
         self._says = words(progress)
 
     def say(self, stage: str) -> None:
@@ -60,7 +60,7 @@ class ProgressLine:
 
 
 def words(progress: Progress) -> str:
-    """Progress of a backend in one line: the stage, and how far it is."""
+    """Progress of a backend in one line: the stage, and details such as iterations and planned agents."""
     iteration = f", iteration {progress.iteration}" if progress.iteration else ""
     planned = "{}/{} agents".format(*progress.planned) if progress.planned else ""
     margin = "" if progress.margin is None else f"best margin {progress.margin:.3g} m"
@@ -70,7 +70,7 @@ def words(progress: Progress) -> str:
 
 @contextmanager
 def shown(silent: bool) -> Iterator[Callable[[Progress], None]]:
-    """Listener for progress: a line on a terminal, otherwise silent."""
+    """Yield a function that shows progress on a terminal, and does nothing elsewhere or if ``silent``."""
     if silent or not sys.stderr.isatty():
         yield lambda progress: None
         return

@@ -1,4 +1,4 @@
-"""Summary of a replanning: the new plan for the rest of the mission, and its start."""
+"""Summary of replanning: the new plan for the remaining mission, and its start."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from missionc.output.folder.file_names import REPORT
 
 
 def replanned_lines(replanned: Replanned, output: str) -> list[str]:
-    """Summary lines; ``output`` is the written folder, or empty."""
+    """Lines of the summary; empty without a new plan. ``output`` is the written folder, or empty."""
     rest = replanned.rest
     if replanned.way is Way.NONE or rest is None or rest.mission is None:
         return []
@@ -35,7 +35,7 @@ def replanned_lines(replanned: Replanned, output: str) -> list[str]:
 
 
 def _changing(replanned: Replanned, begins: float) -> str:
-    """Text on agents with another path, and on agents that stop before that."""
+    """Text about agents whose path changes, and agents that stop before that. ``begins`` is the plan's start, s."""
     assert replanned.rest is not None
     stopping = [agent.name for agent in replanned.rest.valid_mission.agents if not agent.begins]
     if len(stopping) == len(replanned.rest.valid_mission.agents):
@@ -47,7 +47,7 @@ def _changing(replanned: Replanned, begins: float) -> str:
 
 
 def _rest(replanned: Replanned) -> str:
-    """Text on agents that continue, and for how long."""
+    """Text about agents that continue, and the time that remains."""
     assert replanned.rest is not None
     mission, past = replanned.rest.valid_mission, replanned.rest.past
     lost = [name for each in past.flown for name in each.stretch.lost] if past else []
@@ -62,13 +62,13 @@ def _hovers(replanned: Replanned) -> str:
 
 
 def _stays(replanned: Replanned) -> bool:
-    """Return whether no agent returns home, as the mission requires."""
+    """Return whether the plan ends without the return of agents that the mission requires."""
     checked = replanned.compiled.checked if replanned.compiled is not None else None
     return checked is not None and checked.past is not None and checked.past.flown[-1].stretch.stays
 
 
 def replanned_document(replanned: Replanned, output: str | None) -> dict[str, object]:
-    """JSON document of the summary."""
+    """JSON document of replanning; ``output`` is the written folder, or None."""
     compiled = replanned.compiled
     verified = compiled.outcome if compiled is not None and isinstance(compiled.outcome, Verified) else None
     certificate = verified.certificate if verified else replanned.certificate

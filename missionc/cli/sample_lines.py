@@ -1,4 +1,4 @@
-"""Live lines of samples: from standard input, datagrams on a port, or a growing recording."""
+"""Sources of sample lines during a flight: standard input, UDP datagrams, or a growing recording."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
     from missionc.verification.monitoring.live.mcap_poses import McapPoses
 
 LONGEST = 1 << 20
-"""Maximum bytes of a line; a longer one is cut, and then not valid JSON."""
+"""Maximum length of a line, bytes; a longer one is cut, and then not valid JSON."""
 
 PIECE, PAUSE = 1 << 20, 0.05
-"""Bytes of a recording that are read at once, and seconds between two attempts."""
+"""Maximum number of bytes of a recording that are read at once, and seconds between two attempts."""
 
 LOOPBACK = "127.0.0.1"
 
 
 def of_standard_input() -> Iterator[str]:
-    """Lines of standard input, each as soon as it arrives."""
+    """Yield the lines of standard input, each as soon as it arrives."""
     while line := sys.stdin.buffer.readline(LONGEST):
         yield line.decode(errors="replace")
 
 
 def of_socket(listening: socket.socket) -> Iterator[str]:
-    """Lines of incoming datagrams, without end."""
+    """Yield the lines of incoming datagrams, without end."""
     with listening:
         while True:
             data = listening.recv(1 << 16)
@@ -40,7 +40,11 @@ def of_socket(listening: socket.socket) -> Iterator[str]:
 
 
 def of_recording(file: Path, poses: McapPoses) -> Iterator[str]:
-    """Lines of a recording's poses, until it is closed; waits for missing ones.
+    """Yield the poses in a recording as lines of samples until it is closed; waits for data that is not written yet.
+
+    Args:
+        file: path of the recording.
+        poses: reader of the recording's poses.
 
     Raises:
         BrokenRecordingError: the file is not MCAP, or has been truncated.
@@ -61,7 +65,7 @@ def of_recording(file: Path, poses: McapPoses) -> Iterator[str]:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Open a socket for datagrams.
+    """Open a UDP socket that receives datagrams.
 
     Raises:
         OSError: the address does not exist, or is in use.
@@ -78,7 +82,11 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def port_of(value: str) -> tuple[str, int]:
-    """Parse ``[HOST:]PORT``; this machine's own address by default."""
+    """Parse ``[HOST:]PORT``; the default host is this machine's loopback address.
+
+    Raises:
+        click.UsageError: the text has another form.
+    """
     host, _, port = value.rpartition(":")
     if not (port.isascii() and port.isdigit() and int(port) < 1 << 16):
         raise click.UsageError(f"`{value}` is not a UDP address; write [HOST:]PORT with a port up to 65535")

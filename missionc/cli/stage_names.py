@@ -10,6 +10,6 @@ ALL = (*BEFORE_PLANNING, *BY_A_BACKEND, "plan")
 
 
 def in_order(names: Iterable[str]) -> tuple[str, ...]:
-    """Stages with these names, each once, in the order of the pipeline."""
+    """Names of stages without duplicates, in the order of the pipeline."""
     stages = set(names)
     return tuple(stage for stage in ALL if stage in stages)

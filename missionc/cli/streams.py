@@ -1,4 +1,4 @@
-"""Standard streams for output of commands: a failed write is an error, never silent."""
+"""Standard streams for output of commands: a failed write raises an exception, so that it is reported."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from contextlib import contextmanager
 from typing import TextIO, cast
 
 NOT_SAID = 74
-"""Exit status if the disk is full or the stream is closed, as in system programs."""
+"""Exit status if output fails, as on a full disk or a closed stream; the same as in system programs."""
 
 HUNG_UP = 141
-"""Exit status if the reader has gone away: 128 plus the number of SIGPIPE."""
+"""Exit status if the reader of the output has ended: 128 plus the number of SIGPIPE."""
 
 
 class OutputClosed(Exception):
-    """Exception for a closed standard stream; ``status`` is the exit status of the process."""
+    """Error: a standard stream cannot be written; ``status`` is the exit status of the process."""
 
     def __init__(self, why: str, status: int = NOT_SAID) -> None:
         super().__init__(why)
@@ -25,7 +25,11 @@ class OutputClosed(Exception):
 
 
 class GuardedStream:
-    """Standard stream that raises ``Unsaid`` if it cannot be written; ``stream`` None is closed."""
+    """Standard stream that raises ``OutputClosed`` if it cannot be written.
+
+    Args:
+        stream: stream to write to; None for a closed one.
+    """
 
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream
@@ -53,7 +57,7 @@ class GuardedStream:
 
 @contextmanager
 def speaking() -> Iterator[None]:
-    """Context in which standard output and standard error are guarded."""
+    """Context manager during which standard output and standard error are ``GuardedStream`` objects."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = (cast(TextIO, GuardedStream(stream)) for stream in before)
     try:
@@ -63,8 +67,9 @@ def speaking() -> Iterator[None]:
 
 
 def hold_numbers() -> None:
-    """Open replacements for closed standard streams, so that no file of a plan gets their numbers and
-    is overwritten.
+    """Open substitutes for closed standard streams.
+
+    Otherwise a file of the plan would get the number of one, and be overwritten by output.
     """
     for number in range(3):
         try:
@@ -74,7 +79,7 @@ def hold_numbers() -> None:
 
 
 def finished(status: int) -> int:
-    """Exit status after all output is flushed; unwritable output is dropped."""
+    """Exit status after all output is flushed; output that cannot be written is discarded."""
     for stream in (sys.stdout, sys.stderr):
         if stream is None or stream.closed:
             continue

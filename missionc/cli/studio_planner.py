@@ -1,4 +1,4 @@
-"""Planner of ``missionc studio``: the process of ``--watch``, without output."""
+"""Planner of ``missionc studio``: the separate process of ``--watch``, without output on the terminal."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.cli.watch.planner_process import Planner
 
 
 class StudioPlanner(Planner):
-    """Context in which texts are compiled as in ``missionc compile``.
+    """Context manager that compiles texts as ``missionc compile`` does.
 
     Args:
         explain_limit: time limit for the explanation of infeasibility, seconds.
@@ -23,5 +23,11 @@ class StudioPlanner(Planner):
         self._explain_limit = Seconds(explain_limit)
 
     def compile(self, source: Source, output: Path, backend: str) -> None:
-        """Compile a text into a folder, and stop an earlier compilation."""
+        """Start compiling a text, and stop the current compilation.
+
+        Args:
+            source: text of the mission.
+            output: path of the plan folder.
+            backend: name of a backend, or ``auto``.
+        """
         self.start(CompileRequest(source, output=output, explain_limit=self._explain_limit, quiet=True), backend)

@@ -1,4 +1,4 @@
-"""Summaries of results: lines for people, and one JSON document for programs."""
+"""Summaries of results: lines of text, and JSON documents."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ if TYPE_CHECKING:
     from missionc.verification.certificate import Between, Certificate, Check, Delay
 
 SHOWN = 5e-4
-"""Margin, in its unit, below which it would be shown as 0."""
+"""Smallest margin, in its unit, that is not rounded to 0 in a summary."""
 
 
 def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: bool) -> list[str]:
-    """Summary of a compilation.
+    """Lines of the summary of a compilation.
 
     Args:
-        output: the folder written, or empty.
-        seconds: that it took.
+        compiled: compilation.
+        output: the written folder, or empty.
+        seconds: duration of the compilation.
         verbose: whether to list every requirement, kind of check, engine, note and file.
     """
     mission = compiled.checked.mission
@@ -59,7 +60,7 @@ def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: b
 
 
 def _details(outcome: Verified, mission: Mission) -> list[str]:
-    """Files read, every requirement, the work of each engine, notes, the tightest check of every kind, delays."""
+    """Lines of the complete summary: files, requirements, engines, notes, tightest check of each kind, delays."""
     certificate, solved = outcome.certificate, solved_text(outcome.plan.solved)
     return [
         *(["files read", *(f"  {line}" for line in file_lines(mission))] if mission.files else []),
@@ -76,7 +77,10 @@ def _details(outcome: Verified, mission: Mission) -> list[str]:
 
 
 def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
-    """A table of alternative plans: length, duration and smallest margin, and below each its differences."""
+    """Lines of a table of plans with length, duration and smallest margin, each with its differences.
+
+    Empty without rows.
+    """
     if not alternatives:
         return []
     columns = [
@@ -94,20 +98,26 @@ def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
 
 
 def tried_lines(report: Report) -> list[str]:
-    """Results and messages of the engines in a portfolio that were run; empty if there were none."""
+    """Lines with the results of the engines in a portfolio that were run; empty if none was."""
     had = [each for each in report.tried if each.turns]
     width = max((len(each.engine) for each in had), default=0)
     return [f"backend {each.engine:<{width}}  {each}" for each in had]
 
 
 def _several(report: Report) -> list[str]:
-    """Results of the engines, if more than one was run."""
+    """Lines with the results of the engines; empty if at most one was run."""
     lines = tried_lines(report)
     return lines if len(lines) > 1 else []
 
 
 def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
-    """Best candidate of a failed search, requirement by requirement, with its other violations."""
+    """Lines about the best candidate of a failed search: each requirement, and the largest other violations.
+
+    Args:
+        name: name of the mission.
+        best: best candidate.
+        step: time step of the mission.
+    """
     lines = [f"{name}: closest infeasible candidate", *judgement_lines(best.requirements, step)]
     faults = best.worst_faults()
     width = max((len(fault.what) for fault in faults), default=0)
@@ -115,7 +125,7 @@ def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
 
 
 def monitored_lines(monitored: Monitored) -> list[str]:
-    """Verdict, one line for each requirement and preference, and lines on the constraints."""
+    """Lines with the verdict, each requirement and preference, and the constraints; empty for an invalid input."""
     mission = monitored.checked.mission
     if not monitored.ok or mission is None:
         return []
@@ -126,7 +136,7 @@ def monitored_lines(monitored: Monitored) -> list[str]:
 
 
 def margin_lines(certificate: Certificate) -> list[str]:
-    """Tightest check of every kind; last, the number of kinds that are met exactly, as equalities are."""
+    """Lines with the tightest check of each kind; the last counts the kinds with margin 0, such as equalities."""
     least: dict[str, Check] = {}
     for check in certificate.checks:
         if check.name not in least or check.margin < least[check.name].margin:
@@ -140,12 +150,12 @@ def margin_lines(certificate: Certificate) -> list[str]:
 
 
 def between_lines(between: Iterable[Between]) -> list[str]:
-    """One sentence for each requirement that fails between the steps or is undecided there."""
+    """Sentences about requirements that are violated or undecided between the steps."""
     return [f"note: {each.detail}" for each in between if not each.holds]
 
 
 def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
-    """Smallest allowed delay of an agent, and the effect beyond it; the certificate has all of them."""
+    """Line about the smallest allowed delay of an agent, and the effect of a longer one; empty without delays."""
     if not delays:
         return []
     least = min(delays, key=lambda each: each.tolerated)
@@ -157,7 +167,7 @@ def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
 
 
 def folder_lines(files: Iterable[str]) -> list[str]:
-    """Files of the folder, those in one subfolder on one line."""
+    """Lines with the files of a folder; files of a subfolder share one line."""
     names: dict[str, list[str]] = {}
     for path in files:
         folder, slash, _ = path.partition("/")
@@ -169,18 +179,24 @@ def folder_lines(files: Iterable[str]) -> list[str]:
 
 
 def exported_lines(output: str, files: Iterable[str], notes: list[str]) -> list[str]:
-    """Notes, the folder that was written and its files."""
+    """Lines with notes, the written folder and its files."""
     return [*(f"note: {note}" for note in notes), f"output: {output}", *folder_lines(files)]
 
 
 def timing_lines(seconds: tuple[tuple[str, Seconds], ...]) -> list[str]:
-    """Seconds by stage; a repeated stage appears once for each round."""
+    """Lines with the duration of each stage in seconds; a repeated stage has one for each round."""
     width = max((len(name) for name, _ in seconds), default=0)
     return ["time", *(f"  {name:<{width}}  {value:8.3f} s" for name, value in seconds)]
 
 
 def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, str]]) -> dict[str, object]:
-    """Document with ``outcome`` and its data; wall-clock times are here and in no file."""
+    """JSON document of a compilation; run times are only here, and in no written file.
+
+    Args:
+        compiled: compilation.
+        output: the written folder, or empty.
+        texts: name and text of each requested stage.
+    """
     outcome = compiled.outcome
     document: dict[str, object] = {
         "outcome": compiled.word,
@@ -217,7 +233,10 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
 
 
 def _engine(compiled: Compiled) -> str | None:
-    """Backend that planned, failed or came nearest; without a plan, the first in order."""
+    """Name of the backend that planned or had the best candidate; without one, the first to try.
+
+    None for invalid missions.
+    """
     if not isinstance(compiled.outcome, InvalidMission) and compiled.outcome.report.engine:
         return compiled.outcome.report.engine
     return compiled.checked.choice.backend if compiled.checked.choice else None
@@ -234,7 +253,7 @@ def monitored_document(monitored: Monitored) -> dict[str, object]:
 
 
 def reverified_lines(reverified: Reverified, verbose: bool) -> list[str]:
-    """Lines on the success and margins of a folder's verification."""
+    """Lines about a successful verification of a folder and its margins; empty if it failed."""
     certificate = reverified.certificate
     if certificate is None or not certificate.passed:
         return []
@@ -260,9 +279,7 @@ def reverified_lines(reverified: Reverified, verbose: bool) -> list[str]:
 
 
 def reverified_document(reverified: Reverified) -> dict[str, object]:
-    """Document of the verification; ``passed`` is null if the folder is unreadable, ``failures`` lists
-    failed checks.
-    """
+    """JSON document of a verification; ``passed`` is null if the folder is unreadable."""
     certificate = reverified.certificate
     failures = certificate.failures if certificate else ()
     return {
@@ -286,7 +303,7 @@ def reverified_document(reverified: Reverified) -> dict[str, object]:
 
 
 def exported_document(output: str | None, files: Iterable[str], notes: list[str]) -> dict[str, object]:
-    """Document of the export; ``output`` is null if nothing was written."""
+    """JSON document of an export; ``output`` is null if nothing was written."""
     return {"output": output, "files": sorted(files) if output else [], "notes": notes}
 
 
@@ -302,7 +319,7 @@ def _where(check: Check) -> str:
 
 
 def in_brackets(agents: tuple[str, ...]) -> str:
-    """Agents after a figure that belongs to them; empty if there are none."""
+    """Names of agents in brackets, for the end of a value; empty if there are none."""
     return f" ({', '.join(agents)})" if agents else ""
 
 
@@ -335,14 +352,14 @@ def _sums(seconds: tuple[tuple[str, Seconds], ...]) -> dict[str, float]:
 
 
 def vehicle_lines(vehicle: Vehicle) -> list[str]:
-    """Table of all parameters: name, value with unit, and meaning."""
+    """Lines of a table of a vehicle's parameters: name, value with unit, and meaning."""
     rows = [(name, text or "none", FIGURES[name].says) for name, text in figures_of(vehicle)]
     wide = [max(len(row[column]) for row in rows) for column in (0, 1)]
     return [f"{name:<{wide[0]}}  {text:<{wide[1]}}  {says}" for name, text, says in rows]
 
 
 def vehicles_document(vehicles: Iterable[Vehicle]) -> dict[str, object]:
-    """All parameters in their units; a band as two numbers; null for no limit."""
+    """JSON document of the parameters of vehicles in their units: a band is two numbers, null means no limit."""
     return {
         "vehicles": [
             {"name": vehicle.name, "figures": {name: _figure(vehicle, name) for name in FIGURES}}

@@ -1,4 +1,4 @@
-"""The summary of a sweep: a line for each combination and comparison, and a document for programs."""
+"""Summary of a sweep: a line for each combination and comparison, and a JSON document."""
 
 from __future__ import annotations
 
@@ -15,11 +15,16 @@ if TYPE_CHECKING:
     from missionc.tools.sweep.results_table import Group
 
 MOST_LINES = 40
-"""Maximum number of combinations and comparisons that are listed; the page has all of them."""
+"""Maximum number of combinations and of comparisons that are listed; the page has all of them."""
 
 
 def swept_lines(result: SweepResult, output: Path) -> list[str]:
-    """Numbers of results; success rate, planning time and plan length of each combination."""
+    """Lines with the number of runs by outcome, and the success rate, planning time and length of each combination.
+
+    Args:
+        result: result of the sweep.
+        output: folder of the results.
+    """
     from missionc.tools.sweep.carry_out_sweep import PAGE
     from missionc.tools.sweep.results_table import CSV, PARQUET, counts, missing_writer
 
@@ -77,7 +82,7 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def swept_document(result: SweepResult, output: Path) -> dict[str, object]:
-    """Document of the sweep; ``output`` is null if nothing was written."""
+    """JSON document of a sweep; ``output`` is null if nothing was written."""
     from missionc.tools.sweep.results_table import counts
 
     return {

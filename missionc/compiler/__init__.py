@@ -1,1 +1,1 @@
-"""Pipeline from mission text to a verified plan with its files, or to the reason why there is none."""
+"""Pipeline from mission text to a verified plan with its files, or to the reason why there is no plan."""

@@ -1,4 +1,4 @@
-"""Lower bounds of all plans, by tours and, for a duration, by covers.
+"""Lower bounds on the objective over all plans, from tours and, for a duration, from covers.
 
 in   Mission, its kernel, the value of a plan
 out  Proven
@@ -24,7 +24,7 @@ from missionc.ir.lower.unroll_past import looking_ahead
 
 @dataclass(slots=True, eq=False)
 class BoundSide:
-    """Lower bounds of a mission's plans, computed once, when there is a plan."""
+    """Lower bounds on the objective of a mission, computed once, when there is a plan."""
 
     mission: Mission
     kernel: Kernel
@@ -33,10 +33,10 @@ class BoundSide:
     tours: float | None = None
     """Lower bound from tours, seconds or metres; None if unknown or not yet computed."""
     covered: int | None = None
-    """Lower bound of the steps from covers; None if not computed."""
+    """Lower bound on the number of steps from covers; None if not computed."""
 
     def enough(self, value: float) -> float:
-        """Lower bound for all plans, steps or metres, given a plan with ``value``; 0 if unknown."""
+        """Lower bound on the objective over all plans, steps or metres, given a plan with ``value``; 0 if unknown."""
         if self.tours is None:
             self.tours = least_by_tours(self.mission, self.kernel)
         if self.tours is None or self.mission.objective is Objective.DISTANCE:
@@ -47,7 +47,7 @@ class BoundSide:
         return float(min(lasts, max(least, self.covered or 0)))
 
     def proven(self, trace: Trace) -> Proven | None:
-        """Lower bound beside a plan; None without a bounded objective."""
+        """Lower bound that the report states for a plan; None if the objective has no lower bound."""
         if self.mission.objective not in UNITS:
             return None
         lasts = self.mission.objective is Objective.DURATION
@@ -57,7 +57,12 @@ class BoundSide:
         return beside(self.mission, trace, least, COVER if least > self.tours else TOURS)
 
     def _covered(self, least: int, lasts: int) -> int:
-        """Lower bound of the steps from covers."""
+        """Lower bound on the number of steps from covers.
+
+        Args:
+            least: a lower bound that is already known, steps.
+            lasts: duration of the plan, steps.
+        """
         from missionc.backends.cover.refute import least_duration  # for missions that minimize a duration
 
         ahead = looking_ahead(self.mission, self.kernel, self.budget.limits.formula_nodes)

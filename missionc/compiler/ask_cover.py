@@ -26,24 +26,24 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True, eq=False)
 class CoverSide:
-    """Covers of a mission, with little work at first, and more later or after a failed search."""
+    """Covers of a mission, with little work at first, and more work later or after a failed search."""
 
     mission: Mission
     kernel: Kernel
     meant: Kernel
-    """Kernel with its past operators, for certificates."""
+    """Kernel of the original mission, with its past operators, for certificates."""
     options: Options
     budget: api.Budget
     log: StageLog = field(default_factory=StageLog)
     account: Account = field(default_factory=Account)
     answer: Answer | None = None
     asked: float = 0.0
-    """Work units of the last covers."""
+    """Work limit of the last attempt with covers, in work units."""
     planned: bool = False
     """True if a search already has a plan that it improves."""
 
     def refusal(self, work: float, after: api.Report | None = None) -> api.Impossible | None:
-        """Proof that no motion satisfies the mission; None if covers do not show it.
+        """Proof that no motion satisfies the mission; None if covers do not prove it.
 
         Args:
             work: work limit.
@@ -79,7 +79,12 @@ class CoverSide:
     def searched(
         self, backend: api.Backend, mission: Mission, kernel: Kernel, budget: api.Budget, attempt: str
     ) -> api.Outcome:
-        """Outcome of a search for a plan of the mission, or of a stronger one; or the proof of infeasibility."""
+        """Outcome of a search for a plan, or the proof of infeasibility if covers find one during the search.
+
+        Args:
+            mission, kernel: the mission to plan, or a strengthened one.
+            attempt: name of the attempt in the log.
+        """
 
         def found(plan: api.Planned) -> object:
             self.planned = True
@@ -101,7 +106,12 @@ class CoverSide:
         return replace(outcome, report=self._report(outcome.report).noting(*notes))
 
     def _meanwhile(self, work: float, done: float) -> api.Impossible | None:
-        """Proof of infeasibility by covers with this work, after a search has done ``done``."""
+        """Proof of infeasibility by covers during a search; None if there is no proof, or already a plan.
+
+        Args:
+            work: work limit of the covers.
+            done: work of the search so far.
+        """
         return None if self.planned else self.refusal(work, api.Report(work=done))
 
     def _report(self, report: api.Report) -> api.Report:

@@ -25,21 +25,24 @@ from missionc.compiler.provenance import asked_for, data, given, inputs, package
 from missionc.compiler.results import InvalidMission, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3
-"""Seconds for one step of one agent from a trace to its files, an observed maximum."""
+"""Time to certify a trace, in seconds per step and agent; an observed maximum."""
 
 LEAST, MOST = Seconds(0.3), 0.25
-"""Seconds that are always reserved for it; and the largest share of the remaining time."""
+"""Minimum time reserved for certification, seconds, and its maximum as a fraction of the remaining time."""
 
 WAY_HOME, MOST_HOME = Seconds(3.0), 0.4
-"""Additional seconds for a return transfer planned in flight; and the share then."""
+"""Additional seconds, and the maximum fraction, for a plan with a return transfer that is planned in flight."""
 
 
 DRAWING = 3.0
-"""Seconds to judge, draw and write the closest infeasible candidate."""
+"""Seconds to evaluate, draw and write the closest infeasible candidate."""
 
 
 class Certified(Record, eq=False):
-    """Result for a trace; ``checked`` is the mission that judged it, time-scaled if requested."""
+    """Result of certifying a trace.
+
+    ``checked`` is the mission that the plan was verified against, time-scaled if requested.
+    """
 
     checked: Checked
     outcome: Verified | Unverified | InvalidMission | NotFound
@@ -47,13 +50,13 @@ class Certified(Record, eq=False):
 
 
 def reserved_time(agents: int, steps: int, left: float, way_home: bool = False) -> Seconds:
-    """Seconds of the remaining time reserved for the stages after a search."""
+    """Seconds of the remaining time ``left`` that are reserved for the stages after a search."""
     more, most = (WAY_HOME, MOST_HOME) if way_home else (0.0, MOST)
     return Seconds(min(LEAST + more + STEP_OF_AGENT * agents * steps, most * max(0.0, left)))
 
 
 def to_draw(explain_limit: Seconds) -> Seconds:
-    """Seconds of the explanation's time reserved for drawing the closest infeasible candidate."""
+    """Seconds of the explanation's time that are reserved for drawing the closest infeasible candidate."""
     return Seconds(min(DRAWING, explain_limit))
 
 
@@ -67,11 +70,11 @@ def certify_plan(
     bound: BoundSide | None = None,
     runs: tuple[StageRun, ...] = (),
 ) -> Certified:
-    """Judge and write the plan of a trace; backends are not trusted.
+    """Verify the plan of a trace and create its files; backends are not trusted.
 
     Args:
-        checked: mission with its kernel and a choice.
-        exports: as for ``driver.plan``.
+        checked: mission with its kernel and a choice of backend.
+        exports: names of further file formats.
         bound: lower bounds; if None, or for a time-scaled plan, only tours are used.
         runs: attempts so far.
     """
@@ -151,7 +154,7 @@ def certify_plan(
 
 
 def _as_meant(checked: Checked) -> Checked:
-    """Mission with its own speeds: the rest of a mission in flight is planned with slower agents."""
+    """Checked mission with the agents' own maximum speeds; a remaining mission may be planned with lower ones."""
     if checked.rest is None or checked.mission is None:
         return checked
     meant = {agent.name: agent for agent in checked.rest.mission.agents}
@@ -163,7 +166,7 @@ def _as_meant(checked: Checked) -> Checked:
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
-    """The same mission with a later horizon for the time scaling, for the same backend."""
+    """The same mission with a longer horizon for time scaling, and the same choice of backend."""
     longer = check(
         checked.sources[0],
         overrides=checked.overrides,

@@ -1,4 +1,4 @@
-"""Preset check: parts of a mission, and flags, that a preset's published method lacks.
+"""Check of a mission against a preset: parts and flags that the preset's published method does not support.
 
 in   Mission, Options
 out  a finding for each
@@ -26,11 +26,11 @@ OPERATORS = {
     *("not", "and", "or", "implies", "eventually", "always", "until"),
     *("reach", "escape", "somewhere", "everywhere", "surround"),
 }
-"""Operators that it supports, including derived ones. [strel] Definition 4"""
+"""Names of the operators that the method of [strel] supports, including derived ones; [strel] Definition 4."""
 
 
 def check_preset(mission: Mission, options: Options, alternatives: int = 1) -> list[Diagnostic]:
-    """Findings on parts that the preset `paper` of the roadmap planner cannot express as published."""
+    """Findings on parts of a mission that the preset `paper` of the roadmap planner cannot express as published."""
     return [*_flags(options, alternatives), *(_cannot(options, what, span) for what, span in _parts(mission))]
 
 
@@ -52,7 +52,7 @@ def _parts(mission: Mission) -> Iterator[tuple[str, Span]]:
 
 
 def _lacking(formula: Formula) -> str:
-    """Unsupported part of one formula, without its subformulas; empty if supported."""
+    """Text for the unsupported part of one formula, without its subformulas; empty if the formula is supported."""
     match formula:
         case Apply(operator) if operator.name not in OPERATORS:
             return f"the operator `{operator.name}`"

@@ -1,4 +1,4 @@
-"""Checkpoint file: an npz of plain arrays, one of which is a JSON text. Its content is never executed.
+"""Checkpoint file: an npz of plain arrays, one of which is a JSON text; its content is never executed.
 
     in   Snapshot, and its run
     out  bytes; and back
@@ -31,11 +31,11 @@ WORDS = "words"
 MOST_ARRAYS = 64
 
 Identity = Mapping[str, str]
-"""Inputs of a run by name, in the order of reports: versions, the mission, its options."""
+"""Inputs that identify a run, by name, in the order of reports: versions, the mission, its options."""
 
 
 def to_bytes(snapshot: Snapshot, run: Identity) -> bytes:
-    """File content; deterministic for a snapshot."""
+    """Content of a checkpoint file; equal snapshots give equal bytes."""
     about = {"schema": SCHEMA, "run": dict(run), "words": snapshot.words, "arrays": sorted(snapshot.arrays)}
     text = np.frombuffer(json.dumps(about, allow_nan=False).encode(), dtype=np.uint8)
     arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in snapshot.arrays.items()}
@@ -45,7 +45,7 @@ def to_bytes(snapshot: Snapshot, run: Identity) -> bytes:
 
 
 def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnostic:
-    """Snapshot of the file, if it belongs to this run.
+    """Snapshot in a checkpoint file, or a diagnostic if the file is damaged or belongs to another run.
 
     Args:
         name: name of the file in messages.
@@ -66,7 +66,7 @@ def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnosti
 
 
 def difference(saved: Mapping[str, object], now: Identity) -> tuple[str, str] | None:
-    """First difference of two runs: its name, and a sentence; None if they are equal."""
+    """First difference between the inputs of two runs: its name, and a sentence; None if they are equal."""
     for what in (*now, *saved):
         if now.get(what) != saved.get(what):
             values = (saved.get(what), now.get(what))
@@ -76,11 +76,11 @@ def difference(saved: Mapping[str, object], now: Identity) -> tuple[str, str] | 
 
 
 class _DamagedError(ValueError):
-    """A damaged checkpoint; the text names the damage."""
+    """Error: a checkpoint is damaged; the text names the damage."""
 
 
 def _arrays(content: bytes) -> dict[str, Array]:
-    """Arrays of an npz, any shape and unit; sizes are checked before use, in numbers of bytes.
+    """Arrays in an npz file, with any shape and unit; stated sizes in bytes are checked before use.
 
     Raises:
         Exception: it is not such a file, or it is damaged.

@@ -1,4 +1,4 @@
-"""Checkpoints of a run: its identity, and the budget of a saved or resumed run."""
+"""Checkpoints of a run: the identity of the run, and the budget for saving or resuming it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from missionc.frontend.syntax.read_file import read_bytes
 
 
 class Checkpoints(Record):
-    """Checkpoint options of a run.
+    """Checkpoint options of a run: where to save checkpoints, and the checkpoint to resume.
 
     Args:
         keep: receives the bytes of checkpoints during a run.
@@ -37,15 +37,15 @@ class Checkpoints(Record):
 
 @dataclass(slots=True)
 class KeptRun:
-    """File that saves a run, and file of the run to resume."""
+    """Checkpoint file to write during a run, and checkpoint file to resume."""
 
     checkpoint: Path | None
     resume: Path | None
     wrong: Diagnostic | None = None
-    """Error in saving; nothing more is written afterwards."""
+    """Error of the last attempt to save; afterwards no checkpoint is written."""
 
     def checkpoints(self, limits: Limits) -> Checkpoints | Diagnostic:
-        """Options for the driver; or the diagnostic, before planning."""
+        """Checkpoint options for the driver, or a diagnostic if a file cannot be read or written."""
         from missionc.output.folder.write_file import refuse_file
 
         content: bytes | Diagnostic | None = None
@@ -58,7 +58,7 @@ class KeptRun:
         return Checkpoints(None if self.checkpoint is None else self.write, content, str(self.resume))
 
     def write(self, content: bytes) -> None:
-        """Write the whole file atomically, so that an interruption leaves the previous one."""
+        """Write the checkpoint file atomically, so that an interruption leaves the previous one."""
         from missionc.output.folder.write_file import write_file
 
         if self.checkpoint is not None and self.wrong is None:
@@ -68,7 +68,7 @@ class KeptRun:
 def with_checkpoints(
     checked: Checked, options: Options, budget: Budget, checkpoints: Checkpoints
 ) -> Budget | Diagnostic:
-    """Budget with the saving and resuming callbacks; or the reason why the run cannot be resumed."""
+    """Budget with the callbacks that save and resume a run, or the reason why the run cannot be resumed."""
     if not checkpoints.asked:
         return budget
     from missionc.compiler.checkpoint_file import from_bytes, to_bytes
@@ -88,14 +88,14 @@ def with_checkpoints(
 
 
 def unusable(name: str, wrong: UnusableSnapshot) -> Diagnostic:
-    """Diagnostic for a well-formed checkpoint without a valid run."""
+    """Diagnostic for a well-formed checkpoint that contains no valid run."""
     from missionc.compiler.checkpoint_file import unreadable
 
     return unreadable(name, str(wrong))
 
 
 def _identity(checked: Checked, options: Options, budget: Budget) -> dict[str, str]:
-    """All inputs of a plan except the time limit."""
+    """All inputs that determine a plan, by name; the time limit is not included."""
     from missionc.output.folder.manifest import sha256, versions
 
     files = "".join(f"{name} {sha256(content)}\n" for name, content in inputs(checked))

@@ -1,12 +1,12 @@
-"""Certificate of impossibility: claims of a refused cover, their clauses, and the proof files.
+"""Certificate of impossibility: claims of a cover that proves infeasibility, their clauses, and the proof files.
 
-    in   the refusal of covers, Mission, its kernel
+    in   the infeasibility result of covers, Mission, its kernel
     out  ClaimedCover and its clauses; the files ``cover.json``, ``impossible.cnf`` and ``impossible.drat``, or a note
     with the reason
 
-A claimed cover has its cells and exclusions. ``verify`` checks each clause without the code that made the cover. The
-clauses are those of ``verify.impossibility``, which follow from the meaning of each operator; the clauses that refused
-the cover are used in the search only. The files are written only if the certificate passes its own check.
+A claimed cover consists of its cells and exclusions. ``verify`` checks each clause without the code that constructed
+the cover. The clauses are those of ``verify.impossibility``, which follow from the meaning of each operator; the
+clauses of the search for the cover are not used. The files are written only if the certificate passes its own check.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from missionc.verification.impossibility.encode_formulas import Never, refutatio
 def claimed(
     question: Question, conflict: tuple[str, ...], mission: Mission, kernel: Kernel
 ) -> tuple[ClaimedCover, Cnf]:
-    """Cover of a question with all its exclusions, and the clauses of the conflicting requirements on it."""
+    """Cover of a query with all its exclusions, and the clauses of the conflicting requirements on its cells."""
     capped, cover, asked = question.caps.mission, question.cover, sorted(question.cast)
     number_of = {agent: number for number, each in enumerate(cover.roadmaps) for agent in each.agents}
     cells_of = {agent: cover.cells[number] for agent, number in number_of.items()}
@@ -74,7 +74,7 @@ def claimed(
 
 
 def _absent(question: Question, agent: int, number: int) -> Flags:
-    """Impossible cells at each step, from obstacles, start and finish, and distances."""
+    """Flags of cells in which an agent cannot be at each step, by obstacles, start and finish, and distances."""
     roadmap = question.cover.roadmaps[number]
     member = roadmap.agents.index(agent)
     absent: Flags = ~roadmap.standing | question.cover.never[agent]
@@ -119,7 +119,7 @@ def _boxes(mission: Mission) -> dict[str, tuple[Array, Array]]:
 
 
 class _MadeLabels:
-    """Labels of the cover, recorded on demand."""
+    """Labels of formula leaves computed from the cover, and recorded as they are requested."""
 
     def __init__(self, mission: Mission, labels: MayLabels, number_of: dict[int, int]) -> None:
         self.labels, self.number_of, self.words = labels, number_of, KernelWords(mission)
@@ -178,7 +178,9 @@ class _MadeLabels:
         return self._made((graph, numbers, reach), f"a link of {graph.name}", "pairs", (sender, receiver), never)
 
     def _near(self, graph: BeaconCover, position: tuple[float, ...], numbers: tuple[int, int], truth: bool) -> Flags:
-        """Flags of pairs of cells with both near a beacon, or one not near: (cells, cells)."""
+        """Flags of pairs of cells that are both near a beacon, or with ``truth`` False not both near: (cells,
+        cells).
+        """
         node = near_beacon(graph, position, True)
         assert isinstance(node, Atom)
         here, there = (self._own(node.predicate, number, truth) for number in numbers)
@@ -207,7 +209,7 @@ NO_CERTIFICATE = "no certificate was written:"
 
 
 def certify_refusal(refused: Refuted, mission: Mission, kernel: Kernel, budget: Budget, account: Account) -> None:
-    """Add the files of a certificate to a run's account, or a note with the reason for none.
+    """Add the files of an impossibility certificate to a run's account, or a note with the reason why there is none.
 
     Args:
         kernel: kernel of the original mission, with past operators.

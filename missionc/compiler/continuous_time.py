@@ -31,7 +31,7 @@ from missionc.ir.lower.tighten import tightened_alone
 
 
 class Short(Record):
-    """Shortcomings of an otherwise valid plan, and the notes on them."""
+    """Notes on a plan that passes its other checks but lacks continuous-time satisfaction or delay tolerance."""
 
     no: str
     none: str
@@ -42,7 +42,7 @@ DELAYS = Short("does not tolerate the delays", "tolerates the delays, but such a
 
 
 def falls_short(compiled: Compiled, throughout: ContinuousTime) -> Short | None:
-    """Shortcomings of a plan that satisfies everything at the steps, with all agents on time."""
+    """Notes on the shortcoming of a plan that satisfies every requirement at the steps; None without a shortcoming."""
     if isinstance(compiled.outcome, Verified):
         wanted = throughout is not ContinuousTime.AT_STEPS
         return BETWEEN if wanted and compiled.outcome.certificate.at_steps_alone else None
@@ -61,9 +61,15 @@ def plan_in_continuous_time(
     request: PlanRequest,
     began: float,
 ) -> Compiled:
-    """First plan of a checked mission, or a further one without its shortcomings.
+    """Plan that is satisfied in continuous time, or the first one if none is found.
+
+    The first plan is replaced if it violates a requirement between the steps, or lacks the delay tolerance.
 
     Args:
+        first: compilation with the first plan.
+        checked: the mission.
+        plan: function that plans a mission again.
+        request: limits and options of the compilation.
         began: start of the first planning, on the clock of ``time.monotonic``.
     """
     options, budget, throughout = request.options, request.budget, request.continuous_time
@@ -101,14 +107,14 @@ def plan_in_continuous_time(
 
 
 def _failing(compiled: Compiled) -> frozenset[str]:
-    """Requirements that a plan violates between its steps."""
+    """Names of the requirements that a verified plan violates between its steps."""
     if not isinstance(compiled.outcome, Verified):
         return frozenset()
     return frozenset(each.requirement for each in compiled.outcome.certificate.at_steps_alone)
 
 
 def _limited(first: Compiled, budget: Budget, throughout: ContinuousTime, began: float) -> Budget:
-    """Limits of further plans: all remaining time if required, little if only wanted."""
+    """Budget for further plans: all remaining time if continuous time is required, little if only wanted."""
     quiet = replace(budget, on_snapshot=discard_snapshot, resume=None)
     if not isinstance(first.outcome, Verified) or throughout is not ContinuousTime.WANTED:
         return quiet
@@ -122,13 +128,17 @@ def _limited(first: Compiled, budget: Budget, throughout: ContinuousTime, began:
 
 
 def _until(deadline: float) -> float:
-    """Half of the remaining time, or all of a short rest: each attempt leaves time for the next."""
+    """Deadline of the next attempt: half of the remaining time, or all of it if little is left."""
     now = time.monotonic()
     return min(deadline, now + max(CONTINUOUS_TIME.least, (deadline - now) / 2))
 
 
 def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
-    """Stronger kernel whose plans satisfy the kernel in continuous time."""
+    """Stronger kernel whose plans at the steps satisfy the given kernel in continuous time.
+
+    Args:
+        failing: names of the requirements that failed between steps.
+    """
     from missionc.ir.lower.hold_throughout import hold_throughout
 
     furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
@@ -141,7 +151,7 @@ def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: 
 
 
 def _fallen_short(first: Compiled, short: Short, throughout: ContinuousTime, note: str) -> Compiled:
-    """First plan with its shortcomings noted, if no further one is better."""
+    """The first plan with its shortcoming noted, or rejected if continuous time is required."""
     outcome, mission = first.outcome, first.checked.mission
     if not isinstance(outcome, Verified) or mission is None:
         late = (

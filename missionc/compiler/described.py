@@ -1,4 +1,4 @@
-"""Described parameters: options of a function from one table, in its signature, help and checks."""
+"""Described parameters: options of a function from one table, for its signature, help and checks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Entry(NamedTuple):
-    """One parameter: its name, its default and its help."""
+    """One keyword parameter of a function: its name, its default and its help text."""
 
     name: str
     default: object
@@ -24,7 +24,7 @@ class Entry(NamedTuple):
 
 
 def described(entries: Iterable[Entry]) -> Callable[[Function], Function]:
-    """Replace a function's ``**`` parameter in its signature and docstring by the described ones."""
+    """Decorator that replaces a function's ``**`` parameter, in signature and docstring, by the listed parameters."""
     listed = tuple(entries)
 
     def decorate(function: Function) -> Function:
@@ -75,7 +75,9 @@ PLANNER_OPTIONS = tuple(map(_entry, DESCRIBED.values()))
 
 
 def planner_options(function: str, given: Mapping[str, Any], others: Options | None) -> Options:
-    """Options of a plan by their names in ``backends.options``; the others as in ``others``.
+    """Planner options from keyword arguments by their names in ``backends.options``.
+
+    Options that are not given have their values in ``others``.
 
     Raises:
         TypeError: an option is unknown.

@@ -3,9 +3,9 @@
     in   Mission, its kernel, the candidate with its acceptance test
     out  Diagnosis: sentences, and one suggested change
 
-It is the same for every engine, and uses only the candidate's positions. An agent is late if it is still under way when
-a requirement is due; the least missing time is computed. A conflict is found for each pair of agents that come too
-close, with the width of the passage; the closest pair comes first.
+The diagnosis is the same for every engine, and uses only the candidate's positions. An agent is late if it is still
+under way when a requirement is due; the minimum missing time is computed. A conflict is found for each pair of agents
+that come too close, with the width of the passage; the closest pair comes first.
 """
 
 from __future__ import annotations
@@ -32,24 +32,24 @@ from missionc.verification.monitoring.monitor import robustness
 from missionc.verification.monitoring.violation import first_violation
 
 PUSHED = ("separation", "an obstacle")
-"""Violations next to which excess speed may come from pushing instead of a lack of time."""
+"""Kinds of violations near which excess speed may come from a collision instead of a lack of time."""
 
 
 class Late(Record):
-    """Agents that lack time: text and amount."""
+    """Agents that need more time for a requirement or finish: the sentence, their names, and the amount."""
 
     says: str
     names: tuple[str, ...]
     seconds: float
-    """Lower bound of the additional time."""
+    """Lower bound of the additional time, seconds."""
     asks: str = ""
-    """Requirement that they miss, if any."""
+    """Name of the requirement whose deadline the agents miss; empty for a finish."""
     step: int = 0
-    """Step of the deadline."""
+    """Step of the missed deadline."""
 
 
 def late_agents(mission: Mission, kernel: Kernel, best: Attempt) -> list[Late]:
-    """Agents late for a requirement or finish, and those with excess speed, unless pushed."""
+    """Agents that are late for a requirement or finish, and agents with excess speed that no collision explains."""
     extra = _too_fast(mission, best)
     formulas = {goal.name: goal.formula for goal in kernel.requirements}
     late: list[Late] = []
@@ -74,7 +74,7 @@ def late_agents(mission: Mission, kernel: Kernel, best: Attempt) -> list[Late]:
 
 
 def _too_fast(mission: Mission, best: Attempt) -> Array:
-    """Additional time of each agent for steps with excess speed: (agents,), seconds."""
+    """Additional time that each agent would need at its top speed in steps with excess speed: (agents,), seconds."""
     extra = np.zeros(len(mission.agents))
     rows = {agent.name: agent for agent in mission.agents}
     for fault in best.faults:
@@ -85,7 +85,7 @@ def _too_fast(mission: Mission, best: Attempt) -> Array:
 
 
 def _awaiting(formula: Node) -> list[Node]:
-    """Conjuncts of a formula that await an event, evaluated at step 0."""
+    """Conjuncts of a formula, evaluated at step 0, that contain an event to wait for."""
     parts = (
         each.windows[0] if each.windows else each.formula if each.agent is None else At(each.agent, each.formula)
         for each in conjuncts((formula,))
@@ -94,7 +94,11 @@ def _awaiting(formula: Node) -> list[Node]:
 
 
 def _late(mission: Mission, trace: Trace, name: str, part: Node, extra: Array) -> list[Late]:
-    """Late agents for a part of a requirement, with additional times ``extra``, (agents,), seconds."""
+    """Agents that are late for one conjunct of the requirement ``name``.
+
+    Args:
+        extra: additional time of each agent for excess speed, (agents,), seconds.
+    """
     short = -float(robustness(part, mission, trace)[0, 0])
     if not (0 < short < math.inf) or robustness_unit(part) != "m":
         return []
@@ -111,7 +115,7 @@ def _late(mission: Mission, trace: Trace, name: str, part: Node, extra: Array) -
 
 
 def _under_way(trace: Trace, agent: Agent, step: int, short: float) -> bool:
-    """Return whether an agent with ``short`` metres left keeps its speed up to a step, without waiting."""
+    """Return whether an agent with ``short`` metres left moves up to a step without slowing down to wait."""
     lengths = np.linalg.norm(np.diff(trace.position[agent.index, : step + 1], axis=0), axis=-1)
     if not lengths.size or not lengths.any() or agent.dynamics.top_speed <= 0:
         return False
@@ -120,7 +124,9 @@ def _under_way(trace: Trace, agent: Agent, step: int, short: float) -> bool:
 
 
 def more_time(mission: Mission, late: Late, violated: Sequence[Judgement]) -> str:
-    """Advice for a longer time of a requirement or agent, with the least amount, unless other violations remain."""
+    """Advice to allow a requirement or agent more time, with the minimum amount unless other violations share its
+    agents.
+    """
     rivals = [each.name for each in violated if each.name != late.asks and not set(late.names).isdisjoint(each.agents)]
     if rivals:
         what = f"`{late.asks}`" if late.asks else _listed(late.names)
@@ -140,11 +146,11 @@ def _listed(names: Sequence[str]) -> str:
 
 
 SAMPLES = 1000
-"""Number of samples for the width of a passage, on each side."""
+"""Number of samples on each side when the width of a passage is measured."""
 
 
 def meetings(mission: Mission, best: Attempt) -> list[Meeting]:
-    """Closest approach of each pair in conflict; the nearest first."""
+    """Closest approach of each pair of agents in conflict, the nearest pair first."""
     agents = {agent.name: agent for agent in mission.agents}
     worst: dict[tuple[str, ...], Violation] = {}
     for fault in best.faults:
@@ -155,7 +161,9 @@ def meetings(mission: Mission, best: Attempt) -> list[Meeting]:
 
 
 class Meeting:
-    """Two agents in conflict: the place, the passage's width, and whether one could wait."""
+    """Conflict of two agents: its position, the width of the passage, and whether one agent could wait for the
+    other.
+    """
 
     def __init__(self, mission: Mission, trace: Trace, fault: Violation, agents: dict[str, Agent]) -> None:
         self.mission, self.fault, self.step = mission, fault, fault.step
@@ -164,9 +172,9 @@ class Meeting:
         self.point = np.asarray(self.ways[:, self.step].mean(axis=0))
         self.apart = sum(agent.radius for agent in self.ends) + mission.separation
         self.two = self.apart + self.apart - mission.separation + 2 * mission.clearance
-        """The width in which the two pass each other, metres."""
+        """Width that the two agents need to pass each other, metres."""
         self.width = self._narrow()
-        """How wide the passage is in which they want to pass each other and cannot, metres."""
+        """Width of the passage in which the agents cannot pass each other, metres; None if there is no such passage."""
 
     @property
     def says(self) -> str:
@@ -191,7 +199,7 @@ class Meeting:
         return f"widen the passage to {self.two:.3g} m"
 
     def _narrow(self) -> float | None:
-        """Width of the passage if they meet head-on and swap sides in too little room; plane missions only."""
+        """Width of the passage if the agents meet head-on and swap sides with too little room; plane missions only."""
         moves = self.ways[:, self.step + 1] - self.ways[:, self.step]
         along = moves[0] - moves[1]
         if len(along) != 2 or float(moves[0] @ moves[1]) >= 0 or not self._change_sides(along):
@@ -201,9 +209,10 @@ class Meeting:
         return width if width < self.two else None
 
     def _change_sides(self, along: Array) -> bool:
-        """Return whether they are on opposite sides of each other after the meeting, along (dim,), dimensionless.
+        """Return whether the agents are on opposite sides of each other before and after the meeting.
 
-        The reference is their distance in metres.
+        Args:
+            along: direction of their relative motion, (dim,).
         """
         between = self.ways[0] - self.ways[1]
         clear = np.flatnonzero(np.linalg.norm(between, axis=-1) >= self.apart)
@@ -212,11 +221,11 @@ class Meeting:
         return bool((between[first] @ along) * (between[last] @ along) < 0)
 
     def _has_room(self) -> bool:
-        """Return whether one of them passed a place before at which the other could have passed it."""
+        """Return whether one agent passed a point before at which the other could have passed it."""
         return any(self._width(here) >= self.two for way in self.ways for here in way[: self.step + 1])
 
     def _width(self, point: Array) -> float:
-        """Width across the passage at a place, (dim,), metres; limited to the need of two agents."""
+        """Width across the passage at a point, (dim,), metres; at most twice the width that two agents need."""
         reach = np.linspace(0.0, self.two, SAMPLES + 1)
         width = 0.0
         for side in (self.across, -self.across):
@@ -226,7 +235,7 @@ class Meeting:
 
 
 def _stays(agent: Agent, way: Array) -> bool:
-    """Return whether its path, (steps + 1, dim), metres, ends within a body's width of its start."""
+    """Return whether the agent's path, (steps + 1, dim), metres, ends within a body's diameter of its start."""
     return float(np.linalg.norm(way[-1] - way[0])) <= 2 * agent.radius
 
 
@@ -240,7 +249,7 @@ def _free(mission: Mission, points: Array) -> Flags:
 
 
 def place(mission: Mission, point: Array) -> str:
-    """Text for a place, (dim,), metres: its coordinates, and the nearest named object."""
+    """Text for a point, (dim,), metres: its coordinates, and the nearest named region or obstacle."""
     where = f"at ({', '.join(f'{value + 0.0:.3g}' for value in point)})"
     things = [(each.name, each.shape) for each in mission.regions]
     things += [(each.name, each.shape) for each in mission.obstacles if isinstance(each.motion, Still)]
@@ -256,13 +265,13 @@ def _either(names: Sequence[str]) -> str:
 
 
 SHOWN = 3
-"""Maximum number of sentences of a kind."""
+"""Maximum number of sentences of each kind in a diagnosis."""
 
 
 class Diagnosis(Record):
-    """Violations of the candidate, one sentence each, and a suggestion, empty if none follows.
+    """Sentences on the violations of a candidate, and a suggested change, empty if none follows.
 
-    ``late``: the mission's own time is too short, so that a longer search is not the first suggestion.
+    ``late`` is True if the mission's own time is too short, so that a longer search is not the first suggestion.
     """
 
     notes: tuple[str, ...]
@@ -271,7 +280,9 @@ class Diagnosis(Record):
 
 
 def diagnose(mission: Mission, kernel: Kernel, best: Attempt) -> Diagnosis:
-    """Find late agents, agents in conflict, and requirements that fail at the same agents."""
+    """Sentences on late agents, agents in conflict, and requirements that fail at the same agents, with a
+    suggestion.
+    """
     met, late = meetings(mission, best), late_agents(mission, kernel, best)
     notes = [
         *_some([each.says for each in late], "agent is late", "agents are late"),
@@ -283,7 +294,7 @@ def diagnose(mission: Mission, kernel: Kernel, best: Attempt) -> Diagnosis:
 
 
 def _touching(mission: Mission, best: Attempt) -> list[str]:
-    """Agents that touch an obstacle, with the first contact."""
+    """Sentences on agents that touch an obstacle, with the first contact of each."""
     first: dict[str, Violation] = {}
     for fault in best.faults:
         if fault.what == "an obstacle":
@@ -297,7 +308,9 @@ def _touching(mission: Mission, best: Attempt) -> list[str]:
 
 
 def _failing_together(violated: Sequence[Judgement]) -> list[str]:
-    """Pairs of requirements that fail at the same agents. They need not conflict: one may imply the other."""
+    """Sentences on pairs of requirements that fail at the same agents, which need not conflict: one may imply the
+    other.
+    """
     return [
         f"`{one.name}` and `{other.name}` both fail at {listed(shared)}"
         for one, other in combinations(violated, 2)
@@ -315,6 +328,6 @@ def _advice(mission: Mission, violated: Sequence[Judgement], late: list[Late], m
 
 
 def _some(sentences: list[str], one: str, more: str) -> list[str]:
-    """First sentences, and the number of others: ``1 more pair meets``."""
+    """The first sentences of a kind, and the number of the others, such as ``1 more pair meets``."""
     left = len(sentences) - SHOWN
     return sentences if left <= 0 else [*sentences[:SHOWN], f"{left} more {one if left == 1 else more}"]

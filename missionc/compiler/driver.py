@@ -1,4 +1,4 @@
-"""Driver of the pipeline, top to bottom. Read this file first.
+"""Driver of the pipeline, from mission text to verified plan; read this file first.
 
     check     text → findings, and the resolved mission (``front_end``)
     plan      … → a backend → a plan, verified → the files of it
@@ -9,7 +9,7 @@ Functions take and return values: nothing is printed, and only ``read_file`` ope
 the last to run. The checks of the resolved mission run together, so that one run reports all findings. Modules that
 load a solver or a large library are imported at their use, so that ``check`` stays quick.
 
-A backend plans within the limits of a compilation: it returns its answer, or the best plan that it has at a limit.
+A backend plans within the limits of a compilation: it returns its answer, or at a limit its best plan.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def ask_backend(
     incumbent: Incumbent,
     covers: bool,
 ) -> api.Outcome:
-    """Outcome of a backend; the last plan if a limit or defect ended an improvement.
+    """Outcome of a backend's search; if a limit or a defect ends an improvement, the last plan found.
 
     Args:
         budget: remaining budget of the request.
@@ -118,12 +118,12 @@ def _cut_short(plan: api.Planned, why: api.CutShort) -> api.Planned:
 
 
 def limit_reached(ended: Ended, now: api.Progress) -> api.NotFound:
-    """Outcome for a limit before any plan or candidate; with the current stage."""
+    """Outcome of a search that reached a limit before any plan or candidate; it states the current stage."""
     return api.NotFound(ended.reason, f"{ended.during(now.activity)}, before any candidate plan", api.Report())
 
 
 def _to_search(deadline: float, explain_limit: Seconds) -> float:
-    """End of a search that only a plan or the deadline ends; some time is left for the explanation."""
+    """Time at which a search without a plan must end, before the deadline, to leave time for the explanation."""
     return deadline - min(explain_limit, SEARCH.explanation * max(0.0, deadline - time.monotonic()))
 
 
@@ -165,23 +165,24 @@ def compile(
     """Compile a mission into a verified plan.
 
     Args:
-        mission: as for ``check``, like ``overrides``, ``vehicle``, ``poses`` and ``limits``.
-        backend: also an object of a ``BackendExtension``.
-        settings: of the backends by name, ``{"smt.nodes": 400}``, or the settings of one backend.
-        seed: of everything drawn at random.
-        time_limit: seconds, of the whole compilation. A search ends with the best plan so far.
-        memory_limit: bytes, of this process and its solvers.
-        explain_limit: seconds of the time limit for explaining why there is no plan.
+        mission: a ``Mission``, a path or a text, as for ``check``, like ``overrides``, ``vehicle``, ``poses`` and
+            ``limits``.
+        backend: name of a backend, ``auto``, or an object of a ``BackendExtension``.
+        settings: settings of backends by name, such as ``{"smt.nodes": 400}``, or the settings object of one backend.
+        seed: seed of all random numbers.
+        time_limit: limit of the compilation, seconds; at the limit, a search ends with its best plan.
+        memory_limit: limit for this process and its solvers, bytes.
+        explain_limit: part of the time limit for explaining why there is no plan, seconds.
         continuous_time: whether requirements must be satisfied in continuous time too.
-        alternatives: number of plans that differ.
+        alternatives: number of plans that differ from each other.
         exports: names of further file formats, those of ``missionc export --list``.
-        listen: receives the progress.
-        keep: receives the bytes of a checkpoint, from time to time.
+        listen: called with each progress report.
+        keep: called with the bytes of a checkpoint, from time to time.
         resume: bytes of a checkpoint of the same mission, seed and options.
         options: default values of the options below.
 
     Returns:
-        The outcome, and every finding.
+        The compilation: its outcome, and every finding.
 
     Raises:
         TypeError: there is no such option.
@@ -219,7 +220,7 @@ def check_within(
     vehicle: str,
     poses: Path | Source | None = None,
 ) -> Checked | Compiled:
-    """Run ``check`` within the limits of a compilation; return the compilation's end if they are exceeded."""
+    """Result of ``check`` within the limits of a compilation, or a failed compilation if a limit is exceeded."""
 
     def work() -> Checked:
         return check(file, overrides=overrides, backend=backend, limits=budget.limits, vehicle=vehicle, poses=poses)
@@ -235,10 +236,10 @@ def check_within(
 
 
 def plan(checked: Checked, request: PlanRequest) -> Compiled:
-    """Verified plan of a checked mission, or the reason for none; by the stages of ``strategy``.
+    """Compilation of a checked mission, with a verified plan or the reason why there is none.
 
-    Backends are not trusted: a result is a plan only after ``verification`` has passed it, and ``flight`` its
-    polynomials.
+    It runs the stages of ``strategy``. Backends are not trusted: a result is a plan only after ``verification`` has
+    passed it, and ``flight`` its polynomials.
     """
     began = time.monotonic()
     engines = checked.choice.engines if checked.choice else ()
@@ -277,13 +278,16 @@ def plan(checked: Checked, request: PlanRequest) -> Compiled:
 
 
 def plan_once(checked: Checked, request: PlanRequest) -> Compiled:
-    """Stages ``search`` and ``verify`` only, by the mission's engines or the request's backend."""
+    """Compilation by the stages ``search`` and ``verify`` only, with the mission's engines or the request's backend."""
     with limited(request.budget.memory_bytes):
         return _plan(checked, request)
 
 
 def _plan(checked: Checked, request: PlanRequest) -> Compiled:
-    """Search and verify. A plan that fails verification ends its engine; the others continue."""
+    """Compilation by search and verification.
+
+    An engine whose plan fails verification is dropped, and the others continue.
+    """
     first = _plan_by_all(checked, request)
     choice, refused = checked.choice, first.outcome
     if choice is None or not isinstance(refused, Unverified):
@@ -306,9 +310,9 @@ def _plan(checked: Checked, request: PlanRequest) -> Compiled:
 
 
 def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
-    """Search and verify once, by all chosen engines together.
+    """Compilation by one search of all chosen engines together, and verification.
 
-    For a stronger kernel or slower agents, covers are not used: their infeasibility is irrelevant.
+    Covers are not used for a stronger kernel or slower agents, whose infeasibility says nothing about the mission.
     """
     options, budget, checkpoints = request.options, request.budget, request.checkpoints
     watch = Stopwatch(list(checked.seconds))
@@ -399,7 +403,7 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
 
 
 def verdict_text(compiled: Compiled) -> str:
-    """Text of the stage ``verify`` for a plan."""
+    """Text for the result of the stage ``verify``."""
     match compiled.outcome:
         case Verified():
             return "passed"
@@ -413,19 +417,19 @@ def verdict_text(compiled: Compiled) -> str:
 
 
 def _for_trials(backend: api.Backend, outcome: api.Impossible | api.NotFound, options: Options) -> api.Backend:
-    """Backend for fast variants: of a portfolio, the engine that refused or came nearest."""
+    """Backend for plans of changed missions: of a portfolio, the engine that gave the outcome."""
     engine = load_backend((outcome.report.engine,), options) if outcome.report.engine else backend
     return backend if isinstance(engine, Diagnostic) else engine
 
 
 UNVERIFIED = "a plan that fails verification"
-"""Outcome text of an engine whose plan was rejected."""
+"""Text for the outcome of an engine whose plan was rejected."""
 
 
 def weighs_options(mission: Mission, planned: api.Planned, choice: Choice) -> bool:
-    """Return whether the backend chose options by an estimate that differs from the mission's objective.
+    """Return whether the backend chose disjuncts by an estimate that differs from the mission's objective.
 
-    A schedule estimates lengths, and its paths ignore moving obstacles.
+    A schedule estimates path lengths, and its paths ignore moving obstacles.
     """
     spec = BACKENDS.get(planned.report.engine or choice.backend)
     moving = any(not obstacle.constant for obstacle in mission.obstacles)

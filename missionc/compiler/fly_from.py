@@ -1,4 +1,4 @@
-"""Whole flight of a verified mission from measured poses: only its transfers are replanned.
+"""Flight of a verified mission from measured poses, with the transfers replanned and the mission unchanged.
 
 in   Mission, the texts of its verified polynomials, the file of the poses
 out  FlownFrom: the mission with those pads, its transfers, and the files of the plan and proof
@@ -28,13 +28,16 @@ from missionc.output.folder.manifest import sha256
 from missionc.output.output_files import WholeFlight
 
 LONGEST = 60.0
-"""Seconds of planning, limited because the operators wait."""
+"""Time limit for planning the transfers, seconds, since operators wait for them."""
 PROOF = "whole_flight_certificate.json"
-"""Proof of the transfers and the columns."""
+"""Name of the file that proves the transfers and the columns."""
 
 
 class FlownFrom(Record, eq=False):
-    """``whole`` is None if the flight is impossible from there; ``findings`` have the reason, or warnings."""
+    """Mission with pads at the measured poses, its transfers, and the files of the plan and proof.
+
+    ``whole`` is None if the flight is impossible from there; ``findings`` have the reason, or warnings.
+    """
 
     mission: Mission
     whole: WholeFlight | None
@@ -43,11 +46,12 @@ class FlownFrom(Record, eq=False):
 
 
 def fly_from(mission: Mission, flown: Mapping[str, str], plan: bytes, poses: Path, limits: Limits) -> FlownFrom:
-    """Transfers from the measured poses of the agents, and back.
+    """Plan and verify the transfers from the measured poses of the agents to the mission, and back.
 
     Args:
         flown: verified polynomials of each agent, by name.
         plan: file of their plan.
+        poses: file of the measured poses.
     """
     text = read_data(poses, str(poses), limits)
     if isinstance(text, Diagnostic):

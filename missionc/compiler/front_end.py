@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 
 class Checked(Record, eq=False):
-    """Result of the front end: every finding, and each intermediate tree.
+    """Result of checking a mission: every finding, and each intermediate tree.
 
     ``findings`` are in file order. The trees are None from the first stage with errors on; if ``ok``, all are present.
     """
@@ -63,37 +63,37 @@ class Checked(Record, eq=False):
     """Included files that could not be read, by their names as sources."""
     overrides: Mapping[str, str] = field(default_factory=dict)
     vehicle: str = ""
-    """Profile of teams without a vehicle; empty for none."""
+    """Name of the vehicle profile for teams without a vehicle; empty for none."""
     stretch: float = 1.0
-    """Factor of the mission's duration."""
+    """Factor by which the mission's duration is longer than written."""
     poses: Source | None = None
-    """Measured poses of its agents."""
+    """Source of the agents' measured poses, if given."""
     program: ast.Program | None = None
     mission: ir.Mission | None = None
     choice: Choice | None = None
     kernel: Kernel | None = None
     seconds: tuple[tuple[str, Seconds], ...] = ()
     past: Past | None = None
-    """Completed past, if any: ``mission`` and ``kernel`` are then the rest."""
+    """Past of a mission in flight; ``mission`` and ``kernel`` are then the remaining mission."""
     rest: Remaining | None = None
-    """The rest, with the violated requirements."""
+    """Rest of a mission in flight, with the requirements that are already violated."""
     stops: tuple[tuple[str, str], ...] = ()
     """Text of each agent's polynomials until the rest begins, by agent name."""
 
     @property
     def ok(self) -> bool:
-        """True without errors; warnings are possible."""
+        """True if no finding is an error; warnings are possible."""
         return not has_errors(list(self.findings))
 
     @property
     def valid_mission(self) -> ir.Mission:
-        """The mission, if there are no errors."""
+        """The resolved mission; only available without errors."""
         assert self.mission is not None
         return self.mission
 
     @property
     def valid_kernel(self) -> Kernel:
-        """The kernel, if there are no errors."""
+        """The kernel of the mission; only available without errors."""
         assert self.kernel is not None
         return self.kernel
 
@@ -105,22 +105,22 @@ class Checked(Record, eq=False):
 
 
 def below(findings: tuple[Diagnostic, ...], *lines: str) -> str:
-    """Findings with their source text, followed by these lines."""
+    """Text of the findings with their source excerpts, followed by the given lines."""
     text = render_text(list(findings), False)
     return "\n".join(([text] if text else []) + list(lines))
 
 
 ANY_BACKEND = "any"
-"""Backend value for ``check`` without a test of the backends."""
+"""Value of ``backend`` with which ``check`` does not test whether a backend supports the mission."""
 
 
 def ignore(stage: str) -> None:
-    """Listener that ignores stages."""
+    """Do nothing; the default callback for stages."""
 
 
 @dataclass(slots=True)
 class Stopwatch:
-    """Seconds by stage, in order; ``before`` is called with each stage's name before it runs."""
+    """Measured seconds of each stage, in order; ``before`` is called with each stage's name before the stage runs."""
 
     seconds: list[tuple[str, Seconds]] = field(default_factory=list)
     before: Callable[[str], None] = ignore
@@ -149,7 +149,7 @@ def check(
     begun: bool = False,
     judging: bool = False,
 ) -> Checked:
-    """Check a mission without solving; return every finding, and the resolved mission without errors.
+    """Check a mission without solving; return every finding and, if there are no errors, the resolved mission.
 
     Args:
         file: a path, or a text; includes are relative to its name.
@@ -161,8 +161,8 @@ def check(
         poses: measured poses of the agents, a file or its text: they start on the floor there.
         before: called with the name of each stage before it runs; an exception from it ends the check.
         load: loader of included files; by default relative to the mission.
-        begun: True for a mission in flight: its starts and its whole time are not checked against the present world.
-        judging: True for judging a flight without planning: findings about planning are warnings.
+        begun: True for a mission in flight: its starts and its total time are not checked against the present world.
+        judging: True for checking a flight without planning: findings about planning are warnings.
 
     Raises:
         ValueError: the profile is unknown.
@@ -250,7 +250,7 @@ def check(
 def _from(
     mission: Mission, poses: Path | Source, limits: Limits, measured: list[Source]
 ) -> tuple[Mission | None, list[Diagnostic]]:
-    """Mission with measured starts; their source is added to ``measured``."""
+    """The mission with starts at the measured poses, and findings; the poses' source is appended to ``measured``."""
     text = poses if isinstance(poses, Source) else read_data(poses, str(poses), limits)
     if isinstance(text, Diagnostic):
         return None, [text]
@@ -261,7 +261,7 @@ def _from(
 
 
 def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Diagnostic, ...]:
-    """Findings without a place first, then by file in the order of reading, then by place."""
+    """Findings sorted by file in the order of reading, then by position; findings without a position come first."""
     order = {source.name: number for number, source in enumerate(sources)}
 
     def place(finding: Diagnostic) -> tuple[int, int]:
@@ -272,7 +272,10 @@ def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Di
 
 
 def no_more_than_are_read(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
-    """First findings, errors before warnings; the last one gives the number of others."""
+    """The first findings up to a fixed number, errors before warnings.
+
+    The last one states the number of further findings.
+    """
     left = len(findings) - MOST_FINDINGS
     if left <= 0:
         return findings

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     import networkx
 
 MEMORY = 8 << 30
-"""Bytes that building a roadmap may use."""
+"""Memory limit for building a roadmap, bytes."""
 
 
 def roadmap_graphs(mission: Checked | Compiled, *, seed: int = 0) -> tuple[networkx.DiGraph, ...]:
-    """Roadmaps of a mission, one for each kind of agent, in the mission's order of kinds.
+    """Roadmaps of a mission as networkx graphs, one for each kind of agent, in the mission's order of kinds.
 
     For a ``Compiled``, these are the roadmaps of its plan; else the first ones of the smt backend, built without
     solving. A node has ``x``, ``y`` (and ``z``) in metres; ``labels``, its regions; ``starts``, the agents that may
@@ -35,7 +35,7 @@ def roadmap_graphs(mission: Checked | Compiled, *, seed: int = 0) -> tuple[netwo
     ``length`` in metres. The graph has ``agents``. Several words are joined by spaces.
 
     Args:
-        seed: seed of built roadmaps.
+        seed: seed for roadmaps that are built now.
 
     Raises:
         ValueError: the mission has errors, or no roadmap can be built; the message begins with the code.
@@ -52,7 +52,7 @@ def roadmap_graphs(mission: Checked | Compiled, *, seed: int = 0) -> tuple[netwo
 
 
 def link_graph(mission: Checked, trace: Trace, graph: str, step: int) -> networkx.Graph:
-    """Links of the agents of one of the mission's graphs at a step of a motion.
+    """Links between agents at one step of a trace, for one of the mission's graphs, as a networkx graph.
 
     A node is an agent with ``x``, ``y`` (and ``z``) in metres and its ``team``. An edge has ``length`` and ``margin``
     of the link, in metres. The graph has ``graph``, ``step`` and ``time``, in seconds. It is a ``DiGraph`` if some pair
@@ -81,12 +81,12 @@ def link_graph(mission: Checked, trace: Trace, graph: str, step: int) -> network
 
 
 def planned_on(compiled: Compiled) -> tuple[RoadmapGraph, ...]:
-    """Roadmaps of a plan; empty without a plan or roadmaps."""
+    """Roadmaps on which a plan was found; empty without a plan or roadmaps."""
     return compiled.outcome.report.roadmaps if isinstance(compiled.outcome, Verified) else ()
 
 
 def first_roadmaps(checked: Checked, seed: int, preset: str = "") -> tuple[RoadmapGraph, ...] | Diagnostic:
-    """First roadmaps that can be built, without solving; or the reason for none.
+    """Initial roadmaps of the smt backend, built without solving, or a diagnostic that there are none.
 
     Args:
         preset: planning preset; for the published method of the smt backend, its own roadmaps.
@@ -114,7 +114,7 @@ def first_roadmaps(checked: Checked, seed: int, preset: str = "") -> tuple[Roadm
 
 
 def picture_of(compiled: Compiled, request: FigureRequest, suffix: str, seed: int) -> bytes | Diagnostic:
-    """Picture of a plan, with the plan's roadmap, or the first that can be built."""
+    """Picture of a plan as bytes of the format ``suffix``; a roadmap picture uses the plan's roadmap, or builds one."""
     from missionc.output.plot.figures import figure  # loads matplotlib
 
     plan, checked = compiled.plan, compiled.checked

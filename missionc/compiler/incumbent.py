@@ -25,16 +25,16 @@ from missionc.compiler.results import Compiled, Unverified, Verified
 from missionc.output.folder.file_names import MANIFEST
 
 PATIENCE = Seconds(1.0)
-"""Seconds of improvement before the plan is certified."""
+"""Duration of an improvement, seconds, after which its plan is certified."""
 
 INTERVAL = 10.0
-"""Factor of the last certification's duration until the next one."""
+"""Time until the next certification, as a multiple of the last certification's duration."""
 
 CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}
-"""Reason for the end of a search, by its own reason."""
+"""Reason why an improvement was cut short, by the reason why the search ended."""
 
 RESERVE = 1.5
-"""Reserve for one certification, as a multiple of the last one's duration."""
+"""Time reserved for one certification, as a multiple of the last one's duration."""
 
 
 def discard(compiled: Compiled) -> None:
@@ -43,10 +43,10 @@ def discard(compiled: Compiled) -> None:
 
 @dataclass(slots=True, eq=False)
 class Incumbent:
-    """Latest plan of a search and latest verified one.
+    """Latest plan of a search, and latest verified plan.
 
     Args:
-        certify: verifies a plan and makes its files.
+        certify: verifies a plan and creates its files.
         secure: receives each verified plan as soon as it exists, for instance to write it.
     """
 
@@ -55,7 +55,7 @@ class Incumbent:
     latest: Planned | None = None
     best: Compiled | None = None
     findings: list[Diagnostic] = field(default_factory=list)
-    """Defects that ended an improvement, or the explanation of a result."""
+    """Findings on defects that ended an improvement."""
     seconds: float = 0.0
     """Duration of the last certification; 0 before the first."""
     _next: float = 0.0
@@ -69,7 +69,7 @@ class Incumbent:
         self.look()
 
     def look(self) -> None:
-        """Certify the latest plan if the search has run long enough."""
+        """Certify the latest plan if the search has run long enough since the last certification."""
         if self.latest is None or self.latest is self._certified or time.monotonic() < self._next:
             return
         self._certified = self.latest
@@ -77,7 +77,7 @@ class Incumbent:
         self._next = time.monotonic() + max(PATIENCE, INTERVAL * self.seconds)
 
     def timed(self, planned: Planned, certify: Callable[[Planned], Compiled]) -> Compiled:
-        """Certify a plan and measure the duration."""
+        """Compilation that ``certify`` returns for a plan; its duration is recorded."""
         began = time.monotonic()
         compiled = certify(planned)
         self.seconds = time.monotonic() - began
@@ -107,21 +107,21 @@ class Incumbent:
                 return noted(cut_short(self.best, CutShort.UNFINISHED), "a later plan exceeds vehicle limits")
 
     def reserve(self, otherwise: Seconds) -> Seconds:
-        """Seconds to reserve for a certification, measured if there was one before."""
+        """Seconds to reserve for a certification: measured if there was one before, ``otherwise`` if not."""
         return Seconds(RESERVE * self.seconds) if self.seconds else otherwise
 
     def failed(self, step: str, error: Exception) -> None:
-        """Record that an improvement ended with an error."""
+        """Record that the improvement ``step`` ended with an error."""
         reraise_stop()
         self.findings.append(improvement_failed(step, error))
 
 
 def improved(step: str, before: Compiled | None, work: Callable[[], Compiled]) -> Compiled:
-    """Result of an improvement; after a failure the previous verified plan, with a warning.
+    """Compilation after an improvement; after a failure the previous verified plan, with a warning.
 
     Args:
         step: the improvement, as the subject of a sentence.
-        before: nothing replaces a failure if this has no verified plan.
+        before: compilation so far; without a verified plan in it, a failure is raised.
     """
     if before is None or not isinstance(before.outcome, Verified):
         return work()
@@ -134,7 +134,7 @@ def improved(step: str, before: Compiled | None, work: Callable[[], Compiled]) -
 
 
 def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
-    """Verified plan of an unfinished search, as stated in its report and its manifest."""
+    """The compilation with its report and manifest stating that the search was cut short."""
     from missionc.output.folder.manifest import relisted  # has the versions of packages; only for plans
 
     assert isinstance(compiled.outcome, Verified)
@@ -145,6 +145,6 @@ def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
 
 
 def noted(compiled: Compiled, note: str) -> Compiled:
-    """Compilation with one more note on its verified plan."""
+    """The compilation with one more note on its verified plan."""
     assert isinstance(compiled.outcome, Verified)
     return replace(compiled, outcome=replace(compiled.outcome, report=compiled.outcome.report.noting(note)))

@@ -1,7 +1,7 @@
-"""Judgement of a flight by a mission: of a trace, or of live states.
+"""Evaluation of a flight against a mission: of a recorded trace, or of live states.
 
 in   a mission's file or text; a trace, or the plan of the flight
-out  Monitored, or the judging Session
+out  Monitored, or the Session of online monitoring
 says MC009 MC704 MC705
 """
 
@@ -39,14 +39,14 @@ def live_session(
     plan: str | Path | None = None,
     tolerance: float = 0.0,
 ) -> tuple[Checked, Session | None]:
-    """Session that judges a mission in flight; None if the mission, or the plan, has errors.
+    """The checked mission, and a session that monitors it in flight; None if the mission, or the plan, has errors.
 
     Args:
         plan: folder or trace of the flight's plan, for forecasts of open goals.
         wait: seconds that a step waits for samples; default one step.
         skew: seconds by which the clock of an agent is ahead.
         leap: seconds by which a sample may be ahead of all others without confirmation.
-        tolerance: as for ``monitor``.
+        tolerance: error of recorded positions, metres, for constraints.
 
     Raises:
         KeyError: the mission has no agent of that name.
@@ -79,10 +79,10 @@ def monitor(
     continuous: bool = False,
     tolerance: float = 0.0,
 ) -> Monitored:
-    """Judge a recorded or hand-made trace, ``plan.json`` or CSV, against a mission.
+    """Evaluate a mission on a trace, recorded or written by hand, in ``plan.json`` format or CSV.
 
     Args:
-        continuous: True to judge requirements and constraints in continuous time too, along the motion between
+        continuous: True to evaluate requirements and constraints in continuous time too, along the trajectories between
                 samples.
         tolerance: error of recorded positions, metres, for constraints.
     """
@@ -114,7 +114,10 @@ def monitor(
 def _read_motion(
     path: str | Path, mission: Mission, limits: Limits
 ) -> tuple[Trace | None, list[State], list[Diagnostic]]:
-    """Motion in a file or in a folder's ``plan.json``, and its samples; or the errors in it."""
+    """Trace in a file or in a folder's ``plan.json``, its samples, and findings on errors.
+
+    The trace is None if there are errors.
+    """
     from missionc.verification.monitoring.read_trace import assemble, read_states  # with numpy
 
     file = Path(path) / "plan.json" if Path(path).is_dir() else Path(path)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def impossible(mission: Mission, outcome: Impossible, explained: Explained | None) -> Diagnostic:
-    """Diagnostic of the requirements in conflict, each at its place: on roadmaps, or for any motion."""
+    """Diagnostic of the requirements in conflict, each with its location: infeasible on roadmaps, or for any motion."""
     spans = [(each.name, each.span) for each in mission.requirements if each.name in outcome.conflict]
     doubt = (outcome.doubt,) if outcome.doubt else ()
     notes = (outcome.statement, *doubt, *(_blamed(explained) if explained else ()), *outcome.report.notes)
@@ -52,7 +52,7 @@ def impossible(mission: Mission, outcome: Impossible, explained: Explained | Non
 
 
 def _roadmap(mission: Mission) -> str:
-    """Roadmap changes that might help."""
+    """Suggestion for a change of the roadmap that may make the mission feasible."""
     lanes = mission.solve.roadmap
     finer = "use a finer roadmap: `solve with smt { nodes = 400 }`"
     return finer if lanes is None else f"add nodes and lanes to `{lanes.path}`"
@@ -66,7 +66,7 @@ def _smallest(explained: Explained) -> str:
 
 
 def _blamed(explained: Explained) -> tuple[str, ...]:
-    """Causes of the conflict, with the trials that show them."""
+    """Sentences on the cause of the conflict, and on the variants of the mission whose results show it."""
     who = {
         "REQUIREMENTS": "",
         "HORIZON": "the mission is too short",
@@ -89,18 +89,20 @@ def _blamed(explained: Explained) -> tuple[str, ...]:
 
 
 def _variants(trials: Sequence[Trial]) -> str:
-    """Text for the tried variants, ``dropping `relay` or `rescue```; several are joined by *or*."""
+    """Text for variants of the mission that were tried, such as ``dropping `relay` or `rescue```."""
     dropped = [trial.says.removeprefix(WITHOUT) for trial in trials if trial.says.startswith(WITHOUT)]
     others = [trial.says for trial in trials if not trial.says.startswith(WITHOUT)]
     return " or ".join([*([f"dropping {' or '.join(dropped)}"] if dropped else []), *others])
 
 
 WITHOUT = "without "
-"""Beginning of a trial's text that leaves requirements out."""
+"""Prefix in the description of a variant that drops requirements."""
 
 
 def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) -> Diagnostic:
-    """Diagnostic with the reason for the end, the best candidate's violations, and one suggestion."""
+    """Diagnostic of a search without a plan: the reason for its end, the best candidate's violations, and one
+    suggestion.
+    """
     code, help_ = {
         "TIME": (codes.OUT_OF_TIME, "raise the limit with `--time-limit`"),
         "MEMORY": (codes.OUT_OF_MEMORY, "raise the limit with `--memory-limit`"),
@@ -132,12 +134,15 @@ def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) 
 
 
 def _is_foreign(backend: str) -> bool:
-    """True for a backend of an extension, which has no presets, solvers or roadmaps."""
+    """Return whether a backend is defined by an extension, and so has no presets, solvers or roadmaps."""
     return backend not in BACKENDS.built_in
 
 
 def _others(checked: Checked) -> list[str]:
-    """Suggestion of other engines that can plan the mission, if only one was used."""
+    """Suggestion of another engine that can plan the mission, as a list.
+
+    Empty if several were used or none is available.
+    """
     if checked.mission is None or checked.choice is None:
         return []
     able, _ = choose_backend(checked.mission, AUTO)
@@ -148,9 +153,10 @@ def _others(checked: Checked) -> list[str]:
 
 
 def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str, Seconds]]) -> NotFound:
-    """Outcome if a limit came before a found plan was verified and written.
+    """Outcome if a limit was reached after a plan was found, but before it was verified and written.
 
-    ``seconds`` are those of each stage.
+    Args:
+        seconds: duration of each stage.
     """
     searched = sum(spent for _, spent in planned.report.seconds)
     stage = Progress(seconds[-1][0] if seconds else "verify")
@@ -159,7 +165,7 @@ def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str
 
 
 def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic, ...]:
-    """Diagnostics of requirements that fail between the steps, or are undecided there."""
+    """Diagnostics of the requirements that fail, or are undecided, between the steps."""
     spans = {each.name: each.span for each in mission.requirements}
     return tuple(
         Diagnostic(
@@ -173,7 +179,7 @@ def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic,
 
 
 def not_tolerated(mission: Mission, certificate: Certificate) -> Diagnostic:
-    """Diagnostic of a required delay tolerance that the plan lacks, with the violation."""
+    """Diagnostic of a required delay tolerance that the plan does not have, with the violated check."""
     checks = {check.subject: check for check in certificate.failures}
     asked = [
         tolerance
@@ -191,11 +197,13 @@ def not_tolerated(mission: Mission, certificate: Certificate) -> Diagnostic:
 
 
 MOST_LATE = 4
-"""Maximum number of such agents in a message."""
+"""Maximum number of agents listed in a message on delay tolerance."""
 
 
 def not_verified(certificate: Certificate, backend: str) -> Diagnostic:
-    """Report a plan that verification rejects: a defect of the compiler, or of an extension whose backend found it."""
+    """Diagnostic of a plan that verification rejects: a defect of the compiler, or of the extension with the
+    backend.
+    """
     ours = not _is_foreign(backend)
     return Diagnostic(
         codes.NOT_VERIFIED if ours else codes.REJECTED_PLAN,

@@ -1,4 +1,4 @@
-"""Plan requests: one value from the command line and Python to the backend."""
+"""Plan requests: one value that the command line or Python passes down to the backend."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class PlanRequest(Record, eq=False):
                 the answer, for any result of later stages.
         kernel: stronger kernel to use instead of the mission's own.
         backend: backend to use instead of the chosen engines.
-        speed_fraction: share of the vehicles' top speeds; below 1, an upper limit of plans.
+        speed_fraction: fraction of the vehicles' top speeds; below 1, an upper limit for plans.
         log: receives each attempt when it ends.
 
     Raises:
@@ -59,5 +59,5 @@ class PlanRequest(Record, eq=False):
 
     @property
     def further(self) -> PlanRequest:
-        """Request for one more plan: without checkpoints, explanation and receiver."""
+        """The request for another plan, without checkpoints, explanation and ``secure``."""
         return replace(self, checkpoints=Checkpoints(), explain_limit=NO_EXPLANATION, secure=discard)

@@ -1,4 +1,4 @@
-"""Planning of the transfers: from above the pads to the starts, and from the finishes home.
+"""Planning of the transfers: from above the pads to the starts, and from the finishes back to the pads.
 
 in   Mission, the texts of its polynomials, Budget
 out  the texts of both transfers; or the reason for none
@@ -50,34 +50,35 @@ from missionc.verification.flight.way_missions import (
 from missionc.verification.verify_plan import verify
 
 AT_ONCE = 2
-"""Steps of a transfer on straight lines."""
+"""Number of steps of a transfer in which all agents move on straight lines."""
 QUICK = 0.6
-"""Share of a vehicle's speed on a roadmap, since it has to accelerate from rest."""
+"""Fraction of a vehicle's speed used on a roadmap, since the vehicle has to accelerate from rest."""
 BEFORE = (1.5, 2.5, 4.0)
-"""Factors of the longest line's steps for a transfer on a roadmap."""
+"""Durations of a transfer on a roadmap that are tried, as multiples of the time for the longest straight line."""
 ROOM = ((TUBE, TUBE), (TUBE, 0.0), (0.0, 0.0))
-"""Additional clearance and separation of a plan, metres, so that polynomials may deviate by it."""
+"""Additional clearance and separation of a plan, metres, so that polynomials may deviate from the plan by them."""
 SLOWER, TIMES = 1.25, 8
 """Time-scaling factor of a transfer that is too fast, and maximum number of scalings."""
 FEWEST = 3
-"""Least number of pieces of a transfer, if it can be flown in so few."""
+"""Minimum number of polynomial pieces allowed for a transfer before more memory is used."""
 SEARCH, LONGEST = 8.0, 90.0
-"""Seconds for one search on roadmaps, and for a whole transfer."""
+"""Time limits in seconds: for one search on roadmaps, and for planning a transfer."""
 IN_FLIGHT = 0.6
-"""Share of the remaining time for a return transfer in flight."""
+"""Fraction of the remaining time for planning a return transfer in flight."""
 LEAST_STEP = 0.5
-"""Least duration of a step on roadmaps, seconds."""
+"""Shortest time step on roadmaps, seconds."""
 UNLIMITED = 2.0
-"""m/s, for vehicles without a limit."""
+"""Speed for vehicles without a speed limit, m/s."""
 NO_WAYS: Ways = {}
 COLUMNS = ("column world", "column separation", "rise obstacle", "sink obstacle")
-"""Checks that no transfer to the pads can satisfy: an obstacle blocks the column."""
+"""Checks that fail for every transfer to the pads: an obstacle or another agent blocks the column above a pad."""
 
 
 def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> WholeFlight | Diagnostic | None:
-    """Transfers of a mission that starts on the floor, its safe ends, and their verification.
+    """Transfers of a mission that starts on the floor, its safe ends, and their verification, or a diagnostic.
 
-    A mission that begins in the air has no transfers; without a vehicle it has no safe ends either.
+    A mission that begins in the air has no transfers; without a vehicle it has no safe ends either, and the result is
+    None.
     """
     if not is_whole(mission):
         return _safe_end(mission, files, budget) if has_safe_end(mission) else None
@@ -107,7 +108,7 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
 
 
 def _safe_end(mission: Mission, files: Mapping[str, str], budget: Budget, ways: Ways = NO_WAYS) -> WholeFlight:
-    """Safe ends of a flight with its verified transfers."""
+    """Verified safe ends of a flight, with its verified transfers."""
     budget.on_progress(Progress("emit", detail="safe stops"))
     whole, before, risen = as_one(mission, files, ways)
     stops = safe_ends(mission, whole, before, risen)
@@ -120,10 +121,10 @@ def _safe_end(mission: Mission, files: Mapping[str, str], budget: Budget, ways: 
 
 
 def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -> Mapping[str, str] | Diagnostic:
-    """Plan one transfer.
+    """Texts of the trajectory files of one transfer, or a diagnostic if none is found.
 
     Args:
-        left: pieces that fit into the memories beside the mission's.
+        left: number of polynomial pieces that fit into the vehicles' memories besides the mission's.
     """
     now = time.monotonic()
     # In flight, time must be left for a plan without a return transfer.
@@ -141,7 +142,7 @@ def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -
 
 
 def _candidates(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Iterator[tuple[Array, float]]:
-    """Clear plans of a transfer, (agents, steps + 1, dim), metres, with their durations in seconds."""
+    """Yield collision-free plans of a transfer, (agents, steps + 1, dim), metres, with their durations in seconds."""
     lasts = _seconds(mission, way)
     straight = _straight(mission, way)
     if _clear(way_mission(mission, stage, way, lasts, AT_ONCE, math.inf), straight):
@@ -153,7 +154,10 @@ def _candidates(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Ite
 
 
 def _on_roadmaps(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Iterator[tuple[Array, float]]:
-    """Plans on roadmaps, (agents, steps + 1, dim), metres, with decreasing clearance and increasing time, seconds."""
+    """Yield plans of a transfer on roadmaps, (agents, steps + 1, dim), metres, with their durations in seconds.
+
+    Clearance decreases and durations increase from plan to plan.
+    """
     backend = load("smt", Options())
     assert not isinstance(backend, Diagnostic), "the roadmap planner needs nothing that may be missing"
     speed, step = QUICK * _speed(mission), max(float(mission.step), LEAST_STEP)
@@ -179,7 +183,13 @@ def _on_roadmaps(mission: Mission, stage: Stage, way: Way, budget: Budget) -> It
 
 
 def one_by_one(mission: Mission, stage: Stage, way: Way, lasts: float) -> Array | None:
-    """Agents move straight one by one, (agents, steps + 1, dim), metres; None if at some time none can."""
+    """Plan in which agents move straight one after the other, (agents, steps + 1, dim), metres.
+
+    None if at some time no waiting agent can move without a collision.
+
+    Args:
+        lasts: duration of each move, seconds.
+    """
     begin, end = (points[:, : mission.dimension] for points in (way.begin, way.end))
     here, waiting = begin.copy(), list(range(len(begin)))
     rows = [here.copy()]
@@ -200,27 +210,27 @@ def one_by_one(mission: Mission, stage: Stage, way: Way, lasts: float) -> Array 
 
 
 def _level(way: Way, points: Array) -> Array:
-    """Points of the mission's world, at the transfer's heights if plane: (agents, 3), metres."""
+    """Points in three dimensions, (agents, 3), metres; points of a plane mission get the transfer's altitudes."""
     return points if points.shape[1] == 3 else np.column_stack([points, way.begin[:, 2]])
 
 
 def _clear(asked: Mission, position: Array) -> bool:
-    """Return whether a plan, (agents, steps + 1, dim), metres, is clear of other bodies, obstacles and the world's
-    border.
+    """Return whether a plan, (agents, steps + 1, dim), metres, stays in the world without touching bodies or
+    obstacles.
     """
     judged = verify(asked, NOTHING_REQUIRED, _trace(asked, position))
     return not {check.name for check in judged.failures} & {"world", "obstacle", "separation"}
 
 
 def _straight(mission: Mission, way: Way) -> Array:
-    """Straight motion of all agents in the same rhythm: (agents, steps + 1, dim), metres."""
+    """Plan in which all agents move at once on straight lines: (agents, steps + 1, dim), metres."""
     share = np.linspace(0.0, 1.0, AT_ONCE + 1)[None, :, None]
     begin, end = (points[:, None, : mission.dimension] for points in (way.begin, way.end))
     return np.asarray(begin + share * (end - begin))
 
 
 def _seconds(mission: Mission, way: Way) -> float:
-    """Seconds of the straight transfer from rest to rest; vertical motion may be slower."""
+    """Duration of the straight transfer from rest to rest at the vehicles' speeds, seconds."""
     longest = []
     for agent, begin, end in zip(mission.agents, way.begin, way.end, strict=True):
         aside, up = float(np.linalg.norm(end[:2] - begin[:2])), float(abs(end[2] - begin[2]))
@@ -238,7 +248,11 @@ def _speed(mission: Mission) -> float:
 def _flown(
     mission: Mission, stage: Stage, way: Way, position: Array, seconds: float, left: int
 ) -> Flyable | Diagnostic:
-    """Polynomials along a transfer's plan, (agents, steps + 1, dim), metres, in few pieces if possible."""
+    """Polynomials along a plan of a transfer, (agents, steps + 1, dim), metres, in few pieces if possible.
+
+    Args:
+        left: number of polynomial pieces that fit into the vehicles' memories.
+    """
     memory = min(agent.vehicle.memory for agent in mission.agents)
     few = max(FEWEST, left // 2) * PIECE_BYTES
     fitted = _fitted(mission, stage, way, position, seconds, min(few, memory))
@@ -248,8 +262,8 @@ def _flown(
 def _fitted(
     mission: Mission, stage: Stage, way: Way, position: Array, seconds: float, memory: int
 ) -> Flyable | Diagnostic:
-    """Polynomials within a memory limit, time-scaled for the vehicles; positions in metres, (agents,
-    steps + 1, dim).
+    """Polynomials within a memory limit in bytes, time-scaled for the vehicles, along a plan (agents, steps + 1, dim),
+    metres.
     """
     steps = position.shape[1] - 1
     for _ in range(TIMES):
@@ -288,7 +302,7 @@ def _no_way(mission: Mission, stage: Stage, nearest: Diagnostic | None) -> Diagn
 
 
 def _refused(mission: Mission, judged: Certificate) -> Diagnostic:
-    """Diagnostic of the parts of the whole flight that cannot be proved."""
+    """Diagnostic of the worst failed check of a flight from floor to floor."""
     worst = judged.failures[0]
     short = f" by {-worst.margin:.3g} {worst.unit}".rstrip() if worst.margin < 0 else ""
     who = f" of {listed([f'`{name}`' for name in worst.agents])}" if worst.agents else ""

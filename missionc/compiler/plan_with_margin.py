@@ -1,4 +1,4 @@
-"""Planning with a robustness margin first, for flights with tracking error; then without.
+"""Planning with a robustness margin first, for flights with tracking error; then without a margin.
 
 in   a backend, Mission, Kernel, Options, Budget
 out  its Outcome
@@ -42,12 +42,12 @@ def plan_with_margin(
     speed_fraction: float = 1.0,
     log: StageLog | None = None,
 ) -> api.Outcome:
-    """Plan of ``_plan_with_margin``; for a required delay tolerance, one with it if found.
+    """Outcome of planning with decreasing robustness margins; a required delay tolerance is tried first.
 
     Args:
         covers: True to use covers if no plan is found at once.
-        speed_fraction: below 1, an upper limit as a share of the vehicles' top speeds.
-        log: receives each try.
+        speed_fraction: below 1, an upper limit as a fraction of the vehicles' top speeds.
+        log: records each attempt.
     """
     log = log or StageLog()
     return _tolerant(backend, mission, kernel, options, budget, speed_fraction, log) or _plan_with_margin(
@@ -64,7 +64,7 @@ def _tolerant(
     speed_fraction: float,
     log: StageLog,
 ) -> api.Planned | None:
-    """Plan ahead of time, with room for delayed agents; None if no plan tolerates the delays.
+    """Plan with time reserves for delayed agents; None if no plan found tolerates the required delays.
 
     At flyable speeds, a delayed agent has a shorter path to make up than at the dynamics' speeds.
     """
@@ -102,10 +102,12 @@ def _plan_with_margin(
     covers: bool = False,
     speed_fraction: float = 1.0,
 ) -> api.Outcome:
-    """Flyable plan that satisfies every requirement by the margin, or by a part of it; else any plan.
+    """Outcome of planning with decreasing robustness margins, for a flyable plan with the largest margin, or else any
+    plan.
 
-    Only a refusal of the mission itself counts; one of the tightened mission proves nothing. Checkpoints belong to the
-    last try. A plan after a try that ran out of time is marked as cut short, since more time might have given another.
+    Only infeasibility of the mission itself counts; infeasibility of the tightened mission proves nothing. Checkpoints
+    belong to the last attempt. A plan after an attempt that ran out of time is marked as cut short, since more time
+    might have given another.
     """
     ahead = looking_ahead(mission, kernel, budget.limits.formula_nodes)
     if isinstance(ahead, TooLarge):
@@ -176,10 +178,10 @@ def _bisected(
     under_way: Mission,
     log: StageLog,
 ) -> tuple[api.Planned, float]:
-    """The plan with the largest share of the margin that bisection finds, and this share.
+    """The plan with the largest fraction of the margin that bisection finds, and this fraction.
 
     Args:
-        planned: the plan of the try ``found``; ``failed`` is a larger share, of which there was none.
+        planned: the plan of the attempt ``found``; ``failed`` is a larger fraction, for which there was no plan.
     """
     share = found.margin
     for _ in range(SEARCH.bisections):
@@ -196,7 +198,7 @@ def _bisected(
 
 
 def _short(budget: api.Budget, work: float) -> api.Budget:
-    """Budget of an unsaved try: a share of the remaining time, with at most this work."""
+    """Budget of an attempt without checkpoints: a fraction of the remaining time, and at most ``work`` units."""
     left = budget.deadline - time.monotonic()
     scarce = SEARCH.scarce_time if left < SEARCH.scarce else SEARCH.time
     share = SEARCH.urgent_time if budget.urgent else scarce
@@ -251,7 +253,7 @@ def _planned(
 
 
 def _after(planned: api.Planned, late: bool) -> api.Planned:
-    """Final form of the plan, if a try before it may have been ``late``."""
+    """The plan, marked as cut short if an attempt before it ran out of time."""
     if not late or planned.report.cut_short:
         return planned
     return replace(planned, report=replace(planned.report, cut_short=api.CutShort.TIME))

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 POSES = "from"
-"""Option with the file of measured poses, one of the inputs."""
+"""Name of the option for the file of measured poses, which is one of the inputs."""
 
 
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
-    """Every file of the mission, by its name relative to the mission's folder."""
+    """Content of every file of the mission, with its name relative to the mission's folder."""
     folder = Path(checked.file).parent
     return tuple(
         (poses_name(checked) if source is checked.poses else input_name(source.name, folder), source.content)
@@ -38,7 +38,7 @@ def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
 
 
 def poses_name(checked: Checked) -> str:
-    """Unique name of the file of measured poses among the mission's files."""
+    """Name of the file of measured poses, made unique among the mission's files."""
     assert checked.poses is not None
     folder = Path(checked.file).parent
     taken = {input_name(source.name, folder) for source in checked.sources if source is not checked.poses}
@@ -54,12 +54,12 @@ def input_name_of(checked: Checked, source: Source) -> str:
 
 
 def data(checked: Checked) -> frozenset[str]:
-    """Names of the files that are not missions."""
+    """Names of the mission's files that contain data instead of mission text, such as maps."""
     return frozenset(name for name, _ in inputs(checked)) - {name for name, _ in texts(checked)}
 
 
 def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
-    """Texts of the mission files."""
+    """Names and texts of the files that contain mission text."""
     folder = Path(checked.file).parent
     return tuple((input_name(each.name, folder), each.text) for each in checked.sources if each.data is None)
 
@@ -94,7 +94,7 @@ def _is_recorded(option: Described, options: Options, hears: frozenset[str]) -> 
 
 
 def packages(mission: Mission, backend: str = "", exports: tuple[str, ...] = ()) -> tuple[tuple[str, str], ...]:
-    """The packages of extensions that a mission and its plan use, by name and version."""
+    """Extension packages that a mission and its plan use, by name and version."""
     predicates = (each.predicate for each in formulas_bottom_up(formulas(mission)) if isinstance(each, Holds))
     words = {
         Kind.PREDICATE: {each.word for each in predicates if isinstance(each, PlacePredicate)},
@@ -108,12 +108,12 @@ def packages(mission: Mission, backend: str = "", exports: tuple[str, ...] = ())
 
 
 def asked_for(exports: tuple[str, ...]) -> tuple[tuple[str, Option], ...]:
-    """Command-line options that only select files."""
+    """Command-line options that only select output files."""
     return (("export", ",".join(dict.fromkeys(exports))),) if exports else ()
 
 
 def with_manifest(compiled: Compiled, options: Options) -> Compiled:
-    """Compilation without a plan, with a manifest of its files, if there are any.
+    """The compilation of a mission without a plan, with a manifest added if it has files.
 
     With a proof, the mission is included, so that the folder alone suffices for its check.
     """

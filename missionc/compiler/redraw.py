@@ -1,4 +1,4 @@
-"""Documents of a verified plan redrawn from its files: the report, and all lists of later attempts.
+"""Documents of a verified plan recreated from its files: the report, and all lists of later attempts.
 
 in   a checked mission, Verified, StageLog
 out  Plotted; Verified with the attempts that came after its certification
@@ -24,7 +24,7 @@ PLAN, CERTIFICATE = "plan.json", "certificate.json"
 
 
 def plotted_of(checked: Checked, verified: Verified) -> Plotted:
-    """Values of a plan for the report."""
+    """Plan, certificate and trajectories of a verified plan, as the report needs them."""
     mission, files = checked.valid_mission, verified.files
     names = file_names(mission.agents)
     return Plotted(
@@ -41,7 +41,7 @@ def plotted_of(checked: Checked, verified: Verified) -> Plotted:
 
 
 def with_attempts(checked: Checked, verified: Verified, log: StageLog) -> Verified:
-    """Plan with all attempts of a log in its documents; unchanged if they are already listed."""
+    """The verified plan with all attempts of a log listed in its documents; unchanged if they are already listed."""
     plan, runs = verified.plan, tuple(log.runs)
     if plan.runs == runs:
         return verified

@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 
 def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnostic:
-    """Checked mission without its past.
+    """Checked mission that remains after its past, or a diagnostic.
 
     ``rest`` has the details; ``mission`` and ``kernel`` are the remaining ones.
 
     Args:
-        checked: whole mission of the present text.
+        checked: complete mission of the present text.
     """
     written: list[Mission] = []
     rest: Remaining | None = None
@@ -69,7 +69,7 @@ def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnos
 
 
 def without_home(checked: Checked) -> Checked:
-    """Rest of a mission without return to the pads: it ends in the air."""
+    """Remaining mission without return to the pads, so that it ends in the air."""
     mission, past = checked.valid_mission, checked.past
     assert past is not None
     last = past.flown[-1]
@@ -79,7 +79,10 @@ def without_home(checked: Checked) -> Checked:
 
 
 def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
-    """Requirements over past and plan together; None without a common mission."""
+    """Checks of the requirements over past and plan together.
+
+    None if the parts of the flight have no common mission.
+    """
     if rest is None or rest.whole is None:
         return None
     from missionc.verification.plan.whole_requirements import check_whole  # judging plans loads scipy
@@ -89,7 +92,7 @@ def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
 
 
 def stops_of(checked: Checked, files: Mapping[str, str]) -> Stops | None:
-    """Stops before the rest of a mission, from each agent's polynomials; None for a whole mission."""
+    """Stops before a remaining mission, from each agent's polynomials; None for a mission without a past."""
     if checked.past is None or checked.rest is None or checked.rest.stopping is None:
         return None
     from missionc.verification.flight.verify_stops import Stops
@@ -101,7 +104,7 @@ def stops_of(checked: Checked, files: Mapping[str, str]) -> Stops | None:
 
 
 def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits) -> Checked:
-    """Mission with former texts of some of its files."""
+    """The mission checked again with former texts of some of its files."""
     own = dict(inputs(checked))
     main = next(iter(own))
     own.update({name: text.encode() for name, text in texts.items() if name in own})
@@ -122,7 +125,7 @@ def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits) -> Check
 
 
 def _differ(before: Mission, now: Mission) -> str:
-    """Reason why a mission cannot continue as the other one; empty if it can."""
+    """Reason why a flight of the first mission cannot continue as the second one; empty if it can."""
     names = {agent.name for agent in now.agents}
     if any(agent.name not in names for agent in before.agents):
         return "the mission no longer has all of its agents"
@@ -132,7 +135,7 @@ def _differ(before: Mission, now: Mission) -> str:
 
 
 def unfit(why: str) -> Diagnostic:
-    """Diagnostic of a past that does not belong to the mission."""
+    """Diagnostic of a recorded past that does not belong to the mission."""
     return Diagnostic(
         PAST_DOES_NOT_FIT,
         f"the recorded trajectory does not belong to this mission: {why}",
@@ -142,7 +145,7 @@ def unfit(why: str) -> Diagnostic:
 
 
 def not_said(error: NotProgressableError) -> Diagnostic:
-    """Diagnostic if no formula expresses the rest of a requirement."""
+    """Diagnostic of a requirement whose rest cannot be expressed as a formula."""
     span = getattr(error.node, "span", None)
     return Diagnostic(
         NOT_SAID,

@@ -34,16 +34,16 @@ if TYPE_CHECKING:
 
 
 class InvalidMission(Record):
-    """The mission, or the installation that it needs, has errors: they are among the findings.
+    """Outcome of a mission with errors, or of one whose installation is incomplete; the errors are among the findings.
 
-    ``plan`` is the verified but unflyable motion, if any.
+    ``plan`` is the verified but unflyable trace, if any.
     """
 
     plan: Trace | None = field(default=None, compare=False, repr=False)
 
 
 class Verified(Record, eq=False):
-    """A plan that passed every check of the certificate."""
+    """Outcome with a plan that passed every check of the certificate."""
 
     plan: Plan
     certificate: Certificate
@@ -61,15 +61,15 @@ class Verified(Record, eq=False):
 
     @property
     def page(self) -> str:
-        """The report."""
+        """The report as an HTML page."""
         return self.files[REPORT].decode("utf-8")
 
 
 class Alternative(Record, eq=False):
-    """One of several different plans, with its rank.
+    """One of several alternative plans, with its rank.
 
     Args:
-        row: its rank, where its files are, what is different from the best one, and its figures.
+        row: its rank, the folder of its files, its difference from the best plan, and its numbers.
     """
 
     row: AlternativeRow
@@ -77,16 +77,19 @@ class Alternative(Record, eq=False):
 
 
 class Unverified(Record, eq=False):
-    """A plan that failed a check of the certificate: a defect of the compiler, never given out as a plan."""
+    """Outcome with a plan that failed a check of the certificate: a defect of the compiler.
+
+    The plan is not returned.
+    """
 
     certificate: Certificate
     report: Report
 
 
 class Change(Record):
-    """Lines of a mission's file, from ``line`` on, as they are and as they would be; without line ends.
+    """Lines of a mission's file, from ``line`` on, before and after a suggested change; without line ends.
 
-    A value given on the command line is in no file, and on line 0.
+    A value from the command line has no file, and line 0.
     """
 
     file: str
@@ -96,9 +99,10 @@ class Change(Record):
 
 
 class Relaxation(Record):
-    """A change with which the mission, compiled from its text, has a verified plan.
+    """A suggested change with which the mission, compiled from its text, has a verified plan.
 
-    ``smallest``: the next smaller change of its kind was refused on the roadmap; if False, less may suffice.
+    ``smallest`` is True if the next smaller change of its kind is infeasible on the roadmap; otherwise less may
+    suffice.
     """
 
     says: str
@@ -109,12 +113,14 @@ class Relaxation(Record):
     proven: str = ""
     """Largest smaller change of its kind that a cover proves insufficient; empty if none."""
     guards: bool = False
-    """True if its motion violates a safety requirement of the original mission: a permanent one, or the separation of
-    bodies."""
+    """True if its plan violates a safety requirement of the original mission, or the separation of bodies.
+
+    A safety requirement is permanent: it waits for no event.
+    """
 
 
 class Blame(Enum):
-    """Cause of infeasibility, as far as trials show."""
+    """Cause of infeasibility, as far as solved variants of the mission show it."""
 
     REQUIREMENTS = "requirements"
     HORIZON = "horizon"
@@ -123,60 +129,60 @@ class Blame(Enum):
 
 
 class Trial(Record):
-    """A solved variant for finding the cause; ``outcome`` is ``planned``, ``impossible`` or ``undecided``."""
+    """Result of a variant of the mission, solved to find the cause; ``planned``, ``impossible`` or ``undecided``."""
 
     says: str
     outcome: str
 
 
 class NearMiss(Record, eq=False):
-    """Closest infeasible candidate: a motion that is nearly a plan.
+    """Closest infeasible candidate: a trajectory that is nearly a plan.
 
     For an infeasible mission, it violates one requirement and satisfies everything else. If only no plan was found, it
-    may be the best candidate, which may violate more.
+    may be the best candidate of the search, which may violate more.
     """
 
     attempt: Attempt
     planned_for: str
-    """Change of the mission with which the motion is a plan; empty for a best candidate."""
+    """Change of the mission with which the trajectory is a plan; empty for the best candidate of a search."""
     files: tuple[tuple[str, bytes], ...]
-    """Files that show it: relative path and content."""
+    """Files that show the candidate: relative path and content."""
 
 
 class Explained(Record, eq=False):
-    """Reasons for a missing plan, and suggested fixes. ``relaxations`` have the smallest change first."""
+    """Reasons why there is no plan, and suggested fixes; ``relaxations`` have the smallest change first."""
 
     blame: Blame
-    """Cause; unknown if the mission is not proved infeasible."""
+    """Cause of infeasibility; unknown if the mission is not proved infeasible."""
     trials: tuple[Trial, ...] = ()
     relaxations: tuple[Relaxation, ...] = ()
     near_miss: NearMiss | None = None
     cut_short: bool = False
-    """True if time was up before all trials."""
+    """True if the time limit was reached before all variants were tried."""
 
 
 CompileOutcome: TypeAlias = InvalidMission | Verified | Unverified | Impossible | NotFound
 
 
 class Compiled(Record, eq=False):
-    """Result of a compilation. ``findings`` are those of ``checked``, and those of planning."""
+    """Result of a compilation: the outcome, and all findings of checking and planning."""
 
     checked: Checked
     outcome: CompileOutcome
     findings: tuple[Diagnostic, ...]
     seconds: tuple[tuple[str, Seconds], ...]
     explained: Explained | None = None
-    """Explanation of an infeasible mission, or of one with a best candidate, if requested."""
+    """Explanation of an infeasible mission, or of a search without a plan, if requested."""
     listing: tuple[tuple[str, bytes], ...] = ()
-    """Manifest of the files without a plan; None without files."""
+    """Manifest of a folder without a plan, as path and content; empty without files."""
     alternatives: tuple[Alternative, ...] = ()
-    """Requested plans, the best first, which is the outcome; empty for a single plan."""
+    """Alternative plans, the best of which is the outcome and comes first; empty for a single plan."""
 
     @property
     def files(self) -> Mapping[str, bytes]:
         """Files of the output folder by relative path: a plan, a proof or the closest candidate, and a manifest.
 
-        A folder with a proof has no closest candidate: ``verify`` checks every file, and could not check that one.
+        A folder with a proof contains no closest candidate: ``verify`` checks every file, and could not check that one.
         """
         match self.outcome:
             case Verified(files=files):
@@ -189,7 +195,7 @@ class Compiled(Record, eq=False):
                 assert_never(self.outcome)
 
     def write(self, folder: str | Path, *, force: bool = False) -> None:
-        """Write the files as a folder.
+        """Write the files of the compilation to a folder.
 
         Args:
             force: True to replace an existing folder, if this compiler wrote it.
@@ -210,7 +216,7 @@ class Compiled(Record, eq=False):
         """The verified plan.
 
         Raises:
-            ValueError: there is no plan; the message has the outcome.
+            ValueError: there is no plan; the message states the outcome.
         """
         if not isinstance(self.outcome, Verified):
             raise ValueError(f"{self.checked.file} has no plan: {self.word or 'checked'}")
@@ -233,11 +239,12 @@ class Compiled(Record, eq=False):
 
     @property
     def robustness(self) -> dict[str, float]:
-        """Robustness of each requirement of the plan."""
+        """Robustness of the plan for each requirement, by name."""
         return self.plan.robustness
 
     def to_pandas(self) -> Any:
-        """The plan as a ``pandas.DataFrame``: ``agent``, ``t`` in seconds, positions in metres and velocities in m/s.
+        """The plan as a ``pandas.DataFrame`` with ``agent``, ``t`` in seconds, positions in metres and velocities in
+        m/s.
 
         Raises:
             ValueError: there is no plan.
@@ -255,7 +262,7 @@ class Compiled(Record, eq=False):
 
     @property
     def near_miss_files(self) -> tuple[tuple[str, bytes], ...]:
-        """Files of the closest candidate, written or not; empty if there is none."""
+        """Files of the closest infeasible candidate, even if not part of ``files``; empty if there is none."""
         missed = self.explained.near_miss if self.explained else None
         return missed.files if missed else ()
 
@@ -305,7 +312,7 @@ class Compiled(Record, eq=False):
     _repr_pretty_ = printed
 
     def _repr_html_(self) -> str:
-        """Report, or the errors, with the closest candidate if any."""
+        """HTML of the report, or of the errors and the closest candidate, for notebooks."""
         if isinstance(self.outcome, Verified):
             return framed(self.outcome.page, str(self))
         missed = [content.decode("utf-8") for name, content in self.near_miss_files if name == "near_miss.html"]
@@ -313,7 +320,7 @@ class Compiled(Record, eq=False):
 
 
 class Monitored(Record, eq=False):
-    """Judgement of a trace. With errors among the findings, nothing was judged.
+    """Result of evaluating a mission on a trace; with errors among the findings, nothing was evaluated.
 
     ``between`` states for each satisfied requirement whether it holds between the steps, if requested. ``constraints``
     has the verdicts on implied constraints: separation, clearance, speed.
@@ -334,9 +341,11 @@ class Monitored(Record, eq=False):
 
     @property
     def satisfied(self) -> bool | None:
-        """Return whether every requirement and constraint is satisfied, if requested also between the steps.
+        """True if every requirement and constraint is satisfied, if requested also between the steps.
 
-        None if nothing was judged, or if nothing is violated but something is undecided.
+        False if one is violated.
+
+        None if nothing was evaluated, or if nothing is violated but something is undecided.
         """
         if not self.ok:
             return None
@@ -348,7 +357,7 @@ class Monitored(Record, eq=False):
 
     @property
     def verdict(self) -> str:
-        """Verdict: ``satisfied``, ``violated`` or ``not decided``."""
+        """Verdict as text: ``satisfied``, ``violated`` or ``not decided``."""
         return {True: "satisfied", False: "violated", None: "not decided"}[self.satisfied]
 
     def __str__(self) -> str:
@@ -367,7 +376,7 @@ Result = TypeVar("Result", Compiled, Monitored)
 
 
 def with_origins(result: Result, mission: MissionLike) -> Result:
-    """Result with findings at the lines of Python that built the mission, if any."""
+    """The result with its findings located at the lines of Python that built the mission, if it was built in Python."""
     if isinstance(mission, str | Path | Source):
         return result
     from missionc.frontend.builder.origins import at_origins  # loaded only for missions built in Python

@@ -1,4 +1,4 @@
-"""Work within the limits of a compilation: it ends with its result, or with the first limit.
+"""Execution of a function within the limits of a compilation, which ends with its result or at the first limit.
 
 in   the time of interruption, the work
 out  its result, or Ended
@@ -18,20 +18,20 @@ Result = TypeVar("Result")
 
 
 class Ended(Record):
-    """Limit that ended a piece of work; ``detail`` has additional information, if any."""
+    """Limit that ended a computation; ``detail`` has additional information, if any."""
 
     reason: Reason
     detail: str = ""
 
     def during(self, activity: str) -> str:
-        """Return a sentence about the activity that the limit ended."""
+        """A sentence that states the limit and the activity that it ended."""
         if self.reason is Reason.TIME:
             return f"time limit reached while {activity}"
         return f"memory limit reached while {activity}{f': {self.detail}' if self.detail else ''}"
 
 
 def within(moment: float, work: Callable[[], Result]) -> Result | Ended:
-    """Result of the work, or the limit that ended it.
+    """Result of the computation ``work``, or the limit that ended it.
 
     Args:
         moment: time of interruption, on the clock of ``time.monotonic``.

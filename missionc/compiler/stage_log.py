@@ -10,7 +10,7 @@ from missionc.base.stage_runs import StageRun
 
 
 class StageLog(Record):
-    """Attempts in order.
+    """Attempts of a compilation, in the order in which they ended.
 
     Args:
         runs: attempts so far, one list for all stages of a compilation.
@@ -23,19 +23,19 @@ class StageLog(Record):
     attempt: str = ""
 
     def within(self, stage: str, attempt: str) -> StageLog:
-        """Log for the searches of one attempt of another stage."""
+        """The log for searches that belong to one attempt of another stage."""
         return replace(self, stage=stage, attempt=attempt)
 
     def add(self, stage: str, engine: str, work: float, outcome: str, attempt: str = "") -> None:
-        """Record an attempt."""
+        """Record an attempt with its stage, engine, work in units, and outcome."""
         self.runs.append(StageRun(stage, attempt, engine, round(work, 3), outcome))
 
     def searched(self, engine: str, outcome: Outcome, attempt: str = "") -> None:
-        """Record a search, with a row for each engine of a portfolio that had a turn."""
+        """Record a search, with a row for each engine of a portfolio that ran."""
         self.runs.extend(self._rows(engine, outcome, attempt))
 
     def so_far(self, engine: str, planned: Planned) -> tuple[StageRun, ...]:
-        """Attempts so far for a plan that its search continues to improve."""
+        """Recorded attempts, followed by the running search of a plan that is still being improved."""
         return (*self.runs, *self._rows(engine, planned, ""))
 
     def _rows(self, engine: str, outcome: Outcome, attempt: str) -> list[StageRun]:

@@ -1,7 +1,7 @@
 """Strategy of a compilation: attempts, their order, their work, and the actions after each outcome.
 
 in   a checked mission, PlanRequest
-out  attempts of each stage, carried out by the stages; and the whole as text, for ``--emit strategy``
+out  attempts of each stage, carried out by the stages; and the complete strategy as text, for ``--emit strategy``
 
     search           tries of increasing speed and decreasing margins, by the engines in turns; after a try without a
                      plan, covers: over-approximations of all motions, which may prove that there is none
@@ -39,19 +39,21 @@ from missionc.ir.lower.tighten import tracking_margin, with_flyable_speeds, with
 
 
 class SearchStage(Record):
-    """Search with a robustness margin, so that a flight may have tracking error; finally without.
+    """Settings of the search stage: attempts with a robustness margin for tracking error, and finally without.
 
     Args:
-        margins: shares of the margin that are tried in turn: half of it is better than none.
-        bisections: further tries between two margins, if the user has set one: the larger failed, the smaller did not.
+        margins: fractions of the margin that are tried in turn: half of it is better than none.
+        bisections: further attempts between two margins, if the user has set one: the larger failed, the smaller did
+            not.
         speeds: fractions of the speed that vehicles fly under way, if agents are not in time at the speeds that can be
             flown from rest to rest.
-        work: units of each try but the last, which has all that is left.
-        time: share of the time left for each of these tries.
-        scarce: seconds; if less is left, a try has the share ``scarce_time``.
-        urgent_time: share for each try if an agent in flight waits for the plan.
-        delays: shares of the room for delays: an agent that is late seldom needs all of it.
-        explanation: share of the time that is reserved at most for explaining a result, in a search without an end of
+        work: units of each attempt but the last, which has all that is left.
+        time: fraction of the remaining time for each of these attempts.
+        scarce: seconds; if less is left, an attempt has the fraction ``scarce_time``.
+        urgent_time: fraction for each attempt if an agent in flight waits for the plan.
+        delays: fractions of the time reserve for delays: an agent that is late seldom needs all of it.
+        explanation: fraction of the time that is reserved at most for explaining a result, in a search without an end
+            of
             its own.
     """
 
@@ -68,13 +70,13 @@ class SearchStage(Record):
 
 
 class CoverStage(Record):
-    """Covers of the mission, which may prove that no motion satisfies it.
+    """Settings of the covers, which may prove that no motion satisfies the mission.
 
     Args:
-        first: units of work after a try without a plan.
+        first: units of work after an attempt without a plan.
         failed: units of work after a search without a plan.
-        during: for the last try, work units of the search, and of the covers then.
-        time: share of the remaining time.
+        during: for the last attempt, work units of the search, and of the covers then.
+        time: fraction of the remaining time.
     """
 
     first: float = 1.1
@@ -84,17 +86,19 @@ class CoverStage(Record):
 
 
 class BoundStage(Record):
-    """Covers for a lower bound on the duration: work units, and share of the remaining time."""
+    """Settings of the covers that give a lower bound on the duration: work units, and fraction of the remaining
+    time.
+    """
 
     work: float = 3.0
     time: float = 0.25
 
 
 class TimeScalingStage(Record):
-    """Slower plans, if the first one cannot be flown.
+    """Settings of the time scaling stage: slower plans, if the first one cannot be flown.
 
     Args:
-        fractions: shares of the vehicles' top speeds, tried in turn.
+        fractions: fractions of the vehicles' top speeds, tried in turn.
         least: seconds for all of them together, or ``times`` the seconds of the first plan if that is more.
     """
 
@@ -104,7 +108,7 @@ class TimeScalingStage(Record):
 
 
 class StrengthenedSet(Enum):
-    """Set of the strengthened requirements."""
+    """Requirements that an attempt strengthens so that they hold in continuous time."""
 
     NONE = "none"
     FAILING = "requirements that failed between the samples of a plan"
@@ -112,11 +116,11 @@ class StrengthenedSet(Enum):
 
 
 class Attempt(Record):
-    """One search for a plan satisfied in continuous time.
+    """One search for a plan that satisfies the requirements in continuous time.
 
     Args:
         lasting: requirements whose parts must last from step to step (``hold_throughout``).
-        margin: margin of the failed ones, as a share of the fastest agent's distance per step.
+        margin: margin of the failed ones, as a fraction of the fastest agent's distance per step.
         seed: added to the run's seed.
         others: True to use engines other than that of the first plan.
         repaired: True if the search begins at the first plan.
@@ -179,7 +183,7 @@ class ContinuousTimeStage(Record):
 
 
 class RestrictedStage(Record):
-    """Plans of missions with a choice of the previous plans forbidden.
+    """Settings of a stage that replans with a decision of the previous plans forbidden.
 
     Args:
         least_work: units of work, or ``times`` those of the first plan if that is more.
@@ -189,16 +193,16 @@ class RestrictedStage(Record):
     times: float
 
     def work_after(self, first: float) -> float:
-        """Work units after a first plan that took ``first``."""
+        """Work limit in units after a first plan that took ``first`` units."""
         return max(self.least_work, self.times * first)
 
 
 class ComparisonStage(RestrictedStage):
-    """Comparison of options; the work is that of all plans together.
+    """Settings of the comparison of disjuncts; the work is that of all plans together.
 
     Args:
         most: maximum number of plans.
-        bounded: number of a plan's options and orders with a lower bound.
+        bounded: number of a plan's disjuncts and orders with a lower bound.
     """
 
     least_work: float = 8.0
@@ -208,7 +212,7 @@ class ComparisonStage(RestrictedStage):
 
 
 class AlternativesStage(RestrictedStage):
-    """Alternative plans; the work is that of each attempt.
+    """Settings of the search for alternative plans; the work is that of each attempt.
 
     Args:
         least_tries: minimum number of attempts for each further plan, so that the best of several are kept.
@@ -229,12 +233,12 @@ TIME_SCALING, CONTINUOUS_TIME = TimeScalingStage(), ContinuousTimeStage()
 
 
 class Try(Record, eq=False):
-    """One try of the search.
+    """One attempt of the search, with its speed, robustness margin and work.
 
     Args:
-        mission: mission at the try's speeds.
+        mission: mission at the attempt's speeds.
         speed: fraction of the vehicles' speed; 0 for rest-to-rest speeds, None for those of the dynamics.
-        margin: share of the robustness margin.
+        margin: fraction of the robustness margin.
         work: work limit.
     """
 
@@ -250,10 +254,10 @@ LAST_TRY = "speed limits of the mission, no robustness margin"
 def speed_limited(
     mission: Mission, kernel: Kernel, speed_fraction: float, stretched: bool
 ) -> list[tuple[float, Mission]]:
-    """The mission at flyable speeds, from the slowest sufficient one; empty if its own are flyable.
+    """The mission with speeds that its vehicles can fly, slowest first; empty if its own speeds are flyable.
 
     Args:
-        speed_fraction: share of the vehicles' top speeds; below 1, the only one.
+        speed_fraction: fraction of the vehicles' top speeds; below 1, the only one.
         stretched: True if the user has chosen the time scaling, so that only rest-to-rest speeds are tried.
 
     Returns:
@@ -275,10 +279,10 @@ def _speeds(mission: Mission) -> float:
 
 
 def tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metres, speed_fraction: float) -> list[Try]:
-    """Tries of the search before the last, which has no margin and the mission's own speeds.
+    """Attempts of the search before the last one, which has no margin and the mission's own speeds.
 
-    The slowest comes first, then one halfway to the fastest, and the fastest. A single speed, and the fastest, are also
-    tried with smaller margins.
+    The slowest speed comes first, then one halfway to the fastest, and the fastest. A single speed, and the fastest,
+    are also tried with smaller margins.
     """
     own: list[tuple[float | None, Mission]] = [*paces] or [(None, mission)]
     slow, *faster = [own[at] for at in sorted({0, len(own) // 2, len(own) - 1})]
@@ -297,7 +301,7 @@ def tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metr
 
 
 def urgent_tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metres, engine: str) -> list[Try]:
-    """Tries for agents in flight, after a search without a margin: at the slowest and the fastest speed.
+    """Attempts for agents in flight, after a search without a margin: at the slowest and the fastest speed.
 
     On roadmaps agents start at full speed, so slow plans are flown unchanged. ``clot`` plans flyable speeds.
     """
@@ -308,16 +312,17 @@ def urgent_tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margi
 
 
 def _before_last(planned: Sequence[Try], mission: Mission, margin: Metres) -> list[Try]:
-    """Tries up to the first one with the mission's own speeds and no margin."""
+    """The attempts before the first one that has the mission's own speeds and no margin."""
     last = (at for at, each in enumerate(planned) if each.mission is mission and (margin <= 0 or each.margin == 0.0))
     return list(planned[: next(last, len(planned))])
 
 
 def attempts(engine: str, delays: bool, repairable: bool) -> tuple[Attempt, ...]:
-    """Attempts at a plan satisfied in continuous time, or with the delay tolerance.
+    """Attempts to find a plan that satisfies the requirements in continuous time, or that has the delay tolerance.
 
     Args:
         engine: engine of the first plan.
+        delays: True if the delay tolerance is missing.
         repairable: True if the first plan can be repaired.
     """
     if delays:
@@ -327,7 +332,9 @@ def attempts(engine: str, delays: bool, repairable: bool) -> tuple[Attempt, ...]
 
 
 class Stage(Record):
-    """One stage as printed: its name, its condition, its tries in order, and the actions after outcomes."""
+    """One stage of the printed strategy: its name, its condition, its attempts in order, and the actions after
+    outcomes.
+    """
 
     name: str
     runs: str
@@ -336,11 +343,11 @@ class Stage(Record):
 
 
 NEXT = "the next stage"
-"""Marker for the next stage; after the last, the plan is the answer."""
+"""Placeholder for the name of the next stage; after the last stage, the plan is the answer."""
 
 
 def stages(checked: Checked, request: PlanRequest) -> list[Stage]:
-    """Strategy for a checked mission with a choice of engines, in the order of stages."""
+    """Stages of the printed strategy, in order, for a checked mission with a choice of engines."""
     found = list(_stages(checked, request))
     names = [each.name for each in found if each.name != "explain"]
     following = dict(zip(names, [*names[1:], "result"], strict=True))
@@ -430,7 +437,7 @@ def _speed(each: Try) -> str:
 
 
 def try_text(each: Try, margin: Metres) -> str:
-    """Text of a try's speeds and margin."""
+    """Text for an attempt's speed and robustness margin."""
     kept = each.margin * margin
     return f"{_speed(each)}, {f'robustness margin {kept:.3g} m' if kept > 0 else 'no robustness margin'}"
 
@@ -440,7 +447,7 @@ def _limit(each: Try) -> str:
 
 
 def show_strategy(checked: Checked, request: PlanRequest) -> str:
-    """Strategy as text: a numbered stage, its tries below it, and the actions after each outcome."""
+    """Strategy as text: numbered stages, each followed by its attempts and the actions after each outcome."""
     lines: list[str] = []
     for number, stage in enumerate(stages(checked, request), 1):
         lines.append(f"{number} {stage.name}: {stage.runs}")

@@ -1,4 +1,4 @@
-"""Time scaling: a plan beyond its vehicles' limits is replaced by a slower one.
+"""Time scaling: replacement of a plan beyond its vehicles' limits by a slower plan.
 
 in   first Compiled, a planning function, PlanRequest
 out  Compiled: the first flyable one; else the first of all; and the request with its speed fraction
@@ -21,7 +21,7 @@ from missionc.compiler.strategy import SEARCH, TIME_SCALING
 from missionc.ir.lower.tighten import with_flyable_speeds
 
 HURRY = 1e-6
-"""Share by which a plan may exceed a speed, for rounding only."""
+"""Fraction by which a plan may exceed a speed limit, for rounding only."""
 
 
 def plan_with_time_scaling(
@@ -31,9 +31,9 @@ def plan_with_time_scaling(
     request: PlanRequest,
     began: float,
 ) -> tuple[Compiled, PlanRequest]:
-    """First plan, or a slower one if only that is flyable; and its request.
+    """The first plan, or a slower plan if only that is flyable, together with the request that it answers.
 
-    A plan with the user's time scaling (``Options.stretch``) stays unchanged. So does one that is faster than the
+    A plan with the user's time scaling (``Options.stretch``) stays unchanged. So does a plan that is faster than the
     vehicles' limits: no plan was found at their top speed before, so no slower one exists.
 
     Args:
@@ -61,7 +61,7 @@ def plan_with_time_scaling(
 
 
 def _hurried(compiled: Compiled) -> bool:
-    """Return whether some agent of a plan is faster than flyable plans."""
+    """Return whether some agent of a plan moves faster than its vehicle can fly."""
     mission, outcome = compiled.checked.mission, compiled.outcome
     if mission is None or not isinstance(outcome, InvalidMission) or outcome.plan is None:
         return False
@@ -76,6 +76,6 @@ def _hurried(compiled: Compiled) -> bool:
 
 
 def _unflyable(compiled: Compiled) -> bool:
-    """Return whether there is a plan without a flight."""
+    """Return whether a compilation has a verified trace but no flyable polynomials for it."""
     codes = {finding.code for finding in compiled.findings}
     return isinstance(compiled.outcome, InvalidMission) and bool(codes & {NEEDS_MORE_TIME, NOT_FLYABLE})

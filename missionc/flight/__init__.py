@@ -1,1 +1,1 @@
-"""From a verified plan to flights: trajectories, and their simulation."""
+"""Flights of verified plans: trajectories for vehicles, and their simulation."""

@@ -1,1 +1,1 @@
-"""Text to the mission as meant, and findings about it."""
+"""Front end: from mission text to the resolved mission (IR), and findings about it."""

@@ -1,1 +1,1 @@
-"""Geometry and dynamics of the world: signed distances, clearance, free space, motion within a step."""
+"""Geometry of the world and motion of agents: distances, clearance, free space, curves, dynamics within a step."""

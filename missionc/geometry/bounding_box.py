@@ -1,4 +1,4 @@
-"""Bounding boxes of shapes, and a lower bound of the distance from a shape to a box; in plain numbers."""
+"""Bounding boxes of shapes, and lower bounds of distances from shapes to boxes; in plain numbers."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Shap
 
 
 def box_around(shape: Shape, dimension: int) -> tuple[Vector, Vector]:
-    """The corners of a box around a shape; infinite in height if the shape states no height."""
+    """Lowest and highest corner of a box that contains a shape, metres; infinite in height if the shape has no height
+    range."""
     low, high = _bounds(shape)
     return low + (-math.inf,) * (dimension - len(low)), high + (math.inf,) * (dimension - len(high))
 
 
 def gap(shape: Shape, low: Vector, high: Vector) -> float:
-    """Distance between a shape and a box, metres, or less; positive only if they are disjoint.
+    """Lower bound of the distance between a shape and a box, metres; positive only if they are disjoint.
 
     Args:
-        low: least coordinates of the box.
-        high: largest coordinates of the box.
+        low: least coordinates of the box, metres.
+        high: largest coordinates of the box, metres.
     """
     match shape:
         case Union(left, right):
@@ -35,7 +36,7 @@ def gap(shape: Shape, low: Vector, high: Vector) -> float:
 def between(first: tuple[Vector, Vector], second: tuple[Vector, Vector]) -> float:
     """Distance between two boxes, metres, over the axes that both have.
 
-    Each box is given by its least and its largest coordinates.
+    Each box is given by its lowest and its highest corner.
     """
     (low, high), (other_low, other_high) = first, second
     sides = zip(low, high, other_low, other_high, strict=False)

@@ -1,4 +1,4 @@
-"""Clear paths in the plane that surely keep a distance from obstacles, found on a grid in plain numbers.
+"""Paths in the plane with guaranteed clearance from obstacles, found on a grid in plain numbers.
 
 A path that is found is valid. If no path is found, ``geodesic_bounds``, which needs arrays, decides.
 """
@@ -23,7 +23,7 @@ CELLS = 2500
 """Approximate number of cells of the grid."""
 
 MOST = 2500
-"""Maximum number of places that a search expands."""
+"""Maximum number of cells that a search expands."""
 
 STRAIGHT = 4
 """Number of straight paths that are tried, the shortest first."""
@@ -32,13 +32,13 @@ HOPS = 200
 """Maximum number of points tested on a straight path."""
 
 GREED = 2.0
-"""Weight of the remaining distance, so that the search finds a path quickly instead of the shortest one."""
+"""Weight of the remaining distance in A*, so that the search finds some path quickly instead of the shortest."""
 
 FAR = 2.0
-"""Sides of a cell: larger clearances are not distinguished."""
+"""Largest clearance that is computed, in cell sizes."""
 
 PLANE = ((-math.inf, math.inf),)
-"""Height range of a plane."""
+"""Height range of the only layer of a plane world."""
 
 MOVES = tuple(move for move in product((-1, 0, 1), repeat=2) if any(move))
 
@@ -47,14 +47,17 @@ Cell = tuple[int, int]
 
 @dataclass(slots=True, eq=False)
 class ClearWays:
-    """Search for paths with a clearance of more than ``room`` metres from static shapes in a two-dimensional world."""
+    """Search for paths with a clearance of more than ``room`` metres from static shapes in a two-dimensional world.
+
+    ``pitch`` is the cell size of the grid, metres.
+    """
 
     world: World
     shapes: tuple[Shape, ...]
     room: float
     pitch: float = 0.0
     near: dict[Cell, list[Shape]] = field(default_factory=dict)
-    """By cell, the shapes that may be near to any of its places; a cell without such shapes has no entry."""
+    """Shapes that may be near to some point of a cell, by cell; cells without such shapes have no entry."""
     known: dict[Cell, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -69,9 +72,9 @@ class ClearWays:
                 self.near.setdefault((cell[0], cell[1]), []).append(shape)
 
     def found(self, starts: Sequence[Vector], goals: Sequence[Vector], longest: float, *, winding: bool = True) -> bool:
-        """Return whether a path from a start to a goal, no longer than ``longest`` metres, was found.
+        """Return true if a path from a start to a goal, no longer than ``longest`` metres, was found.
 
-        With ``winding``, paths with bends are searched too.
+        Without ``winding``, only straight paths are tested.
         """
         pairs = sorted((math.dist(here, there), here, there) for here in starts for there in goals)
         near = [(here, there) for length, here, there in pairs if length <= longest]
@@ -83,7 +86,7 @@ class ClearWays:
         return bool(near and free) and self._searched(near[0][0], free, longest)
 
     def spare(self, place: Vector) -> float:
-        """Lower bound of the additional clearance at a place, metres, capped at ``FAR`` cells."""
+        """Lower bound of the clearance beyond ``room`` at a point, metres, capped at ``FAR`` cells."""
         there, most = Place(place), FAR * self.pitch
         for shape in self.near.get(self._cell(place), ()):
             most = min(most, signed_distance(plain_floats, shape, there) - self.room)
@@ -106,9 +109,11 @@ class ClearWays:
         return False
 
     def _searched(self, start: Vector, goals: Sequence[tuple[Vector, float]], longest: float) -> bool:
-        """Weighted A* from the start over cell centres to a goal.
+        """Return true if weighted A* over cell centres finds a path from the start to a goal, no longer than
+        ``longest`` metres.
 
-        ``goals`` with the additional clearance at each.
+        Args:
+            goals: goal positions, each with its clearance beyond ``room``, metres.
         """
         best: dict[Cell, float] = {}
         queue: list[tuple[float, float, Cell]] = []
@@ -145,7 +150,7 @@ class ClearWays:
         return False
 
     def _not_far(self, place: Vector) -> Vector:
-        """The place, or one nearer to the world: the grid ends one world size around the world."""
+        """Nearest point to ``place`` inside the grid, which ends one world size around the world; metres."""
         sides = zip(place, self.world.low, self.world.high, strict=True)
         return tuple(min(max(value, 2 * low - high), 2 * high - low) for value, low, high in sides)
 
@@ -161,7 +166,7 @@ class ClearWays:
         return low[0] <= middle[0] <= high[0] and low[1] <= middle[1] <= high[1]
 
     def _around(self, place: Vector) -> Iterator[Cell]:
-        """Yield the cell of a place and its neighbours."""
+        """Yield the cell of a point and its neighbours, as far as they are in the grid."""
         at = self._cell(place)
         cells = ((at[0] + across, at[1] + up) for across, up in ((0, 0), *MOVES))
         return (cell for cell in cells if self._within(cell))
@@ -173,5 +178,6 @@ class ClearWays:
 
 
 def _open(here: float, there: float, length: float) -> bool:
-    """Return whether a straight path of that length is clear, given the additional clearance at its ends."""
+    """Return true if a straight path of ``length`` metres is clear because of the clearances beyond ``room`` at its
+    ends."""
     return here > SURE and there > SURE and here + there - length > SURE

@@ -1,9 +1,9 @@
 """Clearance of bodies from static and moving obstacles.
 
-A body is the disc (in a volume the ball) of its radius around the agent's centre. It is clear if its distance to every
-obstacle is at least the mission's clearance. In the plane this is exact for every plain shape; a disc in an
-intersection or a difference counts as the polygon around it. In a volume, a prism is grown in the plane and in height,
-which is slightly more than the true distance at its rims.
+The body of an agent is the disc (in a volume the ball) of its radius around the agent's centre. It is clear if its
+distance to every obstacle is at least the mission's clearance. In the plane this is exact for every plain shape; a disc
+in an intersection or a difference counts as the polygon around it. In a volume, a prism is grown in the plane and in
+height, which is slightly more than the true distance at its rims.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from missionc.geometry.dynamics import Motions
 from missionc.ir.distances.signed_distance import signed_distance
 
 ROUNDING = 5e-10
-"""Metres by which a body may be nearer than required and still only touch, which is allowed."""
+"""Distance, metres, by which a body may be nearer to an obstacle than required and still count as only touching it."""
 
 NOTHING = 1e-12
-"""Least clearance, metres, so that a body of size zero is not within an obstacle."""
+"""Least clearance, metres, so that a body of radius zero may not be inside an obstacle."""
 
 BULGE = 0.01
-"""Metres: a curved motion is tested as chords that deviate no more, with as much additional margin. A growing obstacle
-is tested in parts of a step with at most this growth, at its size at the end of each."""
+"""Largest deviation, metres, of a curved motion from the chords with which it is tested; the margin grows by as much. A
+growing obstacle is tested in parts of a step with at most this growth, at its size at the end of each part."""
 
 PARTS = 64
-"""Maximum number of parts of a step because of growth."""
+"""Maximum number of parts into which a step is divided because of an obstacle's growth."""
 
 BLOCK = 1 << 17
-"""Number of segments measured at once."""
+"""Number of segments whose distances are computed at once."""
 
 FEW = 16
-"""Up to this many solids are compared with all segments; for more, a tree finds the near ones."""
+"""Maximum number of solids that are compared with all segments; for more, a tree finds the near ones."""
 
 CORNERS = 64
-"""Number of corners of the polygon for a disc cut by another shape."""
+"""Number of corners of the polygon that approximates a disc cut by another shape."""
 
 
 class Column(Record, eq=False):
-    """The points within ``radius`` of a plane geometry, from height ``low`` to ``high``."""
+    """Upright solid: the points within ``radius`` metres of a plane geometry, from height ``low`` to ``high``."""
 
     base: shapely.Geometry
     radius: float
@@ -56,7 +56,7 @@ class Column(Record, eq=False):
     high: float
 
     def bounds(self, dimension: int) -> tuple[Array, Array]:
-        """Lowest and highest corner, (dim,) each, metres."""
+        """Lowest and highest corner of the solid's bounding box, (dim,) each, metres."""
         west, south, east, north = shapely.bounds(self.base)
         low = (west - self.radius, south - self.radius, self.low)
         high = (east + self.radius, north + self.radius, self.high)
@@ -64,11 +64,11 @@ class Column(Record, eq=False):
 
 
 Solid = Column | ir.Ball
-"""Parts of obstacles."""
+"""Part of an obstacle whose distance to segments is computed directly."""
 
 
 def solids(shape: ir.Shape) -> tuple[Solid, ...]:
-    """Parts of a shape: its points, or slightly more if a disc or ball is cut."""
+    """Solids whose union contains a shape, and equals it unless a disc or ball is cut by another shape."""
     everywhere = ir.Prism(-math.inf, math.inf)
     match shape:
         case ir.Box(low, high):
@@ -96,11 +96,11 @@ def solids(shape: ir.Shape) -> tuple[Solid, ...]:
 
 
 def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Array) -> Flags:
-    """Flags of straight segments that keep their distance from static solids.
+    """Return true for each straight segment that keeps its required distance from static solids.
 
     Args:
-        start: (segments, dim), metres; ``end`` likewise. Equal ends are a point.
-        margin: (segments,), metres, the required distance.
+        start: start of each segment, (segments, dim), metres; ``end`` likewise. Equal ends are a point.
+        margin: required distance, (segments,), metres.
 
     Returns:
         (segments,), boolean.
@@ -118,9 +118,10 @@ def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Arr
 
 
 def _within_reach(obstacles: tuple[Solid, ...], low: Array, high: Array) -> Iterator[tuple[int, Indices]]:
-    """For each obstacle, yield its index and the boxes, (some,), that may touch it.
+    """For each obstacle, yield its index and the indices of the boxes, (some,), that may touch it.
 
-    The boxes range from ``low`` to ``high``, (boxes, dim), metres.
+    Args:
+        low: lowest corners of the boxes, (boxes, dim), metres; ``high``: highest corners.
     """
     bounds = [_bounds(solid, low.shape[1]) for solid in obstacles]
     if len(obstacles) <= FEW:
@@ -136,13 +137,13 @@ def _within_reach(obstacles: tuple[Solid, ...], low: Array, high: Array) -> Iter
 
 
 def _rectangles(low: Array, high: Array) -> NDArray[np.object_]:
-    """Rectangles of boxes in the plane: (boxes, dim) twice, metres -> (boxes,)."""
+    """Rectangles (shapely) of boxes in the plane: lowest and highest corners, (boxes, dim) each, metres -> (boxes,)."""
     rectangles: NDArray[np.object_] = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     return rectangles
 
 
 def standing_solids(mission: ir.Mission) -> tuple[Solid, ...]:
-    """Parts of all static obstacles; growing ones at their initial size."""
+    """Solids of all static obstacles; growing obstacles have their initial size."""
     return tuple(
         solid
         for obstacle in mission.obstacles
@@ -152,7 +153,8 @@ def standing_solids(mission: ir.Mission) -> tuple[Solid, ...]:
 
 
 def clear_motions(obstacles: tuple[Solid, ...], motions: Motions, step: float, margin: float) -> Flags:
-    """Flags of motions, (motions,), that keep ``margin`` metres from static solids for the whole step."""
+    """Return true for each motion that keeps ``margin`` metres from static solids for the whole step: (motions,),
+    boolean."""
     clear = np.ones(len(motions.position), dtype=bool)
     for begin, until in pairwise(_chords(motions, 0.0, step)):
         clear &= clear_of(obstacles, motions.at(begin), motions.at(until), motions.bulge(until - begin) + margin)
@@ -160,10 +162,10 @@ def clear_motions(obstacles: tuple[Solid, ...], motions: Motions, step: float, m
 
 
 def clear_of_movers(mission: ir.Mission, motions: Motions, margin: float) -> Flags:
-    """Flags of motions that keep ``margin`` metres from moving or growing obstacles, by their first step.
+    """Return true if a motion that starts at a step keeps ``margin`` metres from moving or growing obstacles.
 
     Returns:
-        (steps, motions), boolean
+        (steps, motions), boolean, by the step at which the motion starts.
     """
     clear = np.ones((mission.steps, len(motions.position)), dtype=bool)
     for obstacle in mission.obstacles:
@@ -181,19 +183,21 @@ def clear_of_movers(mission: ir.Mission, motions: Motions, margin: float) -> Fla
 
 
 def distance_to_obstacle(obstacle: ir.Obstacle, points: Array, time: float) -> Array:
-    """Signed distances to an obstacle at its place and size at a time: (..., dim) -> (...), metres."""
+    """Signed distances of points to an obstacle at its position and size at ``time`` seconds: (..., dim), metres ->
+    (...), metres."""
     there = points - displaced(obstacle, time, points.shape[-1])
     return np.asarray(signed_distance(np, obstacle.shape, there)) - obstacle.grown(time)
 
 
 def clear_places(mission: ir.Mission, position: Array, margin: float, steps: Sequence[int]) -> Flags:
-    """Flags of places that keep ``margin`` metres from moving or growing obstacles at these steps.
+    """Return true for each position that keeps ``margin`` metres from moving or growing obstacles at a step.
 
     Args:
         position: (places, dim), metres.
+        steps: steps at which the positions are tested.
 
     Returns:
-        (steps, places), boolean
+        (steps, places), boolean.
     """
     clear = np.ones((len(steps), len(position)), dtype=bool)
     for obstacle in mission.obstacles:
@@ -208,7 +212,8 @@ def clear_places(mission: ir.Mission, position: Array, margin: float, steps: Seq
 
 
 def _straight(obstacle: ir.Obstacle, motions: Motions, begin: float, until: float) -> Iterator[tuple[float, float]]:
-    """Yield intervals in which the obstacle and, nearly, the motions move straight, with little growth."""
+    """Yield time intervals, seconds, in which the obstacle moves straight, the motions nearly, and the obstacle grows
+    little."""
     path = obstacle.motion.times if isinstance(obstacle.motion, ir.Path) else ()
     corners = [begin, *(time for time in path if begin < time < until), until]
     for first, last in pairwise(corners):
@@ -216,9 +221,9 @@ def _straight(obstacle: ir.Obstacle, motions: Motions, begin: float, until: floa
 
 
 def _chords(motions: Motions, begin: float, until: float, growth: float = 0.0) -> list[float]:
-    """Times between which no motion deviates from its chord by more than ``BULGE``.
+    """Times, seconds, between which no motion deviates from its chord by more than ``BULGE``.
 
-    Growth is limited likewise, but with at most ``PARTS`` parts.
+    The growth between two times is limited by ``BULGE`` too, but with at most ``PARTS`` parts.
     """
     bulge = float(motions.bulge(until - begin).max(initial=0.0))
     pieces = max(1, math.ceil(math.sqrt(bulge / BULGE)), min(math.ceil(growth * (until - begin) / BULGE), PARTS))
@@ -232,7 +237,8 @@ def _bounds(solid: Solid, dimension: int) -> tuple[Array, Array]:
 
 
 def _touches(solid: Solid, start: Array, end: Array, margin: Array) -> Flags:
-    """Flags of segments, (segments, dim), metres, that come closer than ``margin``: (segments,), boolean."""
+    """Return true for each segment that comes closer than its margin to a solid: (segments, dim) twice, metres ->
+    (segments,)."""
     if isinstance(solid, ir.Ball):
         along = end - start
         square = np.sum(along * along, axis=1)
@@ -250,9 +256,11 @@ def _touches(solid: Solid, start: Array, end: Array, margin: Array) -> Flags:
 
 
 def _within_heights(start: Array, end: Array, low: Array, high: Array) -> tuple[Flags, Array, Array]:
-    """Part of each segment strictly between two heights, and a flag for whether there is one.
+    """Parts of segments strictly between two heights, and for each segment whether it has such a part.
 
-    The segments are (segments, dim), the heights (segments,), metres.
+    Args:
+        start, end: (segments, dim), metres.
+        low, high: (segments,), metres.
     """
     climb = end[:, 2] - start[:, 2]
     slope = np.where(climb == 0, 1.0, climb)
@@ -265,12 +273,12 @@ def _within_heights(start: Array, end: Array, low: Array, high: Array) -> tuple[
 
 
 def _around(column: Column) -> shapely.Geometry:
-    """A polygon that contains the column's base."""
+    """Polygon that contains the base of a column."""
     return column.base if column.radius == 0 else _regular(column, column.radius / math.cos(math.pi / CORNERS))
 
 
 def _within(column: Column) -> shapely.Geometry:
-    """A polygon inside the column's base."""
+    """Polygon inside the base of a column."""
     return column.base if column.radius == 0 else _regular(column, column.radius)
 
 

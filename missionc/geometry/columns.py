@@ -1,4 +1,5 @@
-"""Columns: the vertical line from the floor to a point, and its distance to obstacles."""
+"""Distance from obstacles to a column: the vertical line from the floor to a point, along which a vehicle takes off or
+lands."""
 
 from __future__ import annotations
 
@@ -14,23 +15,23 @@ from missionc.ir.distances.signed_distance import signed_distance
 FLOOR = 0.0
 """Height of the floor where vehicles take off, metres."""
 FINE = 0.002
-"""Spacing of tested heights of a column, metres; between them an obstacle may be nearer by half of it."""
+"""Spacing of the tested heights of a column, metres; between them an obstacle may be nearer by half of the spacing."""
 MOST_HEIGHTS = 1 << 18
-"""Maximum number of tested heights, enough for 524 m; higher columns have a larger spacing."""
+"""Maximum number of tested heights, enough for a column of 524 m; for higher columns the spacing is larger."""
 STRIDE = 0.01
-"""Distance that a moving obstacle travels between two tested times, metres; accounted for likewise."""
+"""Distance, metres, that a moving obstacle travels between two tested times, when it may be nearer by half of it."""
 MOST_MOMENTS = 2000
-"""Maximum number of tested times; a longer travel gives a larger stride."""
+"""Maximum number of tested times; for longer movements the distance between tested times is larger."""
 BLOCKS = (64, 16, 4, 1)
-"""Block sizes of heights and times with one test each: smaller blocks follow if they may contain a smaller distance."""
+"""Block sizes of heights and times that one test covers; a block is divided if it may contain a smaller distance."""
 
 
 def column_clearance(obstacle: Obstacle, point: Vector, begin: float, end: float) -> float:
     """Lower bound of the distance between an obstacle and the column below a point over a time interval, metres.
 
     Args:
-        point: point of the world; in a plane the column is this point.
-        begin, end: seconds of mission time; before 0 obstacles are at their initial places.
+        point: upper end of the column, metres; in a plane the column is this point.
+        begin, end: seconds of mission time; before time 0, obstacles are at their initial positions.
     """
     moments, stride = _moments(obstacle, begin, end)
     column, fine = _column(point)
@@ -40,7 +41,7 @@ def column_clearance(obstacle: Obstacle, point: Vector, begin: float, end: float
 
 
 def _column(point: Vector) -> tuple[Array, float]:
-    """Points of a column, (heights, dim), metres, and their greatest spacing."""
+    """Points of a column, (heights, dim), metres, and the greatest distance of consecutive points, metres."""
     if len(point) < 3:
         return np.array([point], dtype=np.float64), 0.0
     tall = abs(point[2] - FLOOR)
@@ -50,10 +51,7 @@ def _column(point: Vector) -> tuple[Array, float]:
 
 
 def _offsets(obstacle: Obstacle, moments: Array, dimension: int) -> Array:
-    """Offsets of the obstacle from its initial place.
-
-    Shape: (moments, dim), metres, for times (moments,), seconds.
-    """
+    """Offsets of an obstacle from its initial position at times (moments,), seconds: (moments, dim), metres."""
     there = np.zeros((moments.size, dimension))
     if isinstance(obstacle.motion, Path):
         for axis, offsets in enumerate(np.array(obstacle.motion.offsets).T):
@@ -62,7 +60,8 @@ def _offsets(obstacle: Obstacle, moments: Array, dimension: int) -> Array:
 
 
 def _nearest(shape: Shape, column: Array, there: Array, apart: float) -> float:
-    """Least signed distance of a shape at offsets (moments, dim) to column points (heights, dim), metres.
+    """Least signed distance between column points, (heights, dim), and a shape moved by offsets, (moments, dim);
+    metres.
 
     Args:
         apart: spacing of consecutive points plus that of consecutive offsets, metres.
@@ -83,7 +82,8 @@ def _nearest(shape: Shape, column: Array, there: Array, apart: float) -> float:
 
 
 def _moments(obstacle: Obstacle, begin: float, end: float) -> tuple[Array, float]:
-    """Test times, (moments,), seconds, and the obstacle's greatest travel between two of them, metres."""
+    """Tested times, (moments,), seconds, and the greatest distance that the obstacle travels between two of them,
+    metres."""
     if not isinstance(obstacle.motion, Path) or end <= begin:
         return np.array([begin]), 0.0
     times, offsets = obstacle.motion.times, obstacle.motion.offsets

@@ -1,12 +1,12 @@
-"""Configuration space: sets of allowed or forbidden centre positions, with inner and outer bounds.
+"""Configuration space: sets of allowed or forbidden positions of agent centres, with inner and outer bounds.
 
-An *outer* set contains at least the intended points, an *inner* set at most these. "Impossible" is therefore proved if
-outer sets are disjoint, or if an outer set lies within an inner one.
+An *outer* set contains at least the intended points, an *inner* set at most these. Infeasibility is therefore proved if
+outer sets are disjoint, or if an outer set lies within an inner set.
 
-Most questions about areas have a short answer with a witness: two areas meet because a place is surely in both. Plain
-numbers at single places find a witness. Only if they find none, the geometry (``layered_geometry``) decides; its
-library is loaded and its shapes are made at the first such question. An answer of plain numbers follows from the
-definition of outer and inner sets, so the geometry would give the same.
+Most queries about areas have a simple proof by a witness: two areas meet because one point is certainly in both. Plain
+numbers at single points find a witness. Only if they find no witness, the geometry (``layered_geometry``) decides; its
+library is loaded and its shapes are made at the first such query. An answer from plain numbers follows from the
+definition of outer and inner sets, so the geometry would give the same answer.
 """
 
 from __future__ import annotations
@@ -30,30 +30,30 @@ if TYPE_CHECKING:
 
 
 SURE = 1e-6
-"""Metres beyond which rounding cannot change a result."""
+"""Distance, metres, beyond which rounding errors cannot change an answer."""
 
 MANY = 64
-"""Maximum number of places, or parts of an area, for plain numbers; for more, arrays are faster."""
+"""Maximum number of points, or of parts of an area, for plain numbers; for more, arrays are faster."""
 
 FRACTIONS = (1 / 2, 1 / 6, 5 / 6, 1 / 50, 49 / 50)
-"""Shares of a box's sides at which possible witnesses are tested."""
+"""Fractions of a box's sides at which candidate witnesses are tested."""
 
 UNKNOWN = -math.inf
 
 Measure: TypeAlias = Callable[[Vector], float]
-"""A function of a place, metres."""
+"""Function from a position to a length, metres."""
 
 
 class Area(Record, eq=False):
-    """A set of places with inner or outer bounds.
+    """Set of positions, represented by an inner or outer bound.
 
     Args:
-        layers: operations on geometries, made at the first call.
-        depth: lower bound of a place's depth in the set; if negative, upper bound of its distance.
-        away: lower bound of a place's distance from the set.
-        seeds: places that may be in the set; tested as witnesses.
-        geometry: in each layer of height, made at the first call.
-        extent: least and largest coordinates, if known without the geometry.
+        layers: geometry operations, created at the first call.
+        depth: lower bound of a position's depth in the set, metres; if negative, minus an upper bound of its distance.
+        away: lower bound of a position's distance from the set, metres.
+        seeds: positions that may be in the set; tested as witnesses.
+        geometry: geometry of the set in each height layer, created at the first call.
+        extent: lowest and highest corner, metres, if known without the geometry.
     """
 
     layers: Callable[[], Layers]
@@ -64,11 +64,11 @@ class Area(Record, eq=False):
     extent: tuple[Vector, Vector] | None = None
 
     def witness(self, surely: Measure) -> bool:
-        """Return whether some seed is surely in the set with a positive value of ``surely``."""
+        """Return true if some seed is certainly in the set and has a positive value of ``surely``, beyond rounding."""
         return any(self.depth(seed) > SURE and surely(seed) > SURE for seed in self.seeds())
 
     def holds_ball(self, radius: float) -> bool:
-        """Return whether some ball of that radius, metres, is surely in the set."""
+        """Return true if the set certainly contains a ball of ``radius`` metres around some seed."""
         return any(self.depth(seed) > radius + SURE for seed in self.seeds())
 
 
@@ -77,7 +77,7 @@ def unknown(place: Vector) -> float:
 
 
 def depth_in(shape: Shape) -> Measure:
-    """Depth of places in a set that contains at least the points of a shape."""
+    """Function that bounds the depth of a position in an outer set of the shape from below, metres."""
     outside = measured_outside(shape)
 
     def depth(place: Vector) -> float:
@@ -88,7 +88,7 @@ def depth_in(shape: Shape) -> Measure:
 
 
 def away_from(shape: Shape) -> Measure:
-    """Distance of places from a set that contains at most the points of a shape."""
+    """Function that bounds the distance of a position from an inner set of the shape from below, metres."""
 
     def away(place: Vector) -> float:
         return _if_positive(signed_distance(plain_floats, shape, Place(place)))
@@ -97,7 +97,8 @@ def away_from(shape: Shape) -> Measure:
 
 
 def within_all(measures: tuple[Measure, ...]) -> Measure:
-    """Depth in several sets at once; unknown for places outside one of them."""
+    """Function that bounds the depth of a position in an intersection of sets, metres; unknown outside any of the
+    sets."""
     return lambda place: _if_positive(min(measure(place) for measure in measures))
 
 
@@ -118,7 +119,7 @@ def changed(measure: Measure, by: float) -> Measure:
 
 
 def seeds_of(shape: Shape, world: World) -> Callable[[], Iterator[Vector]]:
-    """Sample places of a shape, and of the box around it, in the world."""
+    """Function that yields sample positions of a shape, or of its bounding box, in the world."""
     match shape:
         case Union(left, right) | Intersection(left, right):
             return joined((seeds_of(left, world), seeds_of(right, world)))
@@ -141,7 +142,7 @@ def joined(several: Iterable[Callable[[], Iterator[Vector]]]) -> Callable[[], It
 
 
 def seeds_in(low: Vector, high: Vector) -> Iterator[Vector]:
-    """Places in a box, its middle first; none if it is empty."""
+    """Sample positions in a box, its centre first; none if the box is empty."""
     if any(a > b for a, b in zip(low, high, strict=True)):
         return
     for fractions in product(FRACTIONS, repeat=len(low)):
@@ -149,7 +150,8 @@ def seeds_in(low: Vector, high: Vector) -> Iterator[Vector]:
 
 
 def _cut(low: Vector, high: Vector, world: World) -> Callable[[], Iterator[Vector]]:
-    """Seeds of the part of a box in the world; a box without heights has the world's."""
+    """Function that yields sample positions of the part of a box in the world; a box without heights has the heights of
+    the world."""
     low, high = low + world.low[len(low) :], high + world.high[len(high) :]
     inner = tuple(map(max, low, world.low)), tuple(map(min, high, world.high))
     return lambda: seeds_in(*inner)
@@ -168,9 +170,9 @@ def _if_positive(metres: float) -> float:
 
 
 class Atlas(Record, eq=False):
-    """The layers of a world, and areas of shapes in them.
+    """Height layers of a world, and the areas of shapes in them.
 
-    ``layers`` makes their geometries at its first call.
+    ``layers`` creates the geometry operations at its first call.
     """
 
     world: World
@@ -189,15 +191,15 @@ class Atlas(Record, eq=False):
         return Atlas(world, heights, cache(layers))
 
     def outer(self, shape: Shape) -> Area:
-        """Area with at least the points of the shape."""
+        """Outer set of a shape: an area that contains at least its points."""
         return self._of(shape, outer=True)
 
     def inner(self, shape: Shape) -> Area:
-        """Area with at most the points of the shape."""
+        """Inner set of a shape: an area that contains at most its points."""
         return self._of(shape, outer=False)
 
     def whole(self) -> Area:
-        """Area of the world."""
+        """Area of the whole world."""
         low, high = self.world.low, self.world.high
         box = Box(low, high)
         return Area(
@@ -209,7 +211,7 @@ class Atlas(Record, eq=False):
         )
 
     def half_space(self, weights: Vector, constant: float) -> Area:
-        """Area with at least the world's places with ``constant + weights · place >= 0``."""
+        """Outer set of the world's positions that satisfy ``constant + weights · position >= 0``."""
         steep = math.hypot(*weights)
 
         def value(place: Vector) -> float:
@@ -221,7 +223,7 @@ class Atlas(Record, eq=False):
         return Area(self.layers, within_all((whole.depth, value)), unknown, whole.seeds, made)
 
     def initial(self, place: InitialSet) -> Area:
-        """Area with at least the points of a start or a finish."""
+        """Outer set of the allowed positions of a start or a finish."""
         return self.outer(place.shape) if place.point is None else self.point(place.point)
 
     def point(self, place: Vector) -> Area:
@@ -232,7 +234,7 @@ class Atlas(Record, eq=False):
         return Area(self.layers, lambda other: -beyond(other), beyond, lambda: iter((place,)), made)
 
     def grown(self, area: Area, distance: float, *, outer: bool) -> Area:
-        """Area with the places within a distance of an area: at least (``outer``) or at most."""
+        """Positions within ``distance`` metres of an area, as an outer set (``outer``) or inner set."""
         depth: Measure = changed(area.depth, distance) if outer and distance >= 0 else unknown
         away: Measure = unknown if outer else changed(area.away, -max(distance, 0.0))
         return Area(
@@ -244,33 +246,33 @@ class Atlas(Record, eq=False):
         )
 
     def near(self, shape: Shape, distance: float, *, outer: bool) -> Area:
-        """Area with the places within a distance of a shape: at least (``outer``) or at most.
-
-        Exact for a ball.
-        """
+        """Positions within ``distance`` metres of a shape, as an outer set (``outer``) or inner set; exact for a
+        ball."""
         area = self.outer if outer else self.inner
         if isinstance(shape, Ball):
             return area(Ball(shape.centre, shape.radius + distance))
         return self.grown(area(shape), distance, outer=outer)
 
     def shrunk(self, area: Area, distance: float) -> Area:
-        """Area with at least the places whose distance to the border is at least ``distance``; heights stay."""
+        """Outer set of the positions in an area at least ``distance`` metres from its border; the height range is
+        unchanged."""
         depth = within_all((changed(area.depth, -distance),))
         made = cache(lambda: self.layers().shrunk(area.geometry(), distance))
         return Area(self.layers, depth, unknown, area.seeds, made)
 
     def union(self, areas: Sequence[Area]) -> Area:
-        """Area with the points of all areas."""
+        """Union of areas."""
         depths, aways = tuple(area.depth for area in areas), tuple(area.away for area in areas)
         made = cache(lambda: self.layers().union([area.geometry() for area in areas]))
         return Area(self.layers, largest(depths), least(aways), joined([area.seeds for area in areas]), made)
 
     def size(self, area: Area, margin: float) -> float:
-        """Upper bound of the size of the area grown by a margin, square (cubic) metres."""
+        """Upper bound of the size of an area grown by ``margin`` metres: square metres in a plane, cubic metres in a
+        volume."""
         return self.layers().size(area.geometry(), margin)
 
     def capacity(self, area: Area, spacing: float) -> int:
-        """Upper bound of the number of points in an area with this pairwise distance, metres."""
+        """Upper bound of the number of points in an area with pairwise distances of at least ``spacing`` metres."""
         return self.layers().capacity(area.geometry(), spacing)
 
     def diameter(self, area: Area) -> float:
@@ -282,11 +284,11 @@ class Atlas(Record, eq=False):
         return self.layers().distance(first.geometry(), second.geometry())
 
     def distances(self, places: Sequence[Vector], area: Area) -> list[float]:
-        """Upper bounds of the distances from places to an area, metres; infinite if it is empty."""
+        """Upper bounds of the distances from positions to an area, metres; infinite if the area is empty."""
         return self.layers().distances(places, area.geometry())
 
     def holds(self, area: Area, places: Sequence[Vector]) -> list[bool]:
-        """For each place, whether it is in an area, including its border."""
+        """Return true for each position that is in an area, border included."""
         if len(places) <= MANY:
             inside = [area.depth(place) > SURE for place in places]
             if all(held or area.away(place) > SURE for held, place in zip(inside, places, strict=True)):
@@ -294,7 +296,7 @@ class Atlas(Record, eq=False):
         return self.layers().holds(area.geometry(), places)
 
     def bounds(self, area: Area) -> tuple[Vector, Vector]:
-        """Least and largest coordinates of a non-empty area."""
+        """Lowest and highest corner of a non-empty area's bounding box, metres."""
         return area.extent or self.layers().bounds(area.geometry())
 
     def _of(self, shape: Shape, *, outer: bool) -> Area:
@@ -309,19 +311,19 @@ class Atlas(Record, eq=False):
 
 
 def empty(area: Area) -> bool:
-    """Return whether the area has no place."""
+    """Return true if an area contains no position."""
     return not area.witness(area.depth) and area.layers().empty(area.geometry())
 
 
 def disjoint(first: Area, second: Area) -> bool:
-    """Return whether two areas, including their borders, have no common point."""
+    """Return true if two areas, including their borders, have no common point."""
     if first.witness(second.depth) or second.witness(first.depth):
         return False
     return first.layers().disjoint(first.geometry(), second.geometry())
 
 
 def covers(whole: Area, part: Area) -> bool:
-    """Return whether every point of the part is in the whole."""
+    """Return true if every point of ``part`` is in ``whole``."""
     return not part.witness(whole.away) and whole.layers().covers(whole.geometry(), part.geometry())
 
 
@@ -332,6 +334,6 @@ def common(first: Area, second: Area) -> Area:
 
 
 def without(area: Area, taken: Area) -> Area:
-    """Area without the points of another, except lines and single points."""
+    """Area without the points of ``taken``; lines and single points in ``taken`` are ignored."""
     made = cache(lambda: area.layers().without(area.geometry(), taken.geometry()))
     return Area(area.layers, within_all((area.depth, taken.away)), area.away, area.seeds, made)

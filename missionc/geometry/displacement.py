@@ -1,4 +1,4 @@
-"""Displacement of moving obstacles at a time, and shifted shapes; in plain numbers."""
+"""Displacement of moving obstacles at a time, and translated shapes; in plain numbers."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Obstacle, Pat
 
 
 def displaced(obstacle: Obstacle, time: float, dimension: int) -> Vector:
-    """Displacement of an obstacle at a time in seconds: (dim,), metres."""
+    """Displacement of an obstacle from its initial position at a time in seconds: (dim,), metres."""
     if isinstance(obstacle.motion, Path):
         return offset(obstacle.motion, time, dimension)
     return (0.0,) * dimension
 
 
 def offset(path: Path, time: float, dimension: int) -> Vector:
-    """Offset of a moving shape at a time from its initial place: (dim,), metres."""
+    """Offset of a path, interpolated between its waypoints, at a time in seconds: (dim,), metres."""
     after = bisect_right(path.times, time)
     if after in (0, len(path.times)):
         there = path.offsets[max(after - 1, 0)]
@@ -28,7 +28,7 @@ def offset(path: Path, time: float, dimension: int) -> Vector:
 
 
 def moved(shape: Shape, by: Vector) -> Shape:
-    """The shape shifted by an offset, (dim,), metres."""
+    """Shape translated by an offset, (dim,), metres."""
     match shape:
         case Box(low, high):
             return Box(_shifted(low, by), _shifted(high, by))

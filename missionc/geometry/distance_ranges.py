@@ -4,7 +4,7 @@
     out  Range of the measured values
 
 A range contains every possible value, and may contain more: bounds are rounded outward. Ranges support addition and
-scaling like numbers, so that linear expressions in distances are written once for both.
+scaling like numbers, so that linear expressions in distances need only one implementation.
 
 Source:
     Moore, Kearfott and Cloud, "Introduction to Interval Analysis", 2009, chapters 2 and 5.
@@ -23,17 +23,17 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Pris
 from missionc.ir.distances.signed_distance import signed_distance
 
 ROUNDING = 1e-12
-"""Outward rounding of each operation, relative to the larger bound and absolute; far above errors of doubles."""
+"""Outward rounding of each operation, relative to the larger bound and absolute; far above the errors of doubles."""
 
 
 class Range(Record, eq=False):
-    """Numbers from ``low`` to ``high``, (...) each."""
+    """Intervals from ``low`` to ``high``, arrays (...) of one unit."""
 
     low: Array
     high: Array
 
     __array_ufunc__ = None
-    """None, so that an array on the left leaves the operation to the range."""
+    """None, so that numpy leaves an operation with an array on the left to the range."""
 
     def __add__(self, other: Range | Array | float) -> Range:
         other = _range(other)
@@ -75,17 +75,17 @@ def outward(low: Array, high: Array) -> Range:
 
 
 def larger(*ranges: Range) -> Range:
-    """Range of the maximum of numbers in these ranges."""
+    """Range of the maximum of one number from each range."""
     return Range(reduce(np.maximum, [each.low for each in ranges]), reduce(np.maximum, [each.high for each in ranges]))
 
 
 def smaller(*ranges: Range) -> Range:
-    """Range of the minimum of numbers in these ranges."""
+    """Range of the minimum of one number from each range."""
     return -larger(*(-each for each in ranges))
 
 
 def length_range(coordinates: list[Range]) -> Range:
-    """Range of the Euclidean length of a vector from the ranges of its coordinates."""
+    """Range of the Euclidean length of a vector, from the ranges of its coordinates."""
     sizes = [each.magnitude() for each in coordinates]
     return outward(
         np.sqrt(sum(np.square(each.low) for each in sizes)), np.sqrt(sum(np.square(each.high) for each in sizes))
@@ -93,7 +93,7 @@ def length_range(coordinates: list[Range]) -> Range:
 
 
 def signed_distance_range(shape: Shape, low: Array, high: Array) -> Range:
-    """Range of the signed distances to a shape's border over boxes, metres.
+    """Range of the signed distance to a shape's border over the points of boxes, metres.
 
     Args:
         low: lowest corners, (..., dim), metres; ``high``: highest corners.
@@ -120,14 +120,16 @@ def signed_distance_range(shape: Shape, low: Array, high: Array) -> Range:
 
 
 def _interval(axis: Range, begin: float, end: float) -> Range:
-    """Range of the signed distance to an interval, which has its minimum at the middle."""
+    """Range of the signed distance of a number to the interval from ``begin`` to ``end``; the distance is least at the
+    centre."""
     ends = [np.maximum(begin - at, at - end) for at in (axis.low, axis.high)]
     middle = np.clip((begin + end) / 2, axis.low, axis.high)
     return outward(np.maximum(begin - middle, middle - end), np.maximum(*ends))
 
 
 def _product(distances: list[Range]) -> Range:
-    """Range of the signed distance to a product of sets along orthogonal axes, from those to each."""
+    """Range of the signed distance to a product of sets along orthogonal axes, from the ranges of the distances to each
+    set."""
     outside = length_range([larger(each, _range(0.0)) for each in distances])
     return outside + smaller(larger(*distances), _range(0.0))
 
@@ -137,7 +139,8 @@ def _extruded(plane: Range, band: Prism | None, axes: list[Range]) -> Range:
 
 
 def _around_the_middle(shape: Shape, low: Array, high: Array) -> Range:
-    """Range from the distance of the middle of boxes, (..., dim), metres, which is 1-Lipschitz."""
+    """Range of the signed distance over boxes, (..., dim), metres, from its value at their centres: it is
+    1-Lipschitz."""
     away = np.linalg.norm(high - low, axis=-1) / 2
     middle = signed_distance(np, shape, (low + high) / 2)
     return outward(middle - away, middle + away)

@@ -1,4 +1,4 @@
-"""Dynamics of agents within one step, and steering from one state to another in whole steps.
+"""Dynamics of agents within one step, and steering from one state to another in a whole number of steps.
 
 Source:
     [strel] Algorithm 1, STEER, and Experiment Setup; [clot] II-A.
@@ -17,11 +17,11 @@ from missionc.geometry.vectors import norm
 from missionc.ir import Dynamics
 
 SLACK = 1e-9
-"""Share by which a motion may exceed a bound on speed or acceleration, for rounding only."""
+"""Fraction by which a motion may exceed a bound on speed or acceleration because of rounding errors."""
 
 
 class States(Record, eq=False):
-    """Positions and velocities of agents.
+    """Positions and velocities of agents, one state per row.
 
     Args:
         position: (states, dim), metres.
@@ -39,11 +39,11 @@ class States(Record, eq=False):
 
 
 class Motions(Record, eq=False):
-    """Motions of one step each, with constant acceleration.
+    """Motions of agents during one step each, with constant acceleration.
 
     Args:
-        position: (..., dim), metres, at the start of the step.
-        velocity: (..., dim), m/s, at the start of the step.
+        position: position at the start of the step, (..., dim), metres.
+        velocity: velocity at the start of the step, (..., dim), m/s.
         acceleration: (..., dim), m/s²; zero for straight motion.
     """
 
@@ -52,43 +52,43 @@ class Motions(Record, eq=False):
     acceleration: Array
 
     def take(self, *which: Indices | Flags | slice | int) -> Motions:
-        """Select motions by an index of the leading axes."""
+        """Motions selected by an index of the leading axes."""
         return Motions(self.position[which], self.velocity[which], self.acceleration[which])
 
     def put(self, row: int, motions: Motions) -> None:
-        """Replace the motions of one row of the first axis, in place."""
+        """Replace the motions of row ``row`` of the first axis, in place."""
         self.position[row], self.velocity[row] = motions.position, motions.velocity
         self.acceleration[row] = motions.acceleration
 
     @staticmethod
     def stacked(rows: Sequence[Motions]) -> Motions:
-        """Motions of equal shapes, along a new first axis."""
+        """Motions of equal shapes, stacked along a new first axis."""
         parts = zip(*((each.position, each.velocity, each.acceleration) for each in rows), strict=True)
         return Motions(*(np.stack(part) for part in parts))
 
     def at(self, time: float | Array) -> Array:
-        """Positions ``time`` seconds after the start: (..., dim), metres."""
+        """Positions ``time`` seconds after the start of the motions: (..., dim), metres."""
         return self.position + self.velocity * time + self.acceleration * (0.5 * time * time)
 
     def bulge(self, duration: float) -> Array:
-        """Greatest deviation from the chord over ``duration`` seconds: (...), metres."""
+        """Greatest deviation of the motions from their chords over ``duration`` seconds: (...), metres."""
         bulge: Array = np.linalg.norm(self.acceleration, axis=-1) * (duration * duration / 8)
         return bulge
 
     def lengths(self, step: float) -> Array:
-        """Lengths of motions of ``step`` seconds, (..., dim) -> (...), metres."""
+        """Path lengths of motions of ``step`` seconds: (...), metres."""
         chords = 16  # number of straight pieces between points of a curved motion
         moments = np.linspace(0.0, step, chords + 1).reshape(-1, *(1,) * self.position.ndim)
         return np.asarray(norm(np.diff(self.at(moments), axis=0)).sum(axis=0))
 
 
 def can_wait(dynamics: Dynamics) -> bool:
-    """Return whether an agent at rest may stay at its place."""
+    """Return true if an agent at rest may stay at its position."""
     return dynamics.lowest_speed == 0
 
 
 def speeds(dynamics: Dynamics) -> tuple[float, float]:
-    """Least and largest speed of a motion, m/s."""
+    """Minimum and maximum speed of an agent, m/s."""
     return dynamics.lowest_speed, dynamics.top_speed
 
 
@@ -101,21 +101,22 @@ def turn_in_step(dynamics: Dynamics, step: float) -> float:
 def steer(
     dynamics: Dynamics, start: States, end: States, step: float, most: int, side: int = 0
 ) -> tuple[Indices, Array]:
-    """STEER, first half: the least number of whole steps from each state to its partner, and the bend.
+    """Least number of whole steps from each state to its partner, and the bend of the path (first half of STEER).
 
     First-order motions use equal steps, straight or along an arc that turns as much as the turning rate allows. Without
-    a bound on turning, an arc leads to a place too near for that, in at least two legs at the least speed. Second-order
-    motions use the accelerations of least effort. Obstacles, the world and the headings at both ends are ignored.
+    a bound on turning, an arc leads to positions closer than one step at minimum speed, in at least two steps.
+    Second-order motions use the accelerations of least effort. Obstacles, the world and the headings at both ends are
+    ignored.
 
     Args:
-        start: (pairs), states at the start; ``end`` likewise.
-        step: seconds.
+        start: states at the start, (pairs); ``end`` likewise.
+        step: duration of a step, seconds.
         most: maximum number of steps.
         side: 0 for straight, 1 or -1 for an arc that turns left or right; first order only.
 
     Returns:
-        count, (pairs,), steps, 0 if there is no such motion within ``most``
-        steps; and bend, (pairs,), rad: the left turn from one step to the next.
+        numbers of steps, (pairs,), 0 if no such motion takes at most ``most`` steps; and bends, (pairs,), rad: the left
+        turn from one step to the next.
     """
     if dynamics.has_momentum:
         count = _steps_with_momentum(dynamics, start, end, step, most)
@@ -144,14 +145,14 @@ def steer(
 def path_between(
     dynamics: Dynamics, start: States, end: States, step: float, count: int, bend: Array
 ) -> tuple[Array, Array]:
-    """STEER, second half: states at the steps of motions that take ``count`` steps each.
+    """States at the steps of motions that take ``count`` steps each (second half of STEER).
 
     Args:
         bend: (pairs,), rad, from ``steer``.
 
     Returns:
-        positions, (pairs, count + 1, dim), metres, and velocities, (pairs, count + 1, dim),
-        m/s (zero for first order); the first and last are ``start`` and ``end`` themselves.
+        positions, (pairs, count + 1, dim), metres, and velocities, (pairs, count + 1, dim), m/s (zero for first order);
+        the first and the last state are exactly ``start`` and ``end``.
     """
     if not dynamics.has_momentum:
         position = _arc(start.position, end.position, count, bend)
@@ -167,7 +168,7 @@ def path_between(
 
 
 def headings_along(start: States, end: States, count: int, bend: Array) -> Array:
-    """Heading of each step of first-order motions of ``count`` steps: (pairs, count), rad."""
+    """Headings at each step of first-order motions of ``count`` steps: (pairs, count), rad."""
     way = end.position - start.position
     middle = np.arctan2(way[:, 1], way[:, 0])
     headings: Array = middle[:, None] + bend[:, None] * (np.arange(count) - (count - 1) / 2)
@@ -175,7 +176,7 @@ def headings_along(start: States, end: States, count: int, bend: Array) -> Array
 
 
 def motions_between(dynamics: Dynamics, start: States, end: States, step: float) -> Motions:
-    """Motions of one step between states, (pairs)."""
+    """Motions of one step from each state ``start`` to its partner ``end``, (pairs)."""
     if dynamics.has_momentum:
         return Motions(start.position, start.velocity, (end.velocity - start.velocity) / step)
     velocity = (end.position - start.position) / step
@@ -183,10 +184,10 @@ def motions_between(dynamics: Dynamics, start: States, end: States, step: float)
 
 
 SPEED, ACCELERATION, DRIFT = "its speed", "its acceleration", "its velocity"
-"""Parts of the dynamics that a step may violate; the last: position and velocity disagree."""
+"""Parts of the dynamics that a step may violate. DRIFT means that the positions disagree with the velocities."""
 
 UNIT_OF = {SPEED: "m/s", ACCELERATION: "m/s^2", DRIFT: "m"}
-"""Unit of each margin."""
+"""Unit of the margin of each part of the dynamics."""
 
 
 def check_step(
@@ -196,11 +197,11 @@ def check_step(
 
     Args:
         position: (..., dim), metres, at the start of the step, ``next_position`` at its end.
-        velocity: (..., dim), m/s, likewise; read for second order only.
+        velocity: (..., dim), m/s, at the start of the step, ``next_velocity`` at its end; read for second order only.
 
     Returns:
-        (...) each: the margin of speed, m/s; for second order that of acceleration, m/s², and
-        also minus the disagreement of motion and velocities, metres.
+        (...) each: the margin of speed, m/s; for second order also that of acceleration, m/s², and minus the
+            disagreement of positions and velocities, metres.
     """
     if not dynamics.has_momentum:
         slowest, fastest = speeds(dynamics)
@@ -214,19 +215,16 @@ def check_step(
 
 
 def _chord(count: int, bend: Array) -> Array:
-    """Length of the chord of ``count`` unit steps that each turn by ``bend``, rad.
-
-    Shape: (pairs,), dimensionless.
-    """
+    """Length of the chord of ``count`` unit steps with a turn of ``bend`` rad between steps: (pairs,),
+    dimensionless."""
     half = np.where(bend == 0, 1.0, np.abs(bend)) / 2
     chord: Array = np.where(bend == 0, count, np.sin(count * half) / np.sin(half))
     return chord
 
 
 def _arc(start: Array, end: Array, count: int, bend: Array) -> Array:
-    """Equal steps from ``start`` to ``end`` with a turn of ``bend`` rad between steps: (pairs, count +
-    1, dim), metres.
-    """
+    """Positions of equal steps from ``start`` to ``end`` with a turn of ``bend`` rad between steps: (pairs, count + 1,
+    dim), metres."""
     part = np.linspace(0.0, 1.0, count + 1)[None, :, None]
     position: Array = start[:, None] * (1 - part) + end[:, None] * part
     if count == 1 or not np.any(bend):
@@ -242,9 +240,11 @@ def _arc(start: Array, end: Array, count: int, bend: Array) -> Array:
 
 
 def _least_effort(start: States, end: States, step: float, count: int) -> tuple[Array, Array]:
-    """Accelerations of least norm, m/s²: ``mean + ramp * ((count - 1) / 2 - i)`` in step i.
+    """Accelerations of least norm between two states, as ``mean`` and ``ramp``: ``mean + ramp * ((count - 1) / 2 - i)``
+    in step i.
 
-    Both results are (pairs, dim). They solve x_k = x_0 + k h v_0 + h² Σ (k - i - ½) a_i and v_k = v_0 + h Σ a_i.
+    Both results are (pairs, dim), m/s². The accelerations solve x_k = x_0 + k h v_0 + h² Σ (k - i - ½) a_i and v_k =
+    v_0 + h Σ a_i.
     """
     mean = (end.velocity - start.velocity) / (count * step)
     missing = (end.position - start.position) / step**2 - start.velocity * (count / step) - mean * (count**2 / 2)

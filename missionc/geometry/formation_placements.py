@@ -1,4 +1,4 @@
-"""Formation placements: outer bounds of the first agent's positions with the others in formation."""
+"""Placements of a formation: outer bounds of the first agent's positions such that all agents are in free space."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from missionc.base.late_dataclass import Record
 from missionc.geometry.height_layers import WIDEN
 
 TURNS = 72
-"""Number of headings tried for a formation that may turn; each covers half the way to the next."""
+"""Number of headings tried for a formation that may rotate; each covers half the angle to its neighbours."""
 
 MOST_PLACES = 2_000
-"""Maximum number of agent places tried in all; larger formations use fewer headings."""
+"""Maximum number of agent positions tried in total; larger formations use fewer headings."""
 
 
 class Spot(Record):
-    """Place of an agent relative to the first: within ``slack`` metres of one of these points, without rotation."""
+    """Position of an agent relative to the first: within ``slack`` metres of one of ``points``, metres, before
+    rotation."""
 
     points: tuple[tuple[float, float], ...]
     slack: float
@@ -29,11 +30,12 @@ class Spot(Record):
 def placements(
     free: Sequence[shapely.Geometry], spots: Sequence[Spot], *, turns: bool, first: bool
 ) -> shapely.Geometry:
-    """Outer bound of the first agent's places with each agent in its free space, over the headings.
+    """Outer bound of the first agent's positions for which every agent is in its free space, over all headings.
 
     Args:
+        free: free space of each agent.
         turns: True if the formation may have any heading.
-        first: True if one heading with such places suffices.
+        first: True to stop at the first heading with such positions.
     """
     headings = max(min(TURNS, MOST_PLACES // len(spots)), 8) if turns else 1
     half = math.pi / headings if turns else 0.0
@@ -65,7 +67,7 @@ def _at_heading(wide: Sequence[shapely.Geometry], spots: Sequence[Spot], heading
 
 
 def joined_placements(places: shapely.Geometry, stride: float, ends: Sequence[shapely.Geometry]) -> bool:
-    """Return whether steps of at most ``stride`` metres over the places can join two ends."""
+    """Return true if moves of at most ``stride`` metres between placements can connect all of the sets ``ends``."""
     for part in shapely.get_parts(shapely.buffer(places, WIDEN * stride / 2)):
         if all(bool(shapely.intersects(shapely.intersection(places, end), part)) for end in ends):
             return True
@@ -73,7 +75,7 @@ def joined_placements(places: shapely.Geometry, stride: float, ends: Sequence[sh
 
 
 def least_width(points: Sequence[tuple[float, float]]) -> float:
-    """Width of points in the direction of least width, metres."""
+    """Width of a set of points in the direction of least width, metres."""
     hull = shapely.convex_hull(shapely.MultiPoint(points))
     corners = list(map(tuple, shapely.get_coordinates(hull)))
     return min((_across(corners, *pair) for pair in _sides(corners)), default=0.0)

@@ -1,4 +1,4 @@
-"""Geodesic bounds in the plane: least path length between two sets around bodies, and widest passage."""
+"""Geodesic bounds in the plane: shortest path length between two sets around bodies, and widest passage."""
 
 from __future__ import annotations
 
@@ -14,28 +14,30 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 
 HAIR = 1e-6
-"""Metres by which a line of sight may cut into a body."""
+"""Depth, metres, by which a line of sight may cut into a body."""
 
 TRIM = 0.05
-"""Share of a body's clearance by which its border may be simplified inwards, so that it has few corners."""
+"""Fraction of a body's clearance by which its border may be simplified inwards to reduce its corners."""
 
 GREED = 3.0
-"""Weight of the remaining distance if any path suffices."""
+"""Weight of the remaining distance in A* if any path suffices."""
 
 MOST_PARTS = 8
-"""Maximum number of parts of a set; more are replaced by their convex hull."""
+"""Maximum number of parts of a set; a set with more parts is replaced by its convex hull."""
 
 HALVINGS = 16
-"""Number of bisections of the interval for a passage's width."""
+"""Number of bisection steps for the width of a passage."""
 
 Geometries = NDArray[np.object_]
 
 
 class VisibilityGraph(Record, eq=False):
-    """Corners at which shortest paths bend, each with its neighbours, (corners, 2) in metres, and the bodies.
+    """Visibility graph of bodies: corners at which shortest paths bend, and the bodies that block lines of sight.
 
     Args:
-        world: convex; contains the paths.
+        world: convex area that contains the paths.
+        points: corners, (corners, 2), metres.
+        beside: neighbours of each corner along its body's border, (corners, 2) each, metres.
         tree: interiors of the bodies, which block lines of sight.
     """
 
@@ -56,14 +58,14 @@ class VisibilityGraph(Record, eq=False):
         return VisibilityGraph(bodies, world, points[within], (before[within], after[within]), tree)
 
     def geodesic(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float = math.inf) -> float:
-        """Lower bound of the path length between two sets outside the bodies' interiors, metres.
+        """Lower bound of the path length between two sets outside the bodies' interiors, metres; infinite without a
+        path.
 
-        Infinite without a path.
+        Paths longer than ``longest`` are ignored. If ``longest`` is given, the length of any path below it may be
+        returned.
 
-        Paths longer than ``longest`` are ignored. If it is given, any shorter path may be returned, not only the least.
-
-        Each part of a set is replaced by its convex hull, and bodies have no points of it. The result may be too short
-        but is never too long.
+        Each part of a set is replaced by its convex hull, from which the bodies are removed. The result may be too
+        small but is never too large.
         """
         pairs = [(here, there) for here in _parts(start) for there in _parts(goal)]
         return min((self._between(*pair, longest) for pair in pairs), default=math.inf)
@@ -78,7 +80,8 @@ class VisibilityGraph(Record, eq=False):
         return VisibilityGraph.of(others, self.world)._shortest(start, goal, longest)
 
     def _shortest(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float) -> float:
-        """Shortest path between free convex sets: a path leaves and enters each at the point nearest to its corner.
+        """Length of the shortest path between free convex sets, metres; it leaves and enters each set at the point
+        nearest to the path's corner.
 
         Source:
             A* on the visibility graph; Lozano-Pérez and Wesley, 1979.
@@ -90,10 +93,8 @@ class VisibilityGraph(Record, eq=False):
         return self._searched(start, goal, longest, 1.0)
 
     def _searched(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float, greed: float) -> float:
-        """Length of a path over corners, with weight ``greed`` on the remaining distance.
-
-        The least for weight 1.
-        """
+        """Length of a path over corners found by A*, metres; the least length if ``greed``, the weight of the remaining
+        distance, is 1."""
         corners = shapely.points(self.points)
         left, begun = shapely.distance(corners, goal), shapely.distance(start, corners)
         near = np.flatnonzero(begun + left <= longest)
@@ -120,15 +121,15 @@ class VisibilityGraph(Record, eq=False):
         return math.inf
 
     def seen(self, lines: Geometries) -> Flags:
-        """Flags of lines, (lines,), that meet no interior of a body."""
+        """Return true for each line, (lines,), that meets no interior of a body."""
         free = np.ones(len(lines), dtype=bool)
         free[np.unique(self.tree.query(lines, predicate="intersects")[0])] = False
         return free
 
     def _bends(self, here: int, there: NDArray[np.intp]) -> Flags:
-        """Flags of corners to which a shortest path may run from this one: (corners,), boolean.
+        """Return true for each corner to which a shortest path may run from corner ``here``: (corners,), boolean.
 
-        Its line must cut neither of the two corners.
+        The line between the corners must cut into the body at neither of them.
         """
         line = self.points[there] - self.points[here]
         sides = [
@@ -144,14 +145,14 @@ class VisibilityGraph(Record, eq=False):
 
 
 def around(standing: shapely.Geometry, room: float, world: shapely.Geometry) -> VisibilityGraph:
-    """Visibility graph of bodies with at most ``room`` metres of clearance, simplified to few corners."""
+    """Visibility graph of bodies grown by at most ``room`` metres, simplified to few corners."""
     return VisibilityGraph.of(_grown(standing, room), world)
 
 
 def widest_passage(
     standing: shapely.Geometry, room: float, world: shapely.Geometry, start: shapely.Geometry, goal: shapely.Geometry
 ) -> float:
-    """Upper bound of the clearance on any path between two sets, metres, if it is less than ``room``."""
+    """Upper bound of the clearance along any path between two sets, metres; at most ``room``."""
     open_, shut = 0.0, room
     for _ in range(HALVINGS):
         middle = (open_ + shut) / 2
@@ -165,7 +166,7 @@ def widest_passage(
 
 
 def _grown(standing: shapely.Geometry, room: float) -> shapely.Geometry:
-    """Inner bound of the places within ``room`` of the obstacles."""
+    """Inner bound of the positions within ``room`` metres of the obstacles."""
     if room <= 0:
         return standing
     trim = room * TRIM / 2

@@ -1,10 +1,10 @@
-"""Growth of shapes on all sides: a shape that contains every point within a distance of another.
+"""Growth of shapes on all sides: a shape that contains every point within a distance of another shape.
 
 The result is exact for a disc, a ball and a polygon. A grown box keeps its corners instead of rounding them. The
 removed part of a difference does not shrink.
 
 Source:
-    de Berg et al., "Computational Geometry" (2008), section 13.3, of Minkowski sums with a disc.
+    de Berg et al., "Computational Geometry" (2008), section 13.3, Minkowski sums with a disc.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Pris
 
 
 def grown_shape(shape: Shape, by: float) -> Shape:
-    """The shape grown by ``by`` metres on all sides; ``by`` is at least 0."""
+    """Shape grown by ``by`` metres (at least 0) on all sides."""
     match shape:
         case Box(low, high):
             return Box(tuple(value - by for value in low), tuple(value + by for value in high))
@@ -41,7 +41,7 @@ def _taller(band: Prism | None, by: float) -> Prism | None:
 
 
 def _polygon(shape: Polygon, by: float) -> Shape:
-    """Union of the polygon, a strip along each edge, and a disc around each corner."""
+    """Grown polygon: the union of the polygon, a strip along each edge, and a disc around each corner."""
     band = _taller(shape.band, by)
     parts: list[Shape] = [Polygon(shape.corners, band)]
     for (x, y), (other_x, other_y) in zip(shape.corners, (*shape.corners[1:], shape.corners[0]), strict=True):
@@ -60,7 +60,7 @@ def _polygon(shape: Polygon, by: float) -> Shape:
 
 
 def _joined(parts: list[Shape]) -> Shape:
-    """Union of all parts as a balanced tree."""
+    """Union of shapes as a balanced binary tree."""
     if len(parts) == 1:
         return parts[0]
     middle = len(parts) // 2

@@ -1,6 +1,7 @@
-"""Layers of height of areas: their boundaries, and the part of a shape in each.
+"""Height layers of areas: their boundaries, and the part of a shape in each layer.
 
-A plane has one layer. A volume has the heights at which some shape begins or ends, and the open layers between them.
+A plane has one layer. A volume has one layer for each height at which some shape begins or ends, and one open layer
+between each two.
 """
 
 from __future__ import annotations
@@ -13,20 +14,20 @@ from typing import TypeAlias, assert_never
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector, World
 
 Heights: TypeAlias = tuple[tuple[float, float], ...]
-"""Range of each layer, metres; infinite in a plane."""
+"""Height range of each layer, metres; infinite in a plane."""
 
 BALL_LAYERS = 8
 MOST_LEVELS = 32
 
 QUARTER = 32
-"""Number of straight pieces for a quarter of a circle."""
+"""Number of straight segments that approximate a quarter of a circle."""
 
 WIDEN = 1 / math.cos(math.pi / (4 * QUARTER))
-"""Ratio between the circumscribed and the inscribed regular polygon of a circle."""
+"""Ratio of the radii of the circumscribed and the inscribed regular polygon of a circle."""
 
 
 def heights_of(world: World, shapes: Iterable[Shape]) -> Heights:
-    """Layers of a world with these shapes."""
+    """Height layers of a world with these shapes."""
     if world.dimension == 2:
         return ((-math.inf, math.inf),)
     levels = sorted({world.low[2], world.high[2], *(level for shape in shapes for level in _levels(shape))})
@@ -36,15 +37,16 @@ def heights_of(world: World, shapes: Iterable[Shape]) -> Heights:
 
 
 def meets(low: float, high: float, layer: tuple[float, float]) -> bool:
-    """Return whether a height band overlaps a layer; an open layer must overlap in more than its border."""
+    """Return true if a height range overlaps a layer; with an open layer the overlap must exceed its border."""
     bottom, top = layer
     return low <= top and high >= bottom if bottom == top else low < top and high > bottom
 
 
 def cross_section(height: float, radius: float, layer: tuple[float, float], *, outer: bool) -> float:
-    """Radius of the widest (``outer``) or narrowest disc that a ball cuts out of a layer; 0 for none.
+    """Radius of the widest (``outer``) or narrowest disc in which a ball intersects a layer, metres; 0 without an
+    intersection.
 
-    ``height`` is the height of its centre.
+    ``height`` is the height of the ball's centre, metres.
     """
     bottom, top = layer
     nearest = min(max(height, bottom), top) - height
@@ -54,10 +56,7 @@ def cross_section(height: float, radius: float, layer: tuple[float, float], *, o
 
 
 def extent(shape: Shape, heights: Heights) -> tuple[Vector, Vector] | None:
-    """Least and largest coordinates of a plain shape's outer area.
-
-    None for other shapes and for empty ones.
-    """
+    """Lowest and highest corner of a plain shape's outer area, metres; None for combined shapes and for empty areas."""
     match shape:
         case Box(low, high):
             there = [layer for layer in heights if len(low) == 2 or meets(low[2], high[2], layer)]
@@ -81,7 +80,7 @@ def _in_band(band: Prism | None, heights: Heights) -> list[tuple[float, float]]:
 
 
 def _upright(low: Vector, high: Vector, there: list[tuple[float, float]]) -> tuple[Vector, Vector] | None:
-    """A box from the lowest to the highest of these layers."""
+    """Lowest and highest corner of a box over all of the given layers; None without layers."""
     if not there:
         return None
     bottom, top = min(layer[0] for layer in there), max(layer[1] for layer in there)
@@ -89,7 +88,7 @@ def _upright(low: Vector, high: Vector, there: list[tuple[float, float]]) -> tup
 
 
 def _levels(shape: Shape) -> list[float]:
-    """Heights at which the shape's cross-section begins, ends or (for a ball) is approximated."""
+    """Heights, metres, at which a shape's cross-section begins, ends or (for a ball) is approximated."""
     match shape:
         case Box(low, high):
             return [low[2], high[2]] if len(low) == 3 else []

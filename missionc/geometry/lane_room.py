@@ -1,4 +1,4 @@
-"""Clearance on a user's roadmap: nodes and lanes that fit an agent, and the node that a place joins."""
+"""Clearance on a user's roadmap: nodes and lanes that fit an agent, and the node that a position joins."""
 
 from __future__ import annotations
 
@@ -13,43 +13,43 @@ from missionc.ir import Agent, Lanes, Mission, Obstacle, Shape, Still, Vector
 from missionc.ir.distances.signed_distance import signed_distance
 
 SAME = 1e-6
-"""Distance, metres, within which a place counts as the node."""
+"""Distance, metres, within which a position counts as a node."""
 
 
 def nodes_outside(mission: Mission, lanes: Lanes) -> list[int]:
-    """Nodes outside the world."""
+    """Indices of the roadmap nodes outside the world."""
     places = positions(lanes)
     within = np.all((places >= mission.world.low) & (places <= mission.world.high), axis=1)
     return [int(node) for node in np.flatnonzero(~within)]
 
 
 def nodes_blocked(mission: Mission, agent: Agent, lanes: Lanes) -> list[int]:
-    """Nodes at which the agent is too near to a static obstacle."""
+    """Indices of the roadmap nodes at which the agent is too close to a static obstacle."""
     places = positions(lanes)
     return [int(node) for node in np.flatnonzero(~_clear(mission, agent, places, places))]
 
 
 def lanes_blocked(mission: Mission, agent: Agent, lanes: Lanes) -> list[int]:
-    """Lanes on which the agent comes too near to a static obstacle."""
+    """Indices of the lanes on which the agent comes too close to a static obstacle."""
     places = positions(lanes)
     source, target = (np.array([getattr(lane, end) for lane in lanes.lanes], dtype=int) for end in ("source", "target"))
     return [int(lane) for lane in np.flatnonzero(~_clear(mission, agent, places[source], places[target]))]
 
 
 def in_the_way(mission: Mission, agent: Agent, start: Vector, end: Vector) -> Obstacle:
-    """First obstacle that the agent comes too near to on a blocked straight path."""
+    """First static obstacle to which the agent comes too close on a blocked straight path."""
     segment, margin = (np.array([start]), np.array([end])), np.array([_margin(mission, agent)])
     still = (obstacle for obstacle in mission.obstacles if isinstance(obstacle.motion, Still))
     return next(each for each in still if not clear_of(solids(each.shape), *segment, margin).all())
 
 
 def nodes_within(lanes: Lanes, shape: Shape) -> list[int]:
-    """Nodes in a shape, including its border."""
+    """Indices of the roadmap nodes in a shape, including its border."""
     return [int(node) for node in np.flatnonzero(np.asarray(signed_distance(np, shape, positions(lanes))) <= 0)]
 
 
 def joined_to(mission: Mission, agent: Agent, lanes: Lanes, place: Vector) -> int | None:
-    """Nearest node with a clear straight path to and from a place; None without one."""
+    """Index of the nearest roadmap node with a clear straight path to and from a position; None without such a node."""
     places, here = positions(lanes), np.asarray(place)
     distance = np.linalg.norm(places - here, axis=1)
     able = _clear(mission, agent, np.broadcast_to(here, places.shape), places)
@@ -61,7 +61,7 @@ def joined_to(mission: Mission, agent: Agent, lanes: Lanes, place: Vector) -> in
 
 
 def positions(lanes: Lanes) -> Array:
-    """Positions of the nodes, (nodes, dim), metres."""
+    """Positions of the roadmap nodes, (nodes, dim), metres."""
     return np.array([node.position for node in lanes.nodes], dtype=np.float64)
 
 
@@ -75,5 +75,5 @@ def _margin(mission: Mission, agent: Agent) -> float:
 
 
 def agents_by_kind(agents: Sequence[Agent]) -> list[Agent]:
-    """One agent of each kind with its own roadmap: equal dynamics and radius."""
+    """Agents with distinct dynamics or radius, one for each combination; each needs its own roadmap."""
     return list({(agent.dynamics, agent.radius): agent for agent in reversed(agents)}.values())[::-1]

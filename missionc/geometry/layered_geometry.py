@@ -1,7 +1,8 @@
-"""Areas as shapely geometries, one for each layer of height, for questions that plain numbers leave open.
+"""Areas as shapely geometries, one for each height layer, for queries that plain numbers do not decide.
 
-An outer geometry contains at least the intended points, an inner one at most these. The border of a disc is off by less
-than a thousandth of its radius. ``configuration_space`` loads this module at the first question that needs it.
+An outer geometry contains at least the intended points, an inner geometry at most these. The border of a disc is off by
+less than a thousandth of its radius. ``configuration_space`` loads this module at the first query that needs the
+module.
 """
 
 from __future__ import annotations
@@ -21,19 +22,19 @@ from missionc.geometry.height_layers import QUARTER, WIDEN, Heights, cross_secti
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector, World
 
 Geometry: TypeAlias = NDArray[np.object_]
-"""(layers,): the plane geometry of a set in each layer of height."""
+"""Plane geometry of a set in each height layer: (layers,)."""
 
 SMOOTHED = 0.99
-"""GEOS fills dents shallower than a hundredth of a buffer's width, so inner sets are grown by this much less."""
+"""Factor on the growth of inner sets, because GEOS fills dents shallower than a hundredth of a buffer's width."""
 
 CERTAIN = 1e-9
-"""Amount by which a computed count may be below a whole number and still count as it."""
+"""Amount by which a computed count may be below an integer because of rounding errors."""
 
 NOWHERE = shapely.Polygon()
 
 
 class Layers(Record, eq=False):
-    """The layers of a world, and geometries of shapes in them. ``heights``: (layers, 2), metres."""
+    """Height layers of a world, (layers, 2), metres, and the geometries of shapes in them."""
 
     world: World
     heights: Array
@@ -44,12 +45,12 @@ class Layers(Record, eq=False):
         return Layers(world, np.array(heights))
 
     def whole(self) -> Geometry:
-        """Geometry of the world."""
+        """Geometry of the whole world."""
         low, high = self.world.low, self.world.high
         return self._prism(shapely.box(low[0], low[1], high[0], high[1]), *self._heights_of_world(), outer=True)
 
     def half_space(self, weights: Vector, constant: float) -> Geometry:
-        """Geometry with at least the world's places with ``constant + weights · place >= 0``."""
+        """Outer geometry of the world's positions that satisfy ``constant + weights · position >= 0``."""
         low, high = self.world.low, self.world.high
         corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
         area = self.whole()
@@ -64,7 +65,7 @@ class Layers(Record, eq=False):
         return self._prism(shapely.Point(place[0], place[1]), height, height, outer=True)
 
     def grown(self, area: Geometry, distance: float, *, outer: bool) -> Geometry:
-        """Geometry with the places within a distance of an area: at least (``outer``) or at most."""
+        """Positions within ``distance`` metres of an area, as an outer (``outer``) or inner geometry."""
         wide = _array([_buffered(part, distance * (WIDEN if outer else SMOOTHED)) for part in area])
         if self.world.dimension == 2 or not outer:
             return wide
@@ -72,14 +73,13 @@ class Layers(Record, eq=False):
         return _array([shapely.union_all(wide[gaps[layer] <= distance]) for layer in range(len(wide))])
 
     def shrunk(self, area: Geometry, distance: float) -> Geometry:
-        """Geometry with at least the places whose distance to the border is at least ``distance``.
-
-        Heights stay.
-        """
+        """Outer geometry of the positions in an area at least ``distance`` metres from its border; heights are
+        unchanged."""
         return _array([_buffered(part, -distance * SMOOTHED) for part in area])
 
     def size(self, area: Geometry, margin: float) -> float:
-        """Upper bound of the size of the area grown by a margin, square (cubic) metres."""
+        """Upper bound of the size of an area grown by ``margin`` metres: square metres in a plane, cubic metres in a
+        volume."""
         wide = self.grown(area, margin, outer=True)
         if self.world.dimension == 2:
             return float(shapely.area(wide[0]))
@@ -88,10 +88,11 @@ class Layers(Record, eq=False):
         return float(np.sum(shapely.area(wide) * thickness) + beyond)
 
     def capacity(self, area: Geometry, spacing: float) -> int:
-        """Upper bound of the number of points in an area with this pairwise distance, metres.
+        """Upper bound of the number of points in an area with pairwise distances of at least ``spacing`` metres.
 
-        Balls of half the spacing around them do not overlap and lie in the area grown by that. In the plane, the area
-        and the perimeter of each part's convex hull bound the number. An infinite result is not supported.
+        Balls of half the spacing around the points do not overlap and lie in the area grown by half the spacing. In the
+        plane, the area and the perimeter of each part's convex hull bound the number. An infinite result is not
+        supported.
 
         Source:
             Oler, "An inequality in the geometry of numbers" (1961), for convex sets.
@@ -119,7 +120,7 @@ class Layers(Record, eq=False):
         return float(np.min(np.where(np.isnan(across), math.inf, np.hypot(across, gaps))))
 
     def distances(self, vectors: Sequence[Vector], area: Geometry) -> list[float]:
-        """Upper bounds of the distances from places to an area, metres."""
+        """Upper bounds of the distances from positions to an area, metres; infinite if the area is empty."""
         places = np.asarray(vectors, dtype=np.float64)
         points = shapely.points(places[:, :2])
         nearest = np.full(len(places), math.inf)
@@ -134,7 +135,7 @@ class Layers(Record, eq=False):
         return [float(distance) for distance in nearest]
 
     def holds(self, area: Geometry, vectors: Sequence[Vector]) -> list[bool]:
-        """For each place, whether it is in an area, including its border."""
+        """Return true for each position that is in an area, border included."""
         places = np.asarray(vectors, dtype=np.float64)
         inside = np.zeros(len(places), dtype=bool)
         points = shapely.points(places[:, :2])
@@ -145,7 +146,7 @@ class Layers(Record, eq=False):
         return [bool(held) for held in inside]
 
     def bounds(self, area: Geometry) -> tuple[Vector, Vector]:
-        """Least and largest coordinates of a non-empty area."""
+        """Lowest and highest corner of a non-empty area's bounding box, metres."""
         if self.world.dimension == 2:
             west, south, east, north = area[0].bounds
             return (west, south), (east, north)
@@ -157,26 +158,26 @@ class Layers(Record, eq=False):
         return bool(np.all(shapely.is_empty(area)))
 
     def disjoint(self, first: Geometry, second: Geometry) -> bool:
-        """Return whether two areas, including their borders, have no common point."""
+        """Return true if two areas, including their borders, have no common point."""
         if len(first) == 1:
             return bool(shapely.disjoint(first[0], second[0]))
         return bool(np.all(shapely.disjoint(first, second)))
 
     def covers(self, whole: Geometry, part: Geometry) -> bool:
-        """Return whether every point of the part is in the whole."""
+        """Return true if every point of ``part`` is in ``whole``."""
         if len(whole) == 1:
             return bool(part[0].is_empty or shapely.covers(whole[0], part[0]))
         return bool(np.all(shapely.is_empty(part) | shapely.covers(whole, part)))
 
     def union(self, areas: list[Geometry]) -> Geometry:
-        """Union of the areas."""
+        """Union of areas, layer by layer."""
         return _array([shapely.union_all([area[layer] for area in areas]) for layer in range(len(self.heights))])
 
     def common(self, first: Geometry, second: Geometry) -> Geometry:
         return _array(shapely.intersection(first, second))
 
     def without(self, area: Geometry, taken: Geometry) -> Geometry:
-        """Area without the points of another, except lines and single points."""
+        """Area without the points of ``taken``; lines and single points in ``taken`` are ignored."""
         return _array(shapely.difference(area, taken))
 
     def _heights_of_world(self) -> tuple[float, float]:
@@ -228,7 +229,7 @@ def _diameter(hull: shapely.Geometry) -> float:
 
 
 def _most_in(part: shapely.Geometry, spacing: float) -> int:
-    """Upper bound of the number of points in a part of the plane with this pairwise distance."""
+    """Upper bound of the number of points in a plane area with pairwise distances of at least ``spacing`` metres."""
     if part.is_empty:
         return 0
     hull = shapely.convex_hull(part)
@@ -249,7 +250,7 @@ def _buffered(geometry: shapely.Geometry, distance: float) -> shapely.Geometry:
 
 
 def _clipped(corners: list[tuple[float, float]], values: list[float]) -> shapely.Geometry:
-    """Part of a convex polygon with values, linear between the corners, of at least 0."""
+    """Part of a convex polygon in which a linear function with these values at the corners is at least 0."""
     vertices: list[tuple[float, float]] = []
     for place, ((x, y), value) in enumerate(zip(corners, values, strict=True)):
         (x0, y0), before = corners[place - 1], values[place - 1]
@@ -262,7 +263,8 @@ def _clipped(corners: list[tuple[float, float]], values: list[float]) -> shapely
 
 
 def _gaps(heights: Array) -> Array:
-    """Vertical gaps between layers: heights (layers, 2) -> (layers, layers), metres."""
+    """Vertical gaps between height layers: (layers, 2), metres -> (layers, layers), metres; 0 if layers overlap or
+    touch."""
     bottom, top = heights[:, 0], heights[:, 1]
     return np.maximum(np.maximum(bottom[:, None] - top[None, :], bottom[None, :] - top[:, None]), 0.0)
 
@@ -272,7 +274,7 @@ def _finite(distance: float) -> float:
 
 
 def _array(geometries: Iterable[shapely.Geometry]) -> Geometry:
-    """Object array of geometries, also of collections, which numpy would unpack."""
+    """Object array of geometries; geometry collections, which numpy would unpack, stay single elements."""
     listed = list(geometries)
     area: Geometry = np.empty(len(listed), dtype=object)
     area[:] = listed

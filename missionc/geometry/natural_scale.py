@@ -1,7 +1,8 @@
-"""Natural scales of margins: the length (of a speed, m/s) that each margin is compared with.
+"""Natural scales of margins: the length (for speeds, m/s) by which each margin is divided.
 
-A margin divided by its natural scale has no unit, so that margins of different kinds compare. The scale is the inradius
-of a region, the range of a graph, the tolerance of a formation, the bound of a distance, and the top speed for speeds.
+A margin divided by its natural scale is dimensionless, so that margins of different kinds are comparable. The scale is
+the inradius of a region, the range of a graph, the tolerance of a formation, the bound of a distance, and the top speed
+for speeds.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from missionc.ir.shapes import Ball, Box, Disc, Shape
 
 
 def natural_scale(predicate: Predicate, mission: Mission) -> float:
-    """Natural scale of a predicate's margin, in the unit of that margin; ``inf`` for a margin that has none."""
+    """Natural scale of a predicate's margin, in the unit of the margin; ``inf`` for a predicate without a natural
+    scale."""
     if predicate.region is not None:
         return inradius(predicate.region.shape, mission.world)
     if predicate.formation is not None:
@@ -38,13 +40,14 @@ def natural_scale(predicate: Predicate, mission: Mission) -> float:
 
 
 def body(mission: Mission) -> float:
-    """Natural scale of separation and clearance: the radius of the largest body, or half of the separation, metres."""
+    """Natural scale of separation and clearance margins, metres: the largest body radius, or half of the separation if
+    larger."""
     return max(max(float(agent.radius) for agent in mission.agents), float(mission.separation) / 2)
 
 
 @lru_cache(maxsize=256)
 def inradius(shape: Shape, world: World) -> float:
-    """Radius of the largest ball in the part of a shape that is in the world, metres; estimated for compound shapes."""
+    """Radius of the largest ball in the part of a shape inside the world, metres; estimated for compound shapes."""
     match shape:
         case Box(low, high):
             sides = (min(b, d) - max(a, c) for a, b, c, d in zip(low, high, world.low, world.high, strict=True))

@@ -1,7 +1,7 @@
-"""Outlines: combined shapes as plain ones with exact outside distances.
+"""Outlines: combined shapes as polygons, with exact distances of outside points.
 
-The distance to a difference is understated at the corners of the cut (``signed_distance``): half a metre of a door of
-1.2 m may be missing. A combination of boxes and polygons has a polygon as its outline, with an exact distance.
+``signed_distance`` understates the distance to a difference at the corners of the cut: half a metre of a door of 1.2 m
+may be missing. A combination of boxes and polygons has a polygon as its outline, with an exact distance.
 Three-dimensional shapes, and combinations with discs, stay unchanged.
 """
 
@@ -18,7 +18,7 @@ from missionc.ir.distances.signed_distance import measured_outside
 
 
 def outlined(shape: Shape) -> Shape:
-    """The same set of places as polygons, if that makes distances exact; else the shape itself."""
+    """Same set of points as a union of polygons if that makes distances exact; otherwise the shape itself."""
     if measured_outside(shape):
         return shape
     area = _area(shape)
@@ -33,7 +33,7 @@ def outlined(shape: Shape) -> Shape:
 
 
 def _area(shape: Shape) -> BaseGeometry | None:
-    """Plane geometry of a shape without heights and with straight sides; None for any other."""
+    """Plane geometry of a shape without heights and with straight sides; None for any other shape."""
     match shape:
         case Box(low, high) if len(low) == 2:
             return shapely.box(*low, *high)
@@ -51,7 +51,7 @@ def _area(shape: Shape) -> BaseGeometry | None:
 
 
 def _without_holes(part: shapely.Polygon) -> list[shapely.Polygon]:
-    """The pieces of a polygon, cut through each of its holes."""
+    """Pieces of a polygon after cuts through each of its holes, so that no piece has a hole."""
     if not part.interiors:
         return [part]
     x = shapely.Polygon(part.interiors[0]).centroid.x

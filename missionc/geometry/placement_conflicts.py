@@ -1,4 +1,4 @@
-"""Placement conflicts of many given places at once: with obstacles, and between pairs."""
+"""Conflicts of many given positions at once: positions too close to obstacles, and pairs too close to each other."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from missionc.ir import Obstacle, Vector
 from missionc.ir.distances.signed_distance import signed_distance
 
 CHUNK = 32
-"""Number of places whose neighbours are searched at a time."""
+"""Number of positions whose neighbours are searched at a time."""
 
 
 def too_near(
     obstacle: Obstacle, time: float, places: Sequence[Vector], margins: Sequence[float]
 ) -> list[tuple[int, float]]:
-    """Places closer to the obstacle at that time than their margin in metres, with their distance."""
+    """Positions closer to the obstacle at ``time`` seconds than their margin in metres: index and distance of each."""
     points = np.asarray(places, dtype=np.float64)
     if len(points) == 0:
         return []
@@ -35,9 +35,9 @@ def too_near(
 def too_close(
     places: Sequence[Vector], agents: Sequence[int], spacing: SpacingTable, most: int
 ) -> list[tuple[int, int, float]]:
-    """Pairs of places no further apart than their agents' required separation, with their distance.
+    """Pairs of positions closer than or as close as their agents' required separation: both indices and the distance.
 
-    Stops after about ``most`` pairs.
+    The search stops after about ``most`` pairs.
     """
     points, who = np.asarray(places, dtype=np.float64), np.asarray(agents, dtype=np.int64)
     if len(points) < 2:

@@ -1,7 +1,7 @@
-"""One place in plain numbers, with the part of an array library that signed distances need.
+"""Single point in plain numbers, with the functions of an array library that signed distances need.
 
-``signed_distance(plain_floats, shape, Place(point))`` is the same distance that arrays of places get, without loading
-an array library.
+``signed_distance(plain_floats, shape, Place(point))`` gives the same distance as arrays of points, without loading an
+array library.
 """
 
 from __future__ import annotations

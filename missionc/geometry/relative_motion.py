@@ -1,4 +1,4 @@
-"""Closest approach of two moving agents within one step, exactly."""
+"""Exact closest approach of two moving agents within one step."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from missionc.geometry.dynamics import Motions
 from missionc.geometry.vectors import dot, norm
 
 HALVINGS = 40
-"""Number of bisections: one step down to 1e-12 of it, so that the least distance is exact to rounding."""
+"""Number of bisection steps: they narrow a time to 1e-12 of a step, so that the least distance is exact to rounding."""
 
 NEGLIGIBLE = 1e-12
-"""Metres: a motion with less curvature within the step counts as straight."""
+"""Curvature of a motion within a step, metres, below which the motion counts as straight."""
 
 
 def closest_approach(
@@ -23,12 +23,12 @@ def closest_approach(
     step: float,
     metric: Array | None = None,
 ) -> Array:
-    """Least distance of two centres over one step, each moving with constant acceleration.
+    """Least distance of two agent centres over one step, each moving with constant acceleration.
 
     Args:
-        first, second: (...), metres and seconds; their shapes broadcast.
-        step: duration, seconds.
-        metric: (..., dim), weight of each axis of their difference; None for 1.
+        first, second: motions (...), metres and seconds; their shapes broadcast.
+        step: duration of the step, seconds.
+        metric: factor on each axis of the difference, (..., dim); None for 1.
 
     Returns:
         (...), metres in the metric: the minimum over the whole step, both ends included.
@@ -58,8 +58,8 @@ def _straight(offset: Array, velocity: Array) -> Array:
 def _curved(offset: Array, velocity: Array, bend: Array) -> Array:
     """Least ``|offset + velocity u + bend u²|`` for u in [0, 1]: (..., dim) each, metres -> (...), metres.
 
-    The squared distance is a quartic. Its slope is a cubic, which is monotone between the roots of its own slope.
-    Bisection therefore finds every root; a closed form would lose its digits near double roots.
+    The squared distance is a quartic. Its derivative is a cubic, which is monotone between the roots of its own
+    derivative. Bisection therefore finds every root; a closed form would lose precision near double roots.
     """
     cubic = (
         2 * dot(bend, bend),

@@ -1,4 +1,4 @@
-"""Required separation of agents for many pairs at once: the ellipsoids of ``Mission.spacing`` as a metric."""
+"""Required separation of agents for many pairs at once: the ellipsoids of ``Mission.spacing`` as a scaled distance."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from missionc.ir import Mission
 
 
 class SpacingTable(Record, eq=False):
-    """Table of ``Mission.spacing``: agents with equal radius, vehicle and drift are of one kind.
+    """Table of the required separations ``Mission.spacing``; agents with equal radius, vehicle and drift are of one
+    kind.
 
-    Two agents are far enough apart if their difference, each axis times ``metric``, is at least ``between`` long.
+    Two agents are far enough apart if their difference, each axis multiplied by ``metric``, is at least ``between``
+    long.
 
     Args:
-        kind: (agents,), index of each agent's kind.
-        sideways: (kinds, kinds), metres.
-        flatness: (kinds, kinds), ratio of the horizontal to the vertical half axis.
+        kind: index of each agent's kind, (agents,).
+        sideways: required horizontal distance by kind, (kinds, kinds), metres.
+        flatness: ratio of the horizontal to the vertical half axis, (kinds, kinds).
         dimension: dimension of the mission's world.
     """
 
@@ -30,19 +32,19 @@ class SpacingTable(Record, eq=False):
 
     @staticmethod
     def of(mission: Mission) -> SpacingTable:
-        """Table of a mission, made once."""
+        """Table of required separations of a mission, computed once per mission."""
         if mission not in _TABLES:
             _TABLES[mission] = _made(mission)
         return _TABLES[mission]
 
     def between(self, first: Indices, second: Indices) -> Array:
-        """Required horizontal distances of centres, metres, for two broadcasting index arrays (...)."""
+        """Required horizontal distances between the centres of agents ``first`` and ``second``, metres; index arrays
+        (...) broadcast."""
         return np.asarray(self.sideways[self.kind[first], self.kind[second]])
 
     def metric(self, first: Indices, second: Indices) -> Array | None:
-        """Factors for each axis of the pairs' differences, (..., dim), dimensionless; None if all
-        directions are equal.
-        """
+        """Factors on each axis of the pairs' differences, (..., dim), dimensionless; None if all directions are
+        equal."""
         if self.round:
             return None
         factors = np.ones((*np.broadcast_shapes(np.shape(first), np.shape(second)), self.dimension))
@@ -51,17 +53,19 @@ class SpacingTable(Record, eq=False):
 
     @property
     def round(self) -> bool:
-        """True if every pair has the same distance in all directions."""
+        """True if the required distance of every pair is the same in all directions."""
         return bool((self.flatness == 1).all())
 
     @property
     def widest(self) -> float:
-        """Greatest distance of any pair in any direction, metres; 0 without agents."""
+        """Greatest required distance of any pair in any direction, metres; 0 without agents."""
         return float((self.sideways * np.maximum(1.0, 1.0 / self.flatness)).max(initial=0.0))
 
     def among(self, agents: Indices) -> float:
-        """Greatest horizontal distance among these agents and others of their kinds, metres; the indices
-        are (some,).
+        """Greatest required horizontal distance between two agents of the kinds of ``agents``, metres.
+
+        Args:
+            agents: mission indices, (some,).
         """
         kinds = self.kind[agents]
         return float(self.sideways[np.ix_(kinds, kinds)].max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Even sampling of boxes and shapes, deterministic for a given generator."""
+"""Quasi-uniform sampling of boxes and shapes, deterministic for a given random generator."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from missionc.ir import Shape, Vector, World
 from missionc.ir.distances.signed_distance import signed_distance
 
 BATCH = 1 << 10
-"""Number of points tried at a time in the box around a shape."""
+"""Number of points tried at a time in the bounding box of a shape."""
 
 BATCHES = 16
-"""Maximum number of batches; a shape that fills less than a ten-thousandth of its box may get no points."""
+"""Maximum number of batches; a shape that fills less than a ten-thousandth of its bounding box may get no points."""
 
 TINY = 1e-9
-"""Metres by which a grid point may exceed the box and still count as on its border."""
+"""Distance, metres, by which a grid point may exceed the box and still count as on its border."""
 
 
 def scatter(low: Vector, high: Vector, count: int, generator: np.random.Generator) -> Array:
-    """Points evenly spread over a box, as is each prefix of them: (count, dim), metres.
+    """Points spread uniformly over a box, (count, dim), metres; each prefix of them is uniform too.
 
-    They are the additive sequence of the generalised golden ratio, with a random shift and a perturbation of up to a
-    quarter of the spacing, so that they form no lattice.
+    The points are the additive sequence of the generalised golden ratio, with a random shift and a perturbation of up
+    to a quarter of the spacing, so that they form no lattice.
     """
     dimension = len(low)
     ratio = 2.0
@@ -39,13 +39,13 @@ def scatter(low: Vector, high: Vector, count: int, generator: np.random.Generato
 
 
 def points_in(shape: Shape, world: World, enough: int, generator: np.random.Generator) -> tuple[Array, Array]:
-    """Points of a shape within the world, and their depth in it.
+    """Points of a shape within the world, and their depths in the shape.
 
     Args:
         enough: number of points after which the search stops.
 
     Returns:
-        (points, dim) and (points,), metres. Empty if none were found.
+        points, (points, dim), and depths, (points,), metres; empty if no point was found.
     """
     low, high = bounds(shape, world)
     empty = np.zeros((0, world.dimension)), np.zeros(0)
@@ -63,13 +63,14 @@ def points_in(shape: Shape, world: World, enough: int, generator: np.random.Gene
 
 
 def bounds(shape: Shape, world: World) -> tuple[Vector, Vector]:
-    """Corners of a box around the part of a shape in the world."""
+    """Lowest and highest corner of a box around the part of a shape inside the world, metres."""
     low, high = box_around(shape, world.dimension)
     return tuple(map(max, low, world.low)), tuple(map(min, high, world.high))
 
 
 def packed(shape: Shape, world: World, pitch: float) -> Array:
-    """Points of a shape on a square grid from the corner of its box: (points, dim), metres."""
+    """Points of a shape on a square grid of ``pitch`` metres, aligned to the corner of its box: (points, dim),
+    metres."""
     low, high = bounds(shape, world)
     if any(first > last for first, last in zip(low, high, strict=True)):
         return np.zeros((0, world.dimension))
@@ -80,14 +81,15 @@ def packed(shape: Shape, world: World, pitch: float) -> Array:
 
 
 def far_apart(points: Array, count: int, others: Array) -> Indices:
-    """Choose points one by one, each the farthest from the chosen ones and from ``others``.
+    """Greedy selection of points that are far apart: each is the farthest from the selected points and from ``others``.
 
     Args:
-        points: (points, dim), metres, at least one; the first comes first if ``others`` is empty.
-        others: (others, dim), metres
+        points: (points, dim), metres, at least one; if ``others`` is empty, the first point is selected first.
+        count: number of points to select.
+        others: (others, dim), metres.
 
     Returns:
-        (at most count,), indices in the order of choice.
+        (at most count,), indices of points in the order of selection.
     """
     gap = np.full(len(points), np.inf) if len(others) == 0 else cKDTree(others).query(points)[0]
     taken: list[int] = []

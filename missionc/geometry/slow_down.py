@@ -1,7 +1,7 @@
-"""Time scaling of a plan: the same paths in more steps of the same length.
+"""Time scaling of a plan: the same paths in more steps of the same duration.
 
-in   the Mission with a later horizon, the Trace of a plan up to an earlier one
-out  Trace over the whole mission; it is not judged here
+in   the Mission with a later horizon, the Trace of a plan up to an earlier horizon
+out  Trace over the whole mission, not verified
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 
 STILL = 1e-9
-"""Metres or m/s below which an agent does not turn."""
+"""Distance (metres) or speed (m/s) below which the heading of an agent does not change."""
 ON_STEP = 1e-9
-"""Share of a step within which a time counts as a step of the plan."""
+"""Fraction of a step within which a time counts as a step of the plan."""
 
 
 def slowed(mission: Mission, trace: Trace) -> Trace:
-    """Time-scaled plan: for each step's time ``t`` the plan's place at ``t / s``, with ``s`` the ratio of durations.
+    """Time-scaled trace: at each time ``t``, the position of the plan at ``t / s``, with ``s`` the ratio of durations.
 
-    First-order agents move straight in between: along the plan's own segments if ``s`` is an integer, else across its
-    corners. Double integrators follow the plan's velocities, divided by ``s``, as closely as constant accelerations in
-    between allow.
+    First-order agents move straight in between: along the plan's own segments if ``s`` is an integer, otherwise across
+    its corners. Double integrators follow the plan's velocities, divided by ``s``, as closely as constant accelerations
+    in between allow.
     """
     fewer = trace.position.shape[1] - 1
     place = np.arange(mission.steps + 1) * (fewer / mission.steps)
@@ -45,18 +45,23 @@ def slowed(mission: Mission, trace: Trace) -> Trace:
 
 
 def _between(states: Array, before: Array, share: Array) -> Array:
-    """Points on the line between two states, exact at shares 0 and 1: (agents, steps + 1, dim), metres."""
+    """Linear interpolation between consecutive states, exact at fractions 0 and 1: (agents, steps + 1, dim), metres.
+
+    Args:
+        before: index of the earlier state, (steps + 1,); ``share``: fraction of the time from the earlier to the later
+            state.
+    """
     start, end = states[:, before], states[:, before + 1]
     return np.where(share[:, None] == 1, end, start + share[:, None] * (end - start))
 
 
 def _pushed(position: Array, velocity: Array, step: float) -> tuple[Array, Array]:
-    """Nearest states that constant accelerations join, with the same ends.
+    """Nearest states that constant accelerations connect, with the same first and last state.
 
     Shape: (steps + 1, dim) twice, metres and m/s.
 
-    One sparse system gives the least corrections ``q`` of the positions and ``w`` of the velocities; the size of ``w``
-    is that of its accelerations.
+    One sparse linear system gives the least corrections ``q`` of the positions and ``w`` of the velocities; the size of
+    ``w`` is that of its accelerations.
     """
     last = len(position) - 1
     drift = np.diff(position, axis=0) - (velocity[1:] + velocity[:-1]) * (step / 2)
@@ -78,7 +83,7 @@ def _pushed(position: Array, velocity: Array, step: float) -> tuple[Array, Array
 
 
 def _headings(trace: Trace, before: Array, velocity: Array) -> Array:
-    """Headings along the motion, or as in the plan without motion: (agents, steps + 1), rad."""
+    """Headings along the velocity, or the plan's headings for agents at rest: (agents, steps + 1), rad."""
     moving = np.linalg.norm(velocity[..., :2], axis=-1) > STILL
     headings = np.where(moving, np.arctan2(velocity[..., 1], velocity[..., 0]), trace.heading[:, before])
     headings[:, -1] = trace.heading[:, -1]

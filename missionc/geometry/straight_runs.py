@@ -1,4 +1,4 @@
-"""Straight runs of a user's roadmap: consecutive lanes in one direction at one speed.
+"""Straight runs of a user's roadmap: consecutive lanes in one direction with one speed limit.
 
     in   Lanes
     out  the indices of the lanes of each run
@@ -17,11 +17,11 @@ LONGEST = 8
 """Maximum number of lanes of a run, which bounds the number of runs from each node."""
 
 ASIDE = 1e-9
-"""Tolerance for a node beside its run, metres and share of a direction; for rounding only."""
+"""Lateral deviation of a node from its run that counts as rounding error, metres."""
 
 
 def straight_runs(lanes: Lanes) -> list[tuple[int, ...]]:
-    """All runs of two to ``LONGEST`` lanes with one speed and without minimum durations."""
+    """All runs of two to ``LONGEST`` lanes, as lane indices, with one speed limit and without minimum durations."""
     place = positions(lanes)
     way = [place[lane.target] - place[lane.source] for lane in lanes.lanes]
     leaving: dict[int, list[int]] = {}
@@ -30,7 +30,7 @@ def straight_runs(lanes: Lanes) -> list[tuple[int, ...]]:
             leaving.setdefault(lane.source, []).append(number)
 
     def straight_on(run: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-        """Yield the run with each lane that continues it."""
+        """Yield the run extended by each lane that continues it straight."""
         first, last = lanes.lanes[run[0]], lanes.lanes[run[-1]]
         ahead = place[last.target] - place[first.source]
         ahead = ahead / float((ahead @ ahead) ** 0.5)

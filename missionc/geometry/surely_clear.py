@@ -1,6 +1,6 @@
-"""Given places that are surely far enough from obstacles and each other; in plain numbers.
+"""Tests that given positions are certainly far enough from obstacles and from each other; in plain numbers.
 
-``placement_conflicts``, which needs arrays, decides the rest.
+``placement_conflicts``, which needs arrays, decides the other cases.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from missionc.ir import Mission, Obstacle, Vector
 from missionc.ir.distances.signed_distance import measured_outside, signed_distance
 
 RIM = math.sqrt(2)
-"""Factor of the margin at the rims of obstacles' tops, which grow both sideways and upwards."""
+"""Factor on the margin at the upper and lower rims of obstacles, which grow both horizontally and vertically."""
 
 
 def near_to(obstacle: Obstacle, time: float, places: Sequence[Vector], margins: Sequence[float]) -> list[int]:
-    """Indices of places that may be closer to the obstacle at that time than their margins, in metres."""
+    """Indices of positions that may be closer to the obstacle at ``time`` seconds than their margins, metres."""
     if len(places) > MANY or not measured_outside(obstacle.shape):
         return list(range(len(places)))
     pairs = enumerate(zip(places, margins, strict=True))
@@ -37,7 +37,7 @@ def _clear(obstacle: Obstacle, time: float, place: Vector, margin: float) -> boo
 
 
 def all_apart(places: Sequence[Vector], agents: Sequence[int], mission: Mission) -> bool:
-    """Return whether every two places are surely further apart than their agents' required separation."""
+    """Return true if all pairs of positions are certainly further apart than their agents' required separation."""
     if len(places) > MANY:
         return False
     pairs = combinations(zip(places, agents, strict=True), 2)

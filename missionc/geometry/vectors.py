@@ -1,4 +1,4 @@
-"""Many short vectors at once: lengths and scalar products, summed coordinate by coordinate, and distinct rows.
+"""Operations on many short vectors: lengths and scalar products, summed coordinate by coordinate, and distinct rows.
 
 numpy reduces a last axis row by row, which takes ten times as long for rows of two or three numbers.
 """
@@ -15,15 +15,16 @@ from missionc.ir.distances.signed_distance import length
 
 
 def distinct(rows: NDArray[Any]) -> tuple[Indices, Indices]:
-    """Index of the first row of each kind, and the kind of each row.
+    """Distinct rows of an array: index of the first row of each kind, and the kind of each row.
 
-    Sorting columns is many times quicker than sorting rows, as ``numpy.unique`` does.
+    Sorting columns is many times faster than sorting rows, as ``numpy.unique`` does.
 
     Args:
         rows: (rows, columns) of numbers, none of them NaN.
 
     Returns:
-        (kinds,), indices of rows, in the order of their values; and (rows,), indices into it.
+        (kinds,), row indices in lexicographic order of the rows; and (rows,), the kind of each row as an index into
+        them.
     """
     order = np.lexsort(rows.T[::-1])
     begins = np.ones(len(rows), dtype=bool)
@@ -34,12 +35,12 @@ def distinct(rows: NDArray[Any]) -> tuple[Indices, Indices]:
 
 
 def norm(vectors: Array) -> Array:
-    """Euclidean lengths, (..., dim) -> (...), in the unit of the vectors, such as metres."""
+    """Euclidean lengths of vectors, (..., dim) -> (...), in their unit."""
     return np.asarray(length(np, [vectors[..., axis] for axis in range(vectors.shape[-1])]))
 
 
 def dot(first: Array, second: Array) -> Array:
-    """Scalar products, (..., dim) twice -> (...), in the product of both units, such as square metres."""
+    """Scalar products of vectors, (..., dim) twice -> (...), in the product of both units."""
     product = first * second
     total = product[..., 0]
     for axis in range(1, product.shape[-1]):

@@ -1,12 +1,12 @@
-"""Winding of paths around static obstacles: the angle that each agent sweeps about each part.
+"""Winding of paths around static obstacles: the angle that each path sweeps about each obstacle part.
 
     in   Mission, positions over time
     out  StandingPart, angles
 
-If two paths between the same places pass a part on different sides, or circle it a different number of times, their
+If two paths between the same ends pass a part on different sides, or circle it a different number of times, their
 angles differ by whole turns. Small changes of a path do not change this, so the paths are of different homotopy
-classes. Parts that are connected for the smallest agent count as one. A part that reaches the world's border has only
-one side and is left out. In a volume, parts that do not reach from floor to ceiling are left out too.
+classes. Obstacles whose gaps are too narrow for the smallest agent count as one part. A part that reaches the world's
+border has only one side and is omitted. In a volume, parts that do not reach from floor to ceiling are omitted too.
 
 Source:
     Bhattacharya, Likhachev, Kumar, topological constraints in search-based planning, 2012, for the plane.
@@ -23,17 +23,17 @@ from missionc.geometry.configuration_space import Atlas
 from missionc.ir import Mission, Shape, Still
 
 MOST_PARTS = 64
-"""Maximum number of parts: the largest are used."""
+"""Maximum number of obstacle parts: the largest are used."""
 
 TURN = np.pi
-"""Least difference of angles, radians, for paths on different sides."""
+"""Least difference of angles, radians, of paths in different homotopy classes."""
 
 
 class StandingPart(Record, eq=False):
-    """Part of the static obstacles that paths can circle.
+    """Connected part of the static obstacles that paths can circle.
 
     Args:
-        name: names of its obstacles.
+        name: names of the part's obstacles.
         point: inner point that no agent passes, (2,), metres.
         solid: the obstacles as a shapely geometry.
     """
@@ -44,7 +44,7 @@ class StandingPart(Record, eq=False):
 
 
 def standing_parts(mission: Mission) -> tuple[StandingPart, ...]:
-    """Parts of a mission's static obstacles that paths can circle."""
+    """Connected parts of a mission's static obstacles that paths can circle."""
     standing = [obstacle for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
     if not standing or mission.world.flat:
         return ()
@@ -73,7 +73,7 @@ def least_room(mission: Mission) -> float:
 
 
 def outline(mission: Mission, shape: Shape) -> shapely.Geometry:
-    """Area that a shape blocks in the plane; in a volume, that it blocks at every height."""
+    """Area that a shape blocks in the plane; in a volume, the area that it blocks at every height."""
     atlas = Atlas.of(mission.world, [shape])
     layers = [
         geometry
@@ -84,11 +84,9 @@ def outline(mission: Mission, shape: Shape) -> shapely.Geometry:
 
 
 def swept_angles(parts: tuple[StandingPart, ...], position: Array) -> Array:
-    """Angles that agents on paths (agents, steps + 1, dim) sweep about each part.
+    """Angles that agent paths sweep about each obstacle part, positive if the part is on the agent's left.
 
-    Shape: (agents, parts), radians.
-
-    Positive if the part is on the left of the agent.
+    Shape: (agents, steps + 1, dim), metres -> (agents, parts), radians.
     """
     swept = np.zeros((len(position), len(parts)))
     for number, part in enumerate(parts):

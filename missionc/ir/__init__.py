@@ -1,7 +1,8 @@
-"""Intermediate representation: the resolved mission, with SI units and windows in whole steps.
+"""Intermediate representation: the resolved mission, with SI units and time windows in steps.
 
-The package holds values only. Every module after ``resolve.resolve_mission`` reads this form and never the syntax tree.
-Agents have numbers over the whole mission, in the order of their declaration. An agent set is a tuple of such numbers.
+The package contains values only. Every module after ``resolve.resolve_mission`` reads this representation and never the
+syntax tree. Agents are numbered over the whole mission in the order of their declaration (mission indices). An agent
+set is a tuple of mission indices.
 """
 
 from missionc.ir.agents import *

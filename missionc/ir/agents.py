@@ -1,4 +1,4 @@
-"""Agents: their dynamics, their starts and finishes, and sets of them."""
+"""Agents: their dynamics, initial and final sets, and sets of agents."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class InitialSet(Record):
     """Set of allowed positions of an agent's centre at the first or the last step: one point or a region.
 
     Args:
-        point: the one position, metres; None if there is a region.
-        region: the compiler chooses a position from it; None if there is one point.
+        point: the only allowed position, metres; None if the set is a region.
+        region: region from which the compiler chooses a position; None if the set is one point.
     """
 
     span: Span
@@ -28,7 +28,7 @@ class InitialSet(Record):
 
     @property
     def shape(self) -> Shape:
-        """The set as a shape, metres; a box without extent for one point."""
+        """Set of allowed positions as a shape, metres; for one point, a box without extent."""
         if self.point is not None:
             return Box(self.point, self.point)
         assert self.region is not None
@@ -41,13 +41,13 @@ class InitialSet(Record):
 
 
 class Agent(Record, eq=False):
-    """One robot.
-
-    Its ``name`` is ``drone[0]`` for a member of a team, or for example ``truck7`` for a single agent.
+    """Robot of the mission, with its body, dynamics, start and finish.
 
     Args:
-        begins: state at time 0 of an agent that is already in motion, for example of the rest of a running mission:
-            (x, y, z, yaw), metres and rad, and their derivatives by time up to the fourth. Empty if it begins at rest.
+        name: ``drone[0]`` for a member of a team, or for example ``truck7`` for a single agent.
+        radius: body radius, metres; ``altitude`` is the flight altitude in a plane mission, metres.
+        begins: state at time 0 of an agent that is already in motion: (x, y, z, yaw), metres and rad, and its time
+            derivatives up to the fourth. Empty if the agent begins at rest.
         course: given positions at the steps, metres, of an agent that is not planned. Empty for a planned agent.
     """
 
@@ -68,12 +68,12 @@ class Agent(Record, eq=False):
 
     @property
     def ends(self) -> tuple[InitialSet, ...]:
-        """The start, and the finish if there is one."""
+        """Set of allowed start positions, followed by the set of allowed finish positions if the agent has a finish."""
         return (self.start,) if self.finish is None else (self.start, self.finish)
 
 
 class AgentSet(Record, eq=False):
-    """A team, a group or one agent, under the name in the mission."""
+    """Team, group or single agent under its name in the mission; ``agents`` are mission indices."""
 
     name: str
     agents: tuple[int, ...]
@@ -81,7 +81,7 @@ class AgentSet(Record, eq=False):
 
 
 def ends_by_region(ends: Iterable[tuple[Agent, InitialSet]]) -> dict[Region, list[tuple[Agent, InitialSet]]]:
-    """Group the starts or finishes that are regions by region, each with its agent."""
+    """Starts or finishes that are regions, grouped by region, each with its agent."""
     found: dict[Region, list[tuple[Agent, InitialSet]]] = {}
     for agent, place in ends:
         if place.region is not None:

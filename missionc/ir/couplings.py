@@ -1,4 +1,4 @@
-"""Couplings between agents: graphs and formations."""
+"""Couplings between agents: communication graphs and formations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.ir.shapes import Shape, Vector
 
 
 class PairRange(Record):
-    """Range of the links from each agent of one set to each agent of another."""
+    """Communication range, metres, of the links from each agent of one set to each agent of another."""
 
     senders: frozenset[int]
     receivers: frozenset[int]
@@ -20,7 +20,7 @@ class PairRange(Record):
 
 
 class PairWeight(Record):
-    """Weight of the links from each agent of one set to each agent of another."""
+    """Weight of the links from each agent of one set to each agent of another, at least 1."""
 
     senders: frozenset[int]
     receivers: frozenset[int]
@@ -28,10 +28,8 @@ class PairWeight(Record):
 
 
 class Weight(Record):
-    """Weights of links, at least 1: ``pairs`` lists exceptions, each link in at most one.
-
-    ``others`` is the rest.
-    """
+    """Weights of links, at least 1: ``others`` for all links except those in ``pairs``; each link is in at most one of
+    ``pairs``."""
 
     name: str
     others: int
@@ -39,7 +37,7 @@ class Weight(Record):
 
 
 class Proximity(Record, eq=False):
-    """Graph with an edge if two agents are strictly closer than the range of their pair: [strel] ε-proximity graph."""
+    """Communication graph that links two agents closer than the range of their pair ([strel], ε-proximity graph)."""
 
     by_distance = True
 
@@ -56,7 +54,8 @@ class Proximity(Record, eq=False):
 
 
 class BeaconCover(Record, eq=False):
-    """Graph with an edge if two agents are strictly closer than ``radius`` to one beacon: [strel] ε-connectivity."""
+    """Communication graph that links two agents if both are closer than ``radius`` to one beacon ([strel],
+    ε-connectivity)."""
 
     by_distance = False
     ranges = ()
@@ -73,7 +72,8 @@ class BeaconCover(Record, eq=False):
 
 
 class Sight(Record, eq=False):
-    """Proximity graph whose links also need a line of sight more than ``room`` clear of ``shapes``."""
+    """Proximity graph whose links also need a line of sight with a clearance of more than ``room`` metres from
+    ``shapes``."""
 
     by_distance = True
     name: str
@@ -91,13 +91,14 @@ class Sight(Record, eq=False):
 
 
 Graph: TypeAlias = Proximity | BeaconCover | Sight
-"""A communication graph. ``by_distance``: a link is never longer than the range of its pair. This range is ``radius``
-for pairs in none of the ``ranges``; each pair is in at most one of them. ``rule``: the condition for a link between two
-agents, independent of other agents."""
+"""Communication graph of agents. ``radius`` is the range of links, metres, except for pairs in ``ranges``; each pair is
+in at most one of ``ranges``. ``by_distance`` is true if no link is longer than the range of its pair. ``rule`` is the
+condition for a link between two agents; it does not depend on other agents."""
 
 
 class FormationEdge(Record):
-    """Edge of a formation between two agents (mission indices): a required distance or offset ``second - first``."""
+    """Edge of a formation between two agents (mission indices): the required distance, or the offset ``second -
+    first``; metres."""
 
     first: int
     second: int
@@ -105,9 +106,11 @@ class FormationEdge(Record):
 
 
 class Formation(Record, eq=False):
-    """Formation: each edge's absolute error, or with ``total`` their sum, is at most the tolerance.
+    """Formation of agents: the absolute error of each edge, or with ``total`` the sum of the errors, is at most the
+    tolerance.
 
-    [clot] III-C, F_form.
+    Source:
+        [clot] III-C, F_form.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Temporal and spatial formulas over predicates: operators are objects, windows are whole steps."""
+"""Temporal and spatial formulas over predicates; their operators are objects and their windows are in steps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.ir.predicates import Predicate
 
 
 class Operator(Protocol):
-    """Facts of a formula about its operator; ``language.operators`` defines each operator, under its name."""
+    """Interface of an operator, as formulas use it; ``language.operators`` defines each operator, by name."""
 
     @property
     def name(self) -> str: ...
@@ -30,7 +30,8 @@ class Operator(Protocol):
 
 
 class Window(Record):
-    """Window of steps ahead, both ends included; ``high`` None means the mission's last step."""
+    """Time window of an operator: ``low`` to ``high`` steps ahead, both included; ``high`` None is the mission's last
+    step."""
 
     low: Steps
     high: Steps | None
@@ -38,9 +39,10 @@ class Window(Record):
 
 
 class Length(Record):
-    """Bounds of a route, both included: in hops, metres, or total weight of its links.
+    """Bounds of a route's length, both included: in hops, metres, or total weight of the links.
 
-    ``high`` is ``math.inf`` if left out; ``weight`` is the weight that measures the route, if any.
+    ``high`` is ``math.inf`` if the mission gives no upper bound. ``weight`` is the link weight that measures the route;
+    None for hops and metres.
     """
 
     graph: Graph
@@ -52,19 +54,19 @@ class Length(Record):
 
     @property
     def word(self) -> str:
-        """``hops``, ``distance`` or the name of a weight."""
+        """Word of the length measure in missions: ``hops``, ``distance`` or the name of a weight."""
         return self.metric.value if self.weight is None else self.weight.name
 
 
 class Period(Record):
-    """Length of the periods of a recurrence, in steps; at least 1."""
+    """Length of the periods of a recurrence (``every 40 s``), in steps, at least 1."""
 
     steps: Steps
     span: Span
 
 
 class About(Enum):
-    """Subject of a formula; the value is also its wording in messages."""
+    """Subject of a formula: one agent, the team, or either; the value is its name in messages."""
 
     AGENT = "one agent"
     TEAM = "the team"
@@ -82,16 +84,16 @@ class Holds(Record, eq=False, weakref_slot=True):
 
 
 class Belongs(Record, eq=False, weakref_slot=True):
-    """Membership: the agent is in this set."""
+    """Membership formula: the evaluated agent is in this agent set."""
 
     agents: AgentSet
     span: Span
 
 
 class Apply(Record, eq=False, weakref_slot=True):
-    """Application of an operator to operands.
+    """Application of an operator to operand formulas.
 
-    Only ``count`` uses ``comparison`` and ``number`` (``>=``, 2).
+    Only the operator ``count`` uses ``comparison`` and ``number`` (``>=``, 2).
     """
 
     operator: Operator
@@ -103,7 +105,8 @@ class Apply(Record, eq=False, weakref_slot=True):
 
 
 class AtLeastOf(Record, eq=False, weakref_slot=True):
-    """``body`` for at least ``number`` of the agents; ``every`` means all of them, ``some`` means one."""
+    """Quantifier: ``body`` is true for at least ``number`` of the agents; ``every`` means all of them, ``some`` means
+    one."""
 
     kind: str
     number: int
@@ -113,7 +116,7 @@ class AtLeastOf(Record, eq=False, weakref_slot=True):
 
 
 class OfAgent(Record, eq=False, weakref_slot=True):
-    """``body`` evaluated for that agent."""
+    """Formula ``body`` evaluated for the agent with this mission index."""
 
     agent: int
     body: Formula
@@ -121,9 +124,9 @@ class OfAgent(Record, eq=False, weakref_slot=True):
 
 
 class Without(Record, eq=False, weakref_slot=True):
-    """``body`` for the team without any ``number`` of the agents.
+    """Fault tolerance: ``body`` is true for the team after the loss of any ``number`` of the agents.
 
-    ``cases`` has the body for the remaining agents, one for each entry of ``lost``: the same text, for fewer agents.
+    ``lost`` lists the sets of lost agents. ``cases`` has, for each set, ``body`` resolved for the remaining agents.
     """
 
     number: int
@@ -135,4 +138,4 @@ class Without(Record, eq=False, weakref_slot=True):
 
 
 Formula: TypeAlias = "Truth | Holds | Belongs | Apply | AtLeastOf | OfAgent | Without"
-"""A formula. A ``let`` is resolved once and each use is the same object, so a formula is an acyclic graph."""
+"""Resolved formula, an acyclic graph: a ``let`` is resolved once, and all its uses are the same object."""

@@ -1,4 +1,4 @@
-"""User roadmaps: places and the lanes between them."""
+"""User roadmaps: nodes at fixed positions and the lanes between them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.ir.shapes import Vector
 
 
 class LaneNode(Record):
-    """A place of the roadmap, under its name in the file."""
+    """Node of a user roadmap: its position, metres, and its name in the roadmap file."""
 
     name: str
     position: Vector
@@ -17,11 +17,11 @@ class LaneNode(Record):
 
 
 class Lane(Record):
-    """A straight, directed edge between two nodes, by their numbers.
+    """Straight, directed edge of a user roadmap between two nodes, by node number.
 
     Args:
-        speed: maximum on it, m/s; infinite if not given.
-        duration: minimum time, seconds; 0 if not given.
+        speed: speed limit of the lane, m/s; infinite if not given.
+        duration: minimum travel time, seconds; 0 if not given.
     """
 
     source: int
@@ -32,7 +32,7 @@ class Lane(Record):
 
 
 class Lanes(Record, eq=False):
-    """All nodes and lanes of a roadmap; ``path`` is the path of its file as in the mission."""
+    """User roadmap with all nodes and lanes; ``path`` is the path of its file as the mission writes it."""
 
     path: str
     nodes: tuple[LaneNode, ...]
@@ -40,6 +40,6 @@ class Lanes(Record, eq=False):
     span: Span
 
     def length(self, lane: Lane) -> Metres:
-        """Length of a lane."""
+        """Length of a lane, metres."""
         ends = zip(self.nodes[lane.source].position, self.nodes[lane.target].position, strict=True)
         return Metres(sum((after - before) ** 2 for before, after in ends) ** 0.5)

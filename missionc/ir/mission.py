@@ -1,4 +1,4 @@
-"""The mission itself: world, agents, requirements, preferences, objective."""
+"""Mission as a value: world, agents, requirements, preferences, objective."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ class Preference(Record, eq=False):
 
 
 class Tolerance(Record, eq=False):
-    """Tolerance for delays: each of these agents (mission indices), alone, may be delayed by up to ``steps``."""
+    """Tolerated delay: each agent of ``agents`` (mission indices), one at a time, may be delayed by up to ``steps``
+    steps."""
 
     agents: tuple[int, ...]
     steps: Steps
@@ -41,30 +42,30 @@ class Tolerance(Record, eq=False):
 
 
 class Spacing(Record):
-    """Required separation of two agents' centres: their difference is outside an upright ellipsoid of these half axes,
-    metres.
-    """
+    """Required separation of two agents' centres: their difference is outside an upright ellipsoid with these half
+    axes, metres."""
 
     sideways: Metres
     height: Metres
 
     @property
     def least(self) -> Metres:
-        """Least required distance over all directions."""
+        """Least required distance over all directions, metres."""
         return min(self.sideways, self.height)
 
     @property
     def most(self) -> Metres:
-        """Distance that suffices in every direction."""
+        """Distance that satisfies the separation in every direction, metres."""
         return max(self.sideways, self.height)
 
     @property
     def flatness(self) -> float:
-        """Weight of heights relative to ``sideways`` distances in the separation; 1 for a ball."""
+        """Factor on height differences that makes them comparable to horizontal distances; 1 for a ball."""
         return self.sideways / self.height if self.height > 0 else 1.0
 
     def measured(self, offset: Sequence[float]) -> Metres:
-        """Length of a difference of two centres, in equivalent horizontal metres."""
+        """Length of an offset between two centres, with heights scaled by ``flatness``; metres, at least ``sideways``
+        if the separation is satisfied."""
         return Metres(math.hypot(*offset[:2], *(self.flatness * each for each in offset[2:])))
 
 
@@ -77,7 +78,7 @@ class Objective(Enum):
 
     @property
     def word(self) -> str:
-        """``maximize`` or ``minimize``; empty without an objective."""
+        """Verb of the objective, ``maximize`` or ``minimize``; empty without an objective."""
         return "" if self is Objective.NONE else "maximize" if self is Objective.ROBUSTNESS else "minimize"
 
     def __str__(self) -> str:
@@ -85,27 +86,28 @@ class Objective(Enum):
 
 
 class Connectivity(Enum):
-    """Quantity that the transport backend increases to connect a graph."""
+    """Measure of connectivity that the optimiser increases to connect a graph."""
 
     BOTTLENECK = "bottleneck"
     LAMBDA2 = "lambda2"
 
 
 class SolveWith(Record):
-    """Selected backend (``auto``, ``smt``, ``clot`` or ``hybrid``) and its options, mostly numbers."""
+    """Requested backend (``auto``, ``smt``, ``clot`` or ``hybrid``) and its options, mostly numbers."""
 
     backend: str = "auto"
     options: tuple[tuple[str, float], ...] = ()
     connectivity: Connectivity = Connectivity.BOTTLENECK
     span: Span | None = None
     roadmap: Lanes | None = None
-    """The user's own roadmap, which replaces generated ones."""
+    """Roadmap that the user supplies, used instead of generated roadmaps; None if the user supplies none."""
     settings: tuple[tuple[str, float], ...] = ()
-    """Values of backend settings that differ from the defaults: ``("smt.roadmap.nodes", 400)``."""
+    """Backend settings that the mission changes from their defaults: ``("smt.roadmap.nodes", 400)``."""
 
 
 class Mission(Record, eq=False, weakref_slot=True):
-    """The whole mission. The states are at the steps 0 … ``steps``, both included."""
+    """Complete resolved mission. States are at the steps 0 … ``steps``, both included; ``step`` is the duration of a
+    step."""
 
     name: str
     step: Seconds
@@ -134,12 +136,12 @@ class Mission(Record, eq=False, weakref_slot=True):
     tolerances: tuple[Tolerance, ...] = ()
     files: tuple[PlacesFile, ...] = ()
     drift: tuple[Metres, ...] = ()
-    """Drift of each agent due to a slightly earlier or later start, besides its tracking margin. Only known for
-    missions in planning (``lower.tighten``)."""
+    """Distance of each agent from its plan, metres, because it starts slightly earlier or later, in addition to its
+    tracking error. Set only for missions prepared for planning (``lower.tighten``)."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the agents, in their order."""
+        """Names of the agents, in mission order."""
         return tuple(agent.name for agent in self.agents)
 
     @property
@@ -148,26 +150,27 @@ class Mission(Record, eq=False, weakref_slot=True):
 
     @property
     def starts(self) -> list[tuple[Agent, InitialSet]]:
-        """All agents, each with its start."""
+        """All agents, each with its set of start positions."""
         return [(agent, agent.start) for agent in self.agents]
 
     @property
     def finishes(self) -> list[tuple[Agent, InitialSet]]:
-        """The agents that have a finish, each with it."""
+        """Agents that have a finish, each with its set of finish positions."""
         return [(agent, agent.finish) for agent in self.agents if agent.finish is not None]
 
     def ends_at(self, step: int) -> list[tuple[Agent, InitialSet]]:
-        """The starts at step 0, the finishes at the last step, and none between."""
+        """Agents with a prescribed position set at this step: starts at step 0, finishes at the last step, none
+        otherwise."""
         return self.starts if step == 0 else self.finishes if step == self.steps else []
 
     def spacing(self, first: int, second: int) -> Spacing:
-        """Least required separation of two agents' centres.
+        """Required separation of the centres of two agents (mission indices).
 
-        It covers both bodies and the mission's separation in every direction, and the vehicles' own distances and
-        tracking errors. Bodies and pair distance grow by both tracking margins, and so does the ellipsoid of their
-        downwash, by slightly more in height (``verify.flight.joint_claims.downwash`` gives the reason). Agents without
-        a vehicle need only the mission's separation. In a plane no agent is above another, so both half axes are the
-        horizontal one.
+        The separation covers both bodies and the mission's separation in every direction, and the vehicles' own
+        distances and tracking errors. Bodies and pair distance grow by both tracking errors, and so does the ellipsoid
+        of their downwash, by slightly more in height (``verify.flight.joint_claims.downwash`` gives the reason). Agents
+        without a vehicle need only the mission's separation. In a plane no agent is above another, so both half axes
+        are the horizontal one.
         """
         one, other = self.agents[first], self.agents[second]
         bodies = one.radius + other.radius
@@ -184,8 +187,8 @@ class Mission(Record, eq=False, weakref_slot=True):
         return Spacing(Metres(sideways), Metres(height if self.dimension == 3 else sideways))
 
     def room(self, agent: int) -> tuple[Vector, Vector]:
-        """Opposite corners of the box for an agent's plan: the world without its fence inset and tracking error, and
-        its altitude band.
+        """Opposite corners of the box that contains an agent's plan, metres: the world inside the fence inset and the
+        tracking error, within the vehicle's altitude band.
 
         The first corner exceeds the second if the box is empty.
         """

@@ -1,7 +1,7 @@
-"""Pads: takeoff and landing places of agents, with heights and speeds.
+"""Pads: takeoff and landing positions of agents, with hover heights and vertical speeds.
 
-An agent with a pad flies from the floor to the floor: up above its pad, to its start, its mission, back above the pad,
-and down.
+An agent with a pad takes off from the floor above its pad, flies to its start, flies its mission, returns above the
+pad, and lands.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from missionc.ir.vehicles import Figure
 
 
 class Pad(Record, eq=False):
-    """Pad of one agent, as the ``flight`` declaration gives it.
+    """Takeoff and landing pad of one agent, from the ``flight`` declaration.
 
     Args:
         point: x and y, metres; None: below the agent's start.
-        hover: metres, height after takeoff; None: the height of its start.
-        rise: maximum climb speed, m/s, besides its vehicle's limit; infinite if only that limit applies.
-        land: likewise for the descent.
-        risen: seconds of mission time since the agent took off: it is in the air and will land here; None if it is on
-            the pad.
+        hover: height after takeoff, metres; None: the height of the agent's start.
+        rise: maximum climb speed, m/s, besides the vehicle's limit; infinite if only that limit applies.
+        land: maximum descent speed, m/s, besides the vehicle's limit; infinite if only that limit applies.
+        risen: mission time since takeoff, seconds, of an agent that is in the air and will land on the pad; None if the
+            agent is on the pad.
     """
 
     point: Vector | None
@@ -40,4 +40,4 @@ PAD_FIGURES: dict[str, Figure] = {
     "rise": Figure(Dimension.SPEED, "<=", "largest takeoff speed", above=True),
     "land": Figure(Dimension.SPEED, "<=", "largest landing speed", above=True),
 }
-"""Optional figures of a pad besides its position, in the order of its fields."""
+"""Optional parameters of a pad besides its position, in the order of its fields."""

@@ -1,4 +1,4 @@
-"""Ranges and weights of links by ordered pairs of agents, and their consequences for a whole graph."""
+"""Link ranges and link weights by ordered pairs of agents, and derived properties of a graph."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from missionc.ir.couplings import Graph, PairRange, PairWeight, Proximity, Sight
 
 
 def range_of(graph: Graph, sender: int, receiver: int) -> Metres:
-    """Range of the link from the sender to the receiver, two different agents."""
+    """Communication range of the link from ``sender`` to ``receiver`` (different agents), metres."""
     for each in graph.ranges:
         if sender in each.senders and receiver in each.receivers:
             return each.radius
@@ -19,12 +19,12 @@ def range_of(graph: Graph, sender: int, receiver: int) -> Metres:
 
 
 def kinds(graph: Graph) -> tuple[tuple[int, ...], ...]:
-    """Group the agents of a graph by equal link ranges, in both directions and within the group."""
+    """Groups of a graph's agents with equal link ranges, in both directions and within the group."""
     return _alike(graph, graph.ranges)
 
 
 def weigh(weight: Weight, sender: int, receiver: int) -> int:
-    """Weight of a link from one agent to the other."""
+    """Weight of the link from ``sender`` to ``receiver``."""
     for each in weight.pairs:
         if sender in each.senders and receiver in each.receivers:
             return each.weight
@@ -32,17 +32,17 @@ def weigh(weight: Weight, sender: int, receiver: int) -> int:
 
 
 def kinds_of_weight(graph: Graph, weight: Weight) -> tuple[tuple[int, ...], ...]:
-    """Group the agents of a graph by equal link weights, in both directions and within the group."""
+    """Groups of a graph's agents with equal link weights, in both directions and within the group."""
     return _alike(graph, weight.pairs)
 
 
 def lightest(weight: Weight) -> int:
-    """Least weight of a link."""
+    """Least weight of any link."""
     return min((weight.others, *(each.weight for each in weight.pairs)))
 
 
 def heaviest(weight: Weight) -> int:
-    """Greatest weight of a link."""
+    """Greatest weight of any link."""
     return max((weight.others, *(each.weight for each in weight.pairs)))
 
 
@@ -55,25 +55,25 @@ def _alike(graph: Graph, pairs: tuple[PairRange, ...] | tuple[PairWeight, ...]) 
 
 
 def directed(graph: Graph) -> bool:
-    """Return whether some pair of agents has different ranges in the two directions."""
+    """Return true if some pair of agents has different link ranges in the two directions."""
     firsts = [kind[0] for kind in kinds(graph)] if graph.ranges else []
     return any(range_of(graph, one, other) != range_of(graph, other, one) for one, other in product(firsts, firsts))
 
 
 def all_ranges(graph: Graph) -> tuple[Metres, ...]:
-    """Distinct ranges of the graph's pairs, the longest first; empty for fewer than two agents."""
+    """Distinct link ranges of the graph's pairs, metres, in descending order; empty for fewer than two agents."""
     return tuple(sorted(set(_of_pairs(graph)), reverse=True))
 
 
 def between(graph: Graph, sender: int, receiver: int) -> Graph:
-    """The graph with the range of this pair for all links."""
+    """Graph in which all links have the range of this pair of agents."""
     if not graph.ranges:
         return graph
     return with_ranges(graph, range_of(graph, sender, receiver), ())
 
 
 def with_ranges(graph: Graph, radius: Metres, ranges: tuple[PairRange, ...]) -> Graph:
-    """The graph with other ranges."""
+    """Graph with another default range ``radius``, metres, and other pair ranges."""
     if isinstance(graph, Proximity | Sight):
         return replace(graph, radius=radius, ranges=ranges)
     return replace(graph, radius=radius)

@@ -1,4 +1,4 @@
-"""Place files as values: the request of a declaration, and the summary of the file's contents."""
+"""Place files as values: how a declaration reads a map file, and a summary of what the file contains."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 
 
 class FileRequest(Record):
-    """A file that a declaration names, and the settings for reading it.
+    """Map file that a declaration names, with the settings for reading it.
 
     Args:
         kind: ``obstacle``, ``region`` or ``beacon``.
         sources: the file and the files that it refers to.
-        span: source text of its name.
-        at: position of the file's own (0, 0), or of its ``origin``, metres.
+        span: source text of the file's name.
+        at: position of the file's (0, 0), or of its ``origin``, in the world, metres.
         origin: reference longitude and latitude, degrees; None for plane coordinates.
         unit: metres per unit of the file; None if not given.
-        resolution: cell size, metres; None for the file's own.
-        within: maximum distance between a polygon and occupied cells, metres; None for half a cell.
-        layers: layers of a drawing; empty for all.
-        unknown_free: True if unknown cells are free.
-        plane: True if the world is a plane and heights are ignored.
+        resolution: cell size, metres; None for the file's own cell size.
+        within: maximum distance between a polygon and the occupied cells, metres; None for half a cell.
+        layers: layers of a drawing that are read; empty for all.
+        unknown_free: True if unknown cells count as free.
+        plane: True if the world is a plane, so that heights are ignored.
     """
 
     kind: str
@@ -44,10 +44,10 @@ class FileRequest(Record):
 
 
 class LeftOut(Record):
-    """Parts of a file that define no place.
+    """Elements of a map file that were not read because they define no region, obstacle or beacon.
 
     Args:
-        kind: the file's own word for them, such as ``TEXT`` or ``LineString``.
+        kind: name of the elements in the file format, such as ``TEXT`` or ``LineString``.
         reason: a phrase for the reader, such as ``not an area``.
     """
 
@@ -57,7 +57,8 @@ class LeftOut(Record):
 
 
 class ReadSummary(Record):
-    """``count`` is the number of features read; ``extents`` is None if there are none."""
+    """Summary of a map file: number of features read, elements left out, and the extents of the features (None without
+    any)."""
 
     count: int
     left_out: tuple[LeftOut, ...]

@@ -1,4 +1,4 @@
-"""Places in the world: its bounds, regions, obstacles and beacons."""
+"""Geometry of the world: its bounds, regions, obstacles and beacons."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class World(Record):
 
     @property
     def flat(self) -> bool:
-        """True if the box has no extent along some axis."""
+        """True if the world's box has no extent along some axis."""
         return any(low >= high for low, high in zip(self.low, self.high, strict=True))
 
 
@@ -39,9 +39,10 @@ class Still(Record):
 
 
 class Path(Record):
-    """Offset of a shape over time: linear between the times, constant before the first and after the last.
+    """Translation of a moving shape over time: linear between the waypoints, constant before the first and after the
+    last.
 
-    ``moving V`` becomes two waypoints, (0, 0…) and (horizon, V * horizon).
+    ``moving V`` becomes two waypoints, (0, 0…) and (horizon, V * horizon). Times in seconds, offsets in metres.
     """
 
     times: tuple[Seconds, ...]
@@ -49,10 +50,11 @@ class Path(Record):
 
 
 class Obstacle(Record, eq=False):
-    """Forbidden set for bodies: at time t, all points within ``growth * t`` metres of its shape at its place then.
+    """Forbidden set for agent bodies: at time t, all points within ``growth * (t + age)`` metres of the translated
+    shape.
 
     Args:
-        growth: growth rate of its position uncertainty, m/s, at least 0.
+        growth: growth rate of the obstacle's position uncertainty, m/s, at least 0.
         age: duration of growth before time 0, seconds.
     """
 
@@ -65,11 +67,11 @@ class Obstacle(Record, eq=False):
 
     @property
     def constant(self) -> bool:
-        """True if it is the same set at every time: it neither moves nor grows."""
+        """True if the obstacle neither moves nor grows."""
         return isinstance(self.motion, Still) and self.growth == 0
 
     def grown(self, time: float) -> float:
-        """Growth on all sides at a time in seconds: metres."""
+        """Distance by which the obstacle has grown on all sides at a time in seconds; metres."""
         return self.growth * max(time + self.age, 0.0)
 
 
@@ -80,13 +82,13 @@ class Beacon(Record, eq=False):
 
 
 class PlacesFile(Record, eq=False):
-    """Places that one declaration takes from a file.
+    """Regions, obstacles, beacons or points that one declaration reads from a map file.
 
     Args:
-        path: path in the mission.
+        path: path of the file as the mission writes it.
         kind: ``obstacle``, ``region``, ``beacon`` or ``point``.
-        names: names of the places; empty for points.
-        asked: settings of the declaration, with the unit of the file if it states one; None for points.
+        names: names of the resulting objects; empty for points.
+        asked: settings of the declaration, with the unit of the file if the file states one; None for points.
     """
 
     path: str

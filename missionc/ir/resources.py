@@ -1,4 +1,4 @@
-"""Own state of an agent: resources that motion uses and refills, and flags that places set and clear."""
+"""Own state of an agent: resources that motion consumes and regions refill, and flags that regions set and clear."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from missionc.ir.places import Region
 
 
 class Refill(Record):
-    """Refill of a resource, per second of a step with both ends in the region."""
+    """Refill of a resource: amount per second during steps that begin and end in the region."""
 
     region: Region
     per_second: float
 
 
 class Resource(Record, eq=False):
-    """Quantity of each of some agents, by mission index.
+    """Consumable quantity that each of some agents (mission indices) has, such as battery charge.
 
-    At step 0 it is ``start``. A step uses ``per_second`` for each second and ``per_metre`` for each metre between its
-    ends, and adds its refills. The level never exceeds ``capacity``.
+    At step 0 the level is ``start``. A step consumes ``per_second`` for each second and ``per_metre`` for each metre
+    between its ends, and adds its refills. The level never exceeds ``capacity``.
     """
 
     name: str
@@ -32,9 +32,9 @@ class Resource(Record, eq=False):
 
 
 class Flag(Record, eq=False):
-    """Flag of an agent: true from a step in ``set_in`` until a step in ``cleared_in``.
+    """Flag of an agent: true from a step with the agent in ``set_in`` until a step with the agent in ``cleared_in``.
 
-    A step in both sets it.
+    A step in both regions sets the flag.
     """
 
     name: str

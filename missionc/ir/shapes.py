@@ -1,4 +1,4 @@
-"""Shapes of regions as plain numbers; ``world.signed_distance`` defines them as sets of points."""
+"""Shapes of regions as plain numbers; ``ir.distances.signed_distance`` defines them as sets of points."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ Vector: TypeAlias = tuple[float, ...]
 
 
 class Prism(Record):
-    """Height range of a plane shape in a volume; absent in a plane mission."""
+    """Height range of a plane shape in a volume, metres; absent in a plane mission."""
 
     low: float
     high: float
 
 
 class Box(Record):
-    """Axis-aligned box, over all coordinates of the world."""
+    """Axis-aligned box between two corners, over all coordinates of the world, metres."""
 
     low: Vector
     high: Vector
 
 
 class Disc(Record):
-    """A disc in the plane (``centre`` has two coordinates); an upright cylinder with a ``band``."""
+    """Disc in the plane (``centre`` has two coordinates), or with a ``band`` an upright cylinder; metres."""
 
     centre: Vector
     radius: float
@@ -40,7 +40,7 @@ class Ball(Record):
 
 
 class Polygon(Record):
-    """A simple polygon in the plane, corners in order (either orientation); a prism with a ``band``."""
+    """Simple polygon in the plane, corners in order (either orientation), or with a ``band`` a prism; metres."""
 
     corners: tuple[tuple[float, float], ...]
     band: Prism | None = None

@@ -1,4 +1,4 @@
-"""Vehicles: figures that limit an agent's flight, and its yaw."""
+"""Vehicles: parameters that limit an agent's flight, and its yaw."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from missionc.base.units import Dimension
 
 
 class Band(Record):
-    """From ``low`` to ``high``, both included."""
+    """Range of numbers from ``low`` to ``high``, both included."""
 
     low: float
     high: float
 
 
 class Vehicle(Record):
-    """Limits of a flight, in SI units. An absent limit is infinite, an absent margin is 0.
+    """Parameters and limits of a vehicle, in SI units. An absent limit is infinite, an absent margin is 0.
 
-    ``radius`` is the default for agents whose team sets none; read it from the agent. Two vehicles are in each other's
-    downwash if the difference of their centres, sideways over the sum of their ``downwash_radius`` and in height over
-    the sum of their ``downwash_height``, is shorter than 1. For two equal vehicles, this means shorter than 2 when
-    scaled by the half axes of one. An axis of 0 means no downwash.
+    ``radius`` is the default for agents whose team sets none; read the radius from the agent. Two vehicles are in each
+    other's downwash if the offset of their centres is shorter than 1 after scaling: horizontally by the sum of their
+    ``downwash_radius``, vertically by the sum of their ``downwash_height``. For two equal vehicles, this condition is a
+    length below 2 after scaling by one vehicle's half axes. A half axis of 0 means no downwash.
     """
 
     name: str
@@ -46,13 +46,16 @@ class Vehicle(Record):
 
 
 PLAIN = Vehicle("plain")
-"""Vehicle of a team that names none: a Crazyflie's memory and no limits."""
+"""Vehicle of a team that names none: the trajectory memory of a Crazyflie and no limits."""
 
 
 class Figure(Record):
-    """Format of a vehicle's figure: ``<=`` a limit, ``..`` a band, empty a value; and its description.
+    """Format of a vehicle parameter: a limit (``<=``), a range (``..``) or a value (empty), with its description.
 
-    ``above``: more than 0, not only at least 0. ``whole``: an integer. ``around``: the band contains 1.
+    Args:
+        above: True if the parameter must exceed 0, False if 0 is allowed.
+        whole: True for an integer.
+        around: True if the range must contain 1.
     """
 
     dimension: Dimension
@@ -82,11 +85,11 @@ FIGURES: dict[str, Figure] = {
     "endurance": Figure(Dimension.TIME, "<=", "flight time on one charge", above=True),
     "memory": Figure(Dimension.NUMBER, "", "bytes for trajectories", above=True, whole=True),
 }
-"""Every figure of a ``Vehicle`` except its name, in the order of its fields."""
+"""Format of every parameter of a ``Vehicle`` except its name, in the order of its fields."""
 
 
 class Fixed(Record):
-    """Constant yaw: ``angle`` rad, from the x axis to the left."""
+    """Constant yaw: ``angle`` rad, counterclockwise from the x axis."""
 
     angle: float
 

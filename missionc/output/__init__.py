@@ -1,1 +1,1 @@
-"""Output: the files of a verified plan, and the writing of them."""
+"""Output: the files of a verified plan, and functions that write them."""

@@ -1,4 +1,4 @@
-"""Graphs of networkx: roadmaps, and links between agents at a step of a motion.
+"""Roadmaps, and links between agents at a step of a trace, as networkx graphs.
 
 Networkx comes with the extra ``graph`` and is loaded only here, when a graph is requested. All attributes are numbers
 and texts, so that ``networkx.write_graphml`` and ``networkx.node_link_data`` can write them unchanged.
@@ -40,7 +40,10 @@ def roadmap_to_networkx(roadmap: RoadmapGraph, step: float) -> networkx.DiGraph:
 
 
 def links_to_networkx(mission: Mission, graph: Graph, trace: Trace, step: int) -> networkx.Graph:
-    """Agents of a graph at a step, with an edge for each link; directed if its ranges are."""
+    """Communication graph at a step, with a node for each agent and an edge for each link.
+
+    Directed if its ranges are.
+    """
     nx = _networkx()
     agents = [mission.agents[index] for index in graph.agents]
     one_way = directed(graph)

@@ -1,4 +1,4 @@
-"""Readable JSON layout: records over several lines, their values on one."""
+"""Readable JSON layout: records over several lines, each value on one line."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from collections.abc import Iterable, Mapping
 
 
 def compact(value: object) -> str:
-    """JSON on one line, with doubles in the shortest form that reads back the same."""
+    """JSON text of a value on one line, with doubles in the shortest form that reads back the same."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False)
 
 
 def document(head: Mapping[str, object], *entries: str) -> str:
-    """Whole document: the entries of ``head`` on one line each, then ``entries`` that are JSON already."""
+    """JSON text of a document: the entries of ``head`` on one line each, then ``entries``, which are JSON already."""
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
     return "{\n" + ",\n".join([*lines, *entries]) + "\n}\n"
 
 
 def listed(key: str, entries: Iterable[str]) -> str:
-    """Entry of the outermost record with a list as its value, one line each; ``entries`` are JSON already."""
+    """Entry of the outermost record with a list as its value, one item on each line; ``entries`` are JSON already."""
     rows = ",\n".join(f"    {entry}" for entry in entries)
     return f"  {compact(key)}: [\n{rows}\n  ]" if rows else f"  {compact(key)}: []"
 
 
 def record(entries: Mapping[str, object], depth: int) -> str:
-    """Record with one line for each entry, at nesting level ``depth``."""
+    """JSON text of a record with one line for each entry, at nesting level ``depth``."""
     if not entries:
         return "{}"
     inner, outer = "  " * (depth + 1), "  " * depth

@@ -1,4 +1,4 @@
-"""Background of a plan's picture in a notebook: regions by role, and obstacles at their start.
+"""Background of a plan's picture in a notebook: regions by role, and obstacles at their initial positions.
 
 in   Mission, its Kernel
 out  Ground
@@ -15,7 +15,7 @@ from missionc.output.report.outlines import Solid, inner_point, solids
 
 
 def notebook_ground(mission: Mission, kernel: Kernel) -> Ground:
-    """Background from above, in the palette's light colours.
+    """Background of a plan's picture, seen from above, in the palette's light colours.
 
     Each shape has its name once, on its largest part.
     """

@@ -1,4 +1,4 @@
-"""All files of the output folder as bytes, built from a verified plan; nothing here writes.
+"""All files of the output folder as bytes, built from a verified plan; nothing is written here.
 
 in   Mission, its kernel, Plan, its Certificate, the names of exports
 out  Output: the files by name, and the certificate with the checks on the polynomials
@@ -45,7 +45,7 @@ __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
 
 class WholeFlight(Record, eq=False):
-    """Transfers of a mission that starts from the floor (none otherwise), safe ends, and their checks."""
+    """Transfers and safe ends of a flight, with their checks; a mission that begins in the air has no transfers."""
 
     ways: Ways
     stops: tuple[Stop, ...]
@@ -57,14 +57,14 @@ PlanWays = Callable[[Mission, Mapping[str, str]], WholeFlight | Diagnostic | Non
 
 
 def no_ways(mission: Mission, files: Mapping[str, str]) -> WholeFlight | Diagnostic | None:
-    """Function without transfers and safe ends, for missions that begin in the air."""
+    """Return no transfers and safe ends; the default of ``plan_ways``."""
     return None
 
 
 class Output(Record):
-    """Files of the folder in a fixed order, and the whole certificate.
+    """Files of the output folder in a fixed order, and the complete certificate.
 
-    ``notes`` inform the user of the flight and of the exports, ``findings`` explain missing ones.
+    ``notes`` inform the user of the flight and of the exports, ``findings`` explain missing exports.
     """
 
     files: tuple[tuple[str, bytes], ...]
@@ -83,9 +83,15 @@ def emit(
     plan_ways: PlanWays = no_ways,
     stops: Stops | None = None,
 ) -> Output | Diagnostic:
-    """Build all files of a verified plan, reproducibly, or explain why its polynomials cannot be flown.
+    """Files of a verified plan, or a diagnostic that states why its polynomials cannot be flown.
+
+    Equal arguments give equal bytes.
 
     Args:
+        mission, kernel: mission of the plan.
+        plan: verified plan.
+        certificate: its certificate.
+        provenance: origin of the plan, for the manifest.
         exports: names of export formats to write in addition.
         plan_ways: function that plans transfers from and to the floor for verified polynomials.
         stops: trajectory of every agent until the beginning of a plan made in flight.
@@ -150,7 +156,7 @@ def emit(
 
 
 def _phases_noted(mission: Mission, files: Mapping[str, str], ways: Ways) -> str:
-    """Note on the duration of the whole flight and of each phase."""
+    """Note for the user on the duration of the flight and of each of its phases."""
     rows = phases_on_the_clock(mission, files, ways)
     each = ", ".join(f"{name} {end - begin:.4g} s" for name, begin, end in rows)
     where = "to landing" if has_risen(mission) else "from takeoff to landing"

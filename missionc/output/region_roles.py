@@ -13,7 +13,7 @@ from missionc.ir.lower.expand import expand
 
 
 def region_roles(mission: Mission, kernel: Kernel | None = None) -> dict[str, str]:
-    """Role by name: ``goal`` if a goal needs agents in the region, ``avoid`` if goals only need them outside.
+    """Role of each region, by name: ``goal`` if a goal needs agents in it, ``avoid`` if goals only need them outside.
 
     A region in no goal is ``start`` if agents start in it, otherwise ``plain``.
 

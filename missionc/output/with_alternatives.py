@@ -1,4 +1,4 @@
-"""The files of a folder with several plans: those of the best, and each other plan in a folder of its own.
+"""The files of a folder with several plans: those of the best plan, and each other plan in a folder of its own.
 
 in   the plotted plans, the files of each, and their table
 out  the files of the folder: its manifest and report cover all plans
@@ -22,11 +22,12 @@ Files = Mapping[str, bytes]
 def with_alternatives(
     plots: Sequence[Plotted], files: Sequence[Files], table: Sequence[AlternativeRow], wanted: int
 ) -> Files:
-    """Files of the whole folder.
+    """Files of a folder with several plans.
 
     Args:
         plots: one for each plan, the best first.
         files: files of each plan, as in a folder of its own.
+        table: rows of the plans.
         wanted: number of requested plans, recorded in the manifest.
     """
     best = dict(files[0])
@@ -41,7 +42,7 @@ def with_alternatives(
 
 
 def others(plots: Sequence[Plotted], table: Sequence[AlternativeRow]) -> list[tuple[dict[str, object], Plotted]]:
-    """Rows and plans for the report of the best plan."""
+    """Table rows and contents of all plans, as the report of the best plan needs them."""
     return [(row.as_record(), plotted) for row, plotted in zip(table, plots, strict=True)]
 
 

@@ -1,1 +1,1 @@
-"""Search algorithms shared by backends and replanning."""
+"""Search algorithms that backends and replanning share."""

@@ -3,8 +3,8 @@
     in   a relaxed residual (``residuals``), the moves of a graph, the propositions of each state
     out  metres for each state
 
-The product of the graph and the automaton of relaxed residuals is independent of time. One Dijkstra search from its
-ends therefore gives the bounds of all its states. Agents with equal residuals share them.
+The product of the graph and the automaton of relaxed residuals is independent of time. One Dijkstra search backwards
+from its goal vertices therefore gives the bounds of all its states. Agents with equal residuals share the bounds.
 
 Source:
     Silver, "Cooperative pathfinding", 2005: true distances as heuristics in space and time.
@@ -25,18 +25,18 @@ from missionc.base.trace import Array, Flags, Indices
 from missionc.planning.progression.residuals import Letter, Relaxation, Residual, TooComplex
 
 NO_WAY = 1e-12
-"""Metres of a move without length: a sparse graph cannot store edges of length 0."""
+"""Length, metres, that replaces a zero-length move, since a sparse graph cannot store edges of length 0."""
 
 
 class ProductGraph(Record, eq=False):
-    """Product of a graph and the automaton of relaxed residuals. A *spot* is a residual and a state.
+    """Product of an agent's graph and the automaton of relaxed residuals. A *spot* is a pair of residual and state.
 
     Args:
         phases: index of each residual.
-        tail: (edges,), spots; ``head`` likewise.
-        move: (edges,), the move of the graph.
-        ends: (spots,), True if a path may end there.
-        beyond: edges into residuals with known bounds: tails, moves, and these bounds, (states,), metres.
+        tail: spot at the start of each edge, (edges,); ``head``: spot at its end.
+        move: move of the agent's graph for each edge, (edges,).
+        ends: (spots,), True if a path may end at the spot.
+        beyond: edges into residuals with known bounds: their tails, their moves, and the bounds, (states,), metres.
     """
 
     phases: dict[Residual, int]
@@ -59,15 +59,16 @@ class ProductGraph(Record, eq=False):
         usable: Flags | None = None,
         bound: Callable[[Residual], Array | None] = lambda residual: None,
     ) -> ProductGraph:
-        """Expand the product from a residual on.
+        """Product graph with all residuals that are reachable from ``begin``.
 
         Args:
-            kind: (states,), indices into ``letters``: the propositions of each state.
-            finish: (states,), True if a path may end there.
-            moves: (moves, 2), states from and to.
+            kind: proposition set of each state, (states,), as indices into ``letters``.
+            finish: (states,), True if a path may end in the state.
+            moves: (moves, 2), start and end state of each move.
             most: maximum number of residuals.
             usable: (moves,), True for usable moves; None for all.
-            bound: known bounds of a residual, (states,), metres; None if the residual is to be expanded.
+            bound: function from a residual to its known bounds, (states,), metres; None if the residual must be
+                expanded.
 
         Raises:
             TooComplex: there are more than ``most`` residuals.
@@ -106,14 +107,14 @@ class ProductGraph(Record, eq=False):
 
 
 def reversed_to_ends(tail: Indices, head: Indices, length: Array, left: Array) -> csr_array:
-    """Reversed edges with one additional last vertex that leads to the ends.
+    """Graph with reversed edges and one additional vertex, the last, with edges to the goal vertices.
 
-    There must be no parallel edges, which a sparse array would add up.
+    There must be no parallel edges, whose lengths a sparse array would add.
 
     Args:
-        tail, head: (edges,), vertices.
+        tail, head: vertices of each edge, (edges,).
         length: (edges,), metres.
-        left: (vertices,), remaining metres at an end; infinite at other vertices.
+        left: remaining distance at a goal vertex, (vertices,), metres; infinite at other vertices.
     """
     count, ends = len(left), np.flatnonzero(np.isfinite(left))
     weights = np.concatenate([length, left[ends]])
@@ -122,10 +123,10 @@ def reversed_to_ends(tail: Indices, head: Indices, length: Array, left: Array) -
 
 
 class DistanceToGo:
-    """Bounds of the distance to go on one graph.
+    """Cache of lower bounds of the distance to go on one graph.
 
     Args:
-        moves: (moves, 2), states from and to.
+        moves: (moves, 2), start and end state of each move.
         length: (moves,), metres.
         states: number of states.
     """
@@ -151,13 +152,14 @@ class DistanceToGo:
         finish: Flags,
         starts: Indices | None = None,
     ) -> Array:
-        """Metres to go from each state, (states,); infinite if there is no path.
+        """Lower bound of the distance from each state until the residual is satisfied, (states,), metres; infinite
+        without a path.
 
         Args:
-            kind: (states,), indices into ``letters``: the propositions of each state.
-            signature: equal for residuals about the same states.
-            finish: (states,), True if the path may end there.
-            starts: the search stops near the first of them; states further away get a weaker bound.
+            kind: proposition set of each state, (states,), as indices into ``letters``.
+            signature: function whose values are equal for residuals that constrain the same states.
+            finish: (states,), True if the path may end in the state.
+            starts: the search stops when it reaches the first of these states; states further away get a weaker bound.
         """
         most_phases = 40  # number of residuals above which there is no bound
         kept = 1 << 28  # bytes of cached bounds
@@ -195,18 +197,20 @@ class DistanceToGo:
         return np.asarray(found[0])
 
     def _recall(self, key: object) -> tuple[Array | None, float]:
-        """Known bounds, (states,), metres, and the distance up to which they are exact."""
+        """Cached bounds, (states,), metres (None without any), and the distance up to which they are exact."""
         if key in self._known:
             self._known.move_to_end(key)
         return self._known.get(key, (None, 0.0))
 
     def _within(self, graph: csr_array, near: float) -> Array:
-        """Metres to go, (phases, states), by Dijkstra; longer distances are reported as ``near``."""
+        """Distances to go by Dijkstra's algorithm, (phases, states), metres; distances above ``near`` are reported as
+        ``near``."""
         end = graph.shape[0] - 1
         metres = np.asarray(dijkstra(graph, indices=[end], limit=near))[0, :end]
         return np.minimum(metres, near).reshape(-1, len(self._nothing))
 
 
 def _is_near(metres: Array, near: float) -> bool:
-    """Return whether some distance, (some,), metres, is below ``near``, the value for all further states."""
+    """Return true if some distance, (some,), metres, is below ``near``, the value that stands for all larger
+    distances."""
     return near == math.inf or float(metres.min(initial=math.inf)) < near

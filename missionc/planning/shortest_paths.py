@@ -1,7 +1,7 @@
-"""Shortest paths along a graph between places: the edges they use, their exits to a goal, and a spanner.
+"""Shortest paths on a graph between terminal nodes: the edges they use, their exits to a goal, and a spanner.
 
-The spanner keeps few edges, such that no path becomes much longer. It tests each pair with a bounded search among the
-edges kept so far. The A* search is our own, since scipy's Dijkstra would need a new graph for every edge.
+The spanner has few edges, such that no path becomes much longer. It tests each pair with a bounded search on the edges
+accepted so far. The A* search is our own, since scipy's Dijkstra would need a new graph for every edge.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from missionc.base.trace import Array, Indices
 
 
 def on_shortest_ways(graph: csr_array, nodes: Array, places: int) -> Indices:
-    """Edges of shortest paths between places: (edges, 2), the smaller node first.
+    """Edges of shortest paths between terminals (the first ``places`` nodes): (edges, 2), the smaller node index first.
 
-    The paths lead from the first place to all others, so that places stay connected, and from each other place to its
-    nearest ones.
+    The paths lead from the first terminal to all others, so that terminals stay connected, and from each other terminal
+    to its nearest terminals.
 
     Args:
-        graph: metres, each edge once.
-        nodes: (nodes, dim), metres, the places first.
-        places: number of places.
+        graph: edge lengths, metres, each edge once.
+        nodes: (nodes, dim), metres, the terminals first.
+        places: number of terminals.
     """
     local, detour = 60, 3.0  # nearest places with a path; greatest length over the straight line
     at_once = 64  # number of places whose distances to all nodes are in memory at once
@@ -53,12 +53,12 @@ def on_shortest_ways(graph: csr_array, nodes: Array, places: int) -> Indices:
 
 
 def left_at(graph: csr_array, nears: list[Indices], lasts: list[Array]) -> Iterator[Indices]:
-    """For each goal, yield the node at which the shortest path leaves the graph.
+    """For each goal, yield the node at which the shortest path from each node leaves the graph towards the goal.
 
     Shape: (nodes,), -1 without a path.
 
     Args:
-        graph: metres, each edge once.
+        graph: edge lengths, metres, each edge once.
         nears: for each goal, the nodes next to it.
         lasts: distances from these nodes to the goal, metres.
     """
@@ -78,12 +78,14 @@ def left_at(graph: csr_array, nears: list[Indices], lasts: list[Array]) -> Itera
 
 
 def greedy_spanner(nodes: Array, edges: Indices, stretch: float) -> Indices:
-    """Edges, (edges, 2), of a greedy spanner: no path is longer than ``stretch`` times the shortest one.
+    """Edges, (edges, 2), of a greedy spanner: no path is longer than ``stretch`` times the shortest path in all edges.
+
+    Args:
+        nodes: (nodes, dim), metres.
+        edges: candidate edges, (edges, 2), node indices.
 
     Source:
         Althöfer, Das, Dobkin, Joseph, Soares, "On sparse spanners of weighted graphs" (1993).
-
-    ``nodes`` is (nodes, dim), metres; ``edges`` has node indices.
     """
     place = [tuple(node) for node in nodes.tolist()]
     length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
@@ -99,7 +101,7 @@ def greedy_spanner(nodes: Array, edges: Indices, stretch: float) -> Indices:
 
 
 def _is_near(one: int, other: int, most: float, place: list[tuple[float, ...]], links: dict[int, list[int]]) -> bool:
-    """Return whether a path along the links has at most ``most`` metres: A* near the straight line."""
+    """Return true if a path along the links from ``one`` to ``other`` has at most ``most`` metres, by A*."""
     goal, best = place[other], {one: 0.0}
     queue = [(math.dist(place[one], goal), one)]
     while queue:

@@ -1,10 +1,10 @@
-"""Space-time search: the motion of least effort through the cells of a grid, layer by layer of time.
+"""Space-time search: the trajectory of least effort through the cells of a grid, layer by layer of time.
 
     in   costs of the cells in each layer, first and last cell, longest move
-    out  cell in each layer, or None if no motion avoids infinite costs
+    out  cell in each layer, or None if no trajectory avoids infinite costs
 
-Dynamic programming backwards over the layers. The effort of a motion is the sum of its squared moves, in cells, and the
-costs of the cells that it leaves.
+The algorithm is dynamic programming backwards over the layers. The effort of a trajectory is the sum of its squared
+moves, in cells, and the costs of the cells that it leaves.
 
 The search on a roadmap (``label_setting``) differs: it expands few of many states, forwards, together with the
 residuals of the formulas. On a grid every cell of every layer matters, and there are no formulas.
@@ -23,16 +23,18 @@ import numpy as np
 from missionc.base.trace import Array, Indices
 
 ROUNDING = 1e-9
-"""Cells by which a move may exceed the longest."""
+"""Rounding tolerance, in cells, on the length of the longest move."""
 
 
 def least_effort(cost: Array, first: tuple[int, ...], last: tuple[int, ...], reach: float) -> Indices | None:
-    """Cells, (moves + 1, dim), of the motion of least effort and cost between two cells.
+    """Cells, (moves + 1, dim), of the trajectory of least effort and cost between two cells; None if every trajectory
+    has infinite cost.
 
-    Ties go to the motion with the shorter first moves.
+    Of equal trajectories, the one with shorter first moves is returned.
 
     Args:
         cost: (moves, *cells), cost of leaving a cell by each move; infinite for forbidden cells.
+        first: first cell; ``last``: last cell.
         reach: longest move, cells.
     """
     shape, span = cost.shape[1:], int(reach)

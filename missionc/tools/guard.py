@@ -13,7 +13,7 @@ from typing import Protocol
 
 NAMES = ("127.0.0.1", "localhost")
 OWN_SITES = ("same-origin", "none")
-"""Values of `Sec-Fetch-Site` of requests by this server's pages and by the user."""
+"""Accepted values of `Sec-Fetch-Site`: requests from pages of this server, and those typed by the user."""
 
 ALWAYS = {
     "Cache-Control": "no-store",
@@ -23,11 +23,11 @@ ALWAYS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
 }
-"""Headers of every answer."""
+"""HTTP headers of every answer."""
 
 
 class Headers(Protocol):
-    """Headers of a request, each with all of its values."""
+    """HTTP headers of a request; a header can have several values."""
 
     def get_all(self, name: str, /) -> list[str] | None: ...
 
@@ -42,7 +42,12 @@ class Guard:
         return f"http://{NAMES[0]}:{self.port}/{self.token}/"
 
     def path(self, target: str, headers: Headers) -> str | None:
-        """Return the requested path below the token, or None if the request is rejected."""
+        """Return the requested path after the token, or None if the request is rejected.
+
+        Args:
+            target: request target, ``/TOKEN/PATH?QUERY``.
+            headers: headers of the request.
+        """
         if not target.startswith("/"):
             return None
         _, token, *rest = target.partition("?")[0].split("/")
@@ -50,7 +55,7 @@ class Guard:
         return "/".join(rest) if known and rest and self._from_here(headers) else None
 
     def opens(self, headers: Headers) -> bool:
-        """Return True if a request to open a socket comes from a page of this server."""
+        """Return whether a request to open a WebSocket comes from a page of this server."""
         return headers.get_all("Origin") == [f"http://{host}" for host in headers.get_all("Host") or [""]]
 
     def _from_here(self, headers: Headers) -> bool:

@@ -1,6 +1,6 @@
-"""The certificate: every check with its margin and tolerance, and informative figures.
+"""The certificate of a plan: every check with its margin and tolerance, and informative quantities.
 
-Every check of the certificate repeats its numerical tolerance.
+Each check states its numerical tolerance.
 """
 
 from __future__ import annotations
@@ -13,25 +13,25 @@ from missionc.base.late_dataclass import Record
 from missionc.verification.proof.proof_boxes import Boxes
 
 MOTION = 1e-6
-"""Metres, m/s, m/s² or rad: tolerance for states against the dynamics, and for exactly given places."""
+"""Tolerance of states against the dynamics, and of exactly given positions: metres, m/s, m/s² or rad."""
 
 CONTACT = 1e-9
-"""Metres: tolerance of distances between bodies; contact is allowed, and rounding is not a defect."""
+"""Tolerance of distances between bodies, metres: contact is allowed, and rounding is not a violation."""
 
 CERTAIN = 1e-5
-"""Metres by which the continuous-time proof may be below the least margin seen."""
+"""Maximum gap, in metres, between the proved margin and the smallest margin found by evaluation."""
 
 TUBE = 0.1
-"""Metres: tolerance of the distance between a polynomial and the verified motion."""
+"""Tolerance of the distance between a polynomial and the verified plan, metres."""
 
 WAYPOINT = 5e-3
-"""Metres: tolerance of a polynomial's position at a step's time, for judging the mission again."""
+"""Tolerance of a polynomial's position at the time of a step, metres, for evaluating the mission on the polynomial."""
 
 ROUNDING = 1e-5
-"""Metres by which float32 rounding of a polynomial may reduce a required distance."""
+"""Bound on the reduction of a required distance by float32 rounding of a polynomial, metres."""
 
 CLOCK = 1e-6
-"""Seconds per second of the mission: durations are float32 numbers too."""
+"""Tolerance of a duration, in seconds per second of the mission: durations are float32 numbers too."""
 
 
 class Check(Record):
@@ -54,7 +54,7 @@ class Check(Record):
 
 
 class Figure(Record):
-    """An informative number that no rule of the mission limits."""
+    """An informative quantity of a plan, such as a peak speed, that no rule of the mission limits."""
 
     name: str
     subject: str
@@ -65,7 +65,7 @@ class Figure(Record):
 
 
 class Verdict(Enum):
-    """Continuous-time verdict on a requirement that is true at the steps."""
+    """Continuous-time verdict on a requirement that is satisfied at the steps."""
 
     HOLDS = "holds throughout"
     FAILS = "fails between"
@@ -73,10 +73,10 @@ class Verdict(Enum):
 
 
 class Between(Record):
-    """Result of a requirement between the steps.
+    """Continuous-time result of one requirement that is satisfied at the steps.
 
-    If it does not hold in continuous time, ``at`` and ``until`` (seconds) bound the first deciding interval, ``agents``
-    lists the agents concerned, and ``detail`` is a sentence.
+    If the requirement does not hold in continuous time, ``at`` and ``until`` (seconds) bound the first deciding
+    interval, ``agents`` lists the agents concerned, and ``detail`` is a sentence.
     """
 
     requirement: str
@@ -96,7 +96,8 @@ class Between(Record):
 
 
 class Delay(Record):
-    """Delay tolerance of an agent, with all others on time, such that the plan satisfies the mission.
+    """Delay tolerance of one agent: the longest late start with which the plan still satisfies the mission, others on
+    time.
 
     ``tolerated`` is in seconds: with a delay of any number of steps up to that, every check passes. With one step more,
     the check ``breaks`` of ``subject`` fails at the time ``at``, by ``agents``. If ``breaks`` is empty, no failure was
@@ -113,9 +114,9 @@ class Delay(Record):
 
     @property
     def broken(self) -> str:
-        """The check that one more step breaks, ``the separation from `drone[1]` at 4 s``.
+        """Text for the check that one further step of delay breaks, such as ``the separation from `drone[1]` at 4 s``.
 
-        Empty if none is known.
+        The text is empty if no such check is known.
         """
         others = ", ".join(f"`{agent}`" for agent in self.agents if agent != self.agent)
         what = {
@@ -129,7 +130,7 @@ class Delay(Record):
 
 
 class Certificate(Record):
-    """All checks of one plan.
+    """All checks of one plan, with informative quantities, warnings and the proofs of continuous-time checks.
 
     Args:
         boxes: proofs of the continuous-time checks.
@@ -156,11 +157,11 @@ class Certificate(Record):
 
     @property
     def at_steps_alone(self) -> tuple[Between, ...]:
-        """Results of the requirements that hold at the steps but fail, or may fail, between them."""
+        """Results of the requirements that are satisfied at the steps but fail, or may fail, between them."""
         return tuple(each for each in self.between if not each.holds)
 
     def under(self, word: str) -> Certificate:
-        """The certificate with a word before the name of every check and of its boxes."""
+        """The certificate with ``word`` prefixed to the name of every check and of its proof."""
         return replace(
             self,
             checks=tuple(replace(check, name=f"{word} {check.name}") for check in self.checks),
@@ -170,7 +171,7 @@ class Certificate(Record):
         )
 
     def joined(self, other: Certificate) -> Certificate:
-        """The certificate followed by the content of the other one."""
+        """A certificate with the entries of this one, followed by the entries of ``other``."""
         return replace(
             self,
             checks=self.checks + other.checks,
@@ -193,5 +194,5 @@ def judged(
     agents: tuple[str, ...] = (),
     detail: str = "",
 ) -> Check:
-    """A check that passes if and only if its margin is at least ``-tolerance`` (never for NaN)."""
+    """A check that passes if and only if its margin is at least ``-tolerance``; it fails for a NaN margin."""
     return Check(name, subject, margin, unit, tolerance, margin >= -tolerance, at, agents, detail)

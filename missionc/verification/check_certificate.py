@@ -1,11 +1,11 @@
-"""Comparison of a written certificate with the one computed from its folder's files.
+"""Comparison of a stored certificate with the one computed from the files of its plan folder.
 
     in   its JSON, and the Certificate computed from the files
     out  Checks, each failed one with its reason
 
 The comparison covers every entry, and rejects missing and additional ones. A proved margin may be worse than the
 computed one by the gap of a proof, but never better. The bound of every box is recomputed on its part of the flight,
-and the boxes of a check must cover the whole flight.
+and the boxes of a check must cover the complete flight.
 """
 
 from __future__ import annotations
@@ -35,17 +35,22 @@ KEYS = (
     "boxes",
     "warnings",
 )
-"""Keys of the document, in its order."""
+"""Keys of ``certificate.json``, in their order."""
 
 Anywhere: TypeAlias = tuple[set[str], float]
-"""Possible places of a tight margin: agents, and the last second."""
+"""Bounds for the report of a smallest margin: the names of all agents, and the last time of the flight in seconds."""
 
 MOMENT = 2e-6
-"""Seconds: the time ``at`` of the tightest margin is written to a millionth."""
+"""Tolerance of the time ``at`` of the smallest margin, seconds; the file has it to a millionth."""
 
 
 def check_certificate(text: str, plan_sha256: str, certificate: Certificate) -> list[Check]:
-    """Compare the entries of ``certificate.json`` with the computed ones."""
+    """Checks that compare the entries of ``certificate.json`` with the computed certificate.
+
+    Args:
+        text: content of ``certificate.json``.
+        plan_sha256: hash of the plan file that the certificate must state.
+    """
     try:
         stated = parse_record(text, SCHEMA)
     except NotJsonError:
@@ -77,7 +82,10 @@ def _head(stated: Mapping[str, object], plan_sha256: str, certificate: Certifica
 
 
 def _entries(stated: object, computed: Sequence[Check | Figure], whole: Certificate) -> str | None:
-    """Describe the first error in checks or figures: missing, additional, or better than computed."""
+    """Describe the first error in the stored checks or quantities: missing, additional, or better than computed.
+
+    None if there is no error.
+    """
     if not isinstance(stated, list) or not all(isinstance(entry, dict) for entry in stated):
         return "an entry is missing"
     if [(entry.get("name"), entry.get("subject")) for entry in stated] != [
@@ -94,7 +102,7 @@ def _entries(stated: object, computed: Sequence[Check | Figure], whole: Certific
 
 
 def _anywhere(whole: Certificate) -> Anywhere:
-    """Every agent that a check is about, and the end of the flight."""
+    """All agents that a check of the certificate is about, and the last time of the flight in seconds."""
     ends = [float(boxes.claim.times[-1]) for boxes in whole.boxes]
     return {agent for check in whole.checks for agent in check.agents}, max(ends, default=0.0)
 
@@ -125,7 +133,7 @@ def _entry(stated: Mapping[str, Any], entry: Check | Figure, proved: bool, anywh
 
 
 def _plain(entry: dict[str, Any]) -> dict[str, Any]:
-    """Convert to JSON values: infinities become null, and tuples lists."""
+    """The entry as JSON values: infinities and NaN become null, and tuples lists."""
     return {
         key: list(value)
         if isinstance(value, tuple)
@@ -147,19 +155,19 @@ def _names(stated: object, value: list[str], agents: set[str]) -> bool:
 
 
 def _between(stated: object, certificate: Certificate) -> str | None:
-    """Describe the first error in the verdicts between the steps."""
+    """Describe the first error in the stored continuous-time verdicts; None if there is none."""
     computed = [_plain({**asdict(each), "verdict": each.verdict.value}) for each in certificate.between]
     return None if _same_rows(stated, computed) else "its verdicts between samples do not match the files"
 
 
 def _delays(stated: object, certificate: Certificate) -> str | None:
-    """Describe the first error in the delay tolerances."""
+    """Describe the first error in the stored delay tolerances; None if there is none."""
     computed = [_plain(asdict(each)) for each in certificate.delays]
     return None if _same_rows(stated, computed) else "its delay tolerances do not match the files"
 
 
 def _same_rows(stated: object, computed: list[dict[str, Any]]) -> bool:
-    """Return whether the stated rows equal the computed ones, with ``at`` rounded."""
+    """Return whether the stored rows equal the computed ones, up to rounding of the time ``at``."""
     rows = stated if isinstance(stated, list) else []
     return len(rows) == len(computed) and all(
         isinstance(row, dict)
@@ -171,7 +179,7 @@ def _same_rows(stated: object, computed: list[dict[str, Any]]) -> bool:
 
 
 def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None:
-    """Describe the first error in the boxes, or in a margin that they do not prove."""
+    """Describe the first error in the stored proof boxes, or a margin that they do not prove; None if there is none."""
     rows = stated.get("boxes")
     if not isinstance(rows, list) or [_name(row) for row in rows] != [_name_of(boxes) for boxes in certificate.boxes]:
         return "boxes are missing for a check along the flight"
@@ -192,7 +200,9 @@ def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None
 
 
 def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
-    """Boxes of a row, for the claim about the folder's files."""
+    """The proof boxes of a stored row, for the claim about the folder's files, or a text that describes its first
+    error.
+    """
     claim = boxes.claim
     if set(row) != {"check", "of", "unit", "times", "agents", "ends", "bounds"} or row.get("unit") != claim.unit:
         return "its keys do not match"
@@ -213,7 +223,7 @@ def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
 
 
 def _rows(value: object) -> Iterator[tuple[float, ...]]:
-    """Yield lists of finite numbers; an empty one for any other value."""
+    """Yield each row of a JSON list as a tuple of finite numbers, or an empty tuple if it is anything else."""
     for row in value if isinstance(value, list) else []:
         whole = isinstance(row, list) and all(is_finite_number(number) for number in row)
         yield tuple(float(number) for number in row) if whole else ()

@@ -1,7 +1,6 @@
-"""Comparison of a document with the computed one: the first place of a difference.
+"""Comparison of a JSON document with a recomputed one: the path of the first difference.
 
-Both are JSON values. Texts, booleans and integers must be equal; numbers with a fraction may differ by rounding between
-machines.
+Texts, booleans and integers must be equal; numbers with a fraction may differ by rounding between machines.
 """
 
 from __future__ import annotations
@@ -13,24 +12,26 @@ from typing import TypeGuard
 from missionc.base.strict_json import is_finite_number
 
 SAME = 1e-8
-"""Greatest difference of equal numbers, relative above 1; machines differ in rounding."""
+"""Maximum difference of two numbers that count as equal, relative for numbers above 1, for rounding between
+machines.
+"""
 
 FRACTION = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e[+-]\d+")
-"""A number with a fraction or an exponent, in Python's format."""
+"""Pattern of a number with a fraction or an exponent, in Python's format."""
 
 VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
-"""A text that may be the version of a package."""
+"""Pattern of a text that may be the version of a package."""
 
 LONGEST = 40
-"""Maximum number of characters of a text quoted in a message."""
+"""Maximum number of characters that a message quotes of a text."""
 
 
 def difference(read: object, computed: object, place: str = "", same: float = SAME) -> str | None:
-    """Describe the first difference between two documents; None if there is none.
+    """Describe the first difference between two JSON documents; None if there is none.
 
     Args:
-        place: position in the whole document, ``agents[0].radius``.
-        same: greatest difference of numbers with a fraction, relative above 1.
+        place: path of the value in the complete document, such as ``agents[0].radius``.
+        same: maximum difference of numbers with a fraction, relative above 1.
     """
     match computed:
         case dict():
@@ -46,7 +47,7 @@ def difference(read: object, computed: object, place: str = "", same: float = SA
 
 
 def close(read: float, computed: float, same: float = SAME) -> bool:
-    """Return whether two numbers differ by rounding only."""
+    """Return whether two numbers differ at most by rounding."""
     return abs(read - computed) <= same * max(1.0, abs(computed))
 
 
@@ -61,7 +62,7 @@ def same_text(read: str, computed: str) -> bool:
 
 
 def shown(value: object) -> str:
-    """A value as quoted in a message."""
+    """Short text for a JSON value in a message, such as ``a list of 3``."""
     match value:
         case dict():
             return "a record"

@@ -30,9 +30,9 @@ __all__ = ["Certificate", "Check", "Figure", "verify", "verify_between", "verify
 
 
 def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
-    """Judge a plan at the steps and in continuous time.
+    """Certificate of a plan, verified at the steps and in continuous time.
 
-    For a trace of the wrong shape, only that check is made.
+    For a trace of the wrong shape, it contains only the check of the shape.
     """
     shape = check_shape(mission, trace)
     if not shape.passed:
@@ -59,5 +59,5 @@ def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
 
 
 def with_delays(mission: Mission, kernel: Kernel, trace: Trace, certificate: Certificate) -> Certificate:
-    """Certificate of a passing plan with the time robustness of each agent."""
+    """The certificate of a passing plan, with the time robustness of each agent added."""
     return certificate if certificate.delays else replace(certificate, delays=time_robustness(mission, kernel, trace))

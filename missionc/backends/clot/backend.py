@@ -1,13 +1,14 @@
-"""The trajectory optimiser, top to bottom: cost graph → schedule → key frames → sketch → polish → a trace.
+"""Trajectory optimisation backend: cost graph → schedule → joint waypoints → initial trajectory → local optimisation →
+trace.
 
     in   Mission, its kernel
     out  Planned or NotFound
 
-A preset may insert Algorithms 1 and 2 between sketch and polish, or replace polish by them (``presets``).
+A preset may insert Algorithms 1 and 2 before the local optimisation (*polish*), or replace it by them (``presets``).
 
-If one schedule leads to no plan, others follow with other options, orders and paths. After every few of them, a search
-from the best one plans agents one by one (``run_algorithm_2``). All follow from the seed; several may run in parallel
-(``parallel_attempts``). This backend never reports infeasibility.
+If one schedule leads to no plan, further schedules follow with other disjuncts, orders and paths. After every few
+schedules, a search from the best schedule plans agents one by one (``run_algorithm_2``). All attempts follow from the
+seed; several may run in parallel (``parallel_attempts``). This backend never reports infeasibility.
 
 Source:
     [clot] Problem 1.
@@ -77,21 +78,21 @@ from missionc.ir.kernel.walk import postorder
 
 @dataclass(slots=True)
 class ClotBackend:
-    """Transport and joint polish of smooth motions; never reports infeasibility."""
+    """Backend that optimises smooth joint trajectories; it never reports infeasibility."""
 
     name: str = "clot"
     refutes: bool = False
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """Diagnostic if the required device is missing."""
+        """Finding if the requested device is missing; None otherwise."""
         return device_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """Joint motion that satisfies every requirement."""
+        """Outcome of the search for a joint trajectory that satisfies every requirement."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """The same search in turns, each of whole attempts."""
+        """Search in turns, each of which consists of complete attempts."""
         yield 0.0
         return (yield from TransportRun(mission, kernel, options, budget).turns())
 
@@ -116,21 +117,21 @@ class TransportRun:
     budget: Budget
     account: Account = field(default_factory=Account)
     late: bool = False
-    """True if some stage ended because time was up."""
+    """True if a stage ended because the time limit was reached."""
     best: RunCandidate | None = None
     furthest: Searched | None = None
-    """Furthest search without a joint motion."""
+    """Result of the search that planned the most agents without a joint trajectory."""
     beside: dict[str, str] = field(default_factory=dict)
-    """Additional state that the caller wants in the checkpoint."""
+    """Texts of the caller that the checkpoint must contain, by name."""
     first: int = 0
     """Index of the first attempt."""
     search: Searching | None = None
     reached: Reached | None = None
-    """Progress of that attempt when the run was interrupted."""
+    """Plan of the interrupted attempt, if it had one when the run was interrupted."""
     work_before: float = 0.0
     """Work units before the current attempt, which is repeated if its search is resumed."""
     spare: tuple[int, Reached] | None = None
-    """A plan found before an earlier attempt ended, with its attempt, for use if time runs out."""
+    """Plan found before an earlier attempt ended, with its attempt index; used if time runs out."""
     preset: Preset = field(init=False)
     graph: Kernel = field(init=False)
     asked: Outline = field(init=False)
@@ -139,7 +140,7 @@ class TransportRun:
 
     @property
     def agent_steps(self) -> int:
-        """Number of agents times steps."""
+        """Number of agents times number of steps."""
         return len(self.mission.agents) * self.mission.steps
 
     def __post_init__(self) -> None:
@@ -159,10 +160,10 @@ class TransportRun:
             self.account.notes.append(fewer)
 
     def turns(self, attempt: Callable[[int], Reached | None] | None = None) -> Turns:
-        """Result of the first attempt that finds a plan. It pauses after each attempt.
+        """Outcome of the first attempt that finds a plan; the generator pauses after each attempt.
 
         Args:
-            attempt: makes the attempt of an index; default: this backend's own.
+            attempt: function that makes the attempt with an index; None for this backend's own method.
         """
         attempt, number = attempt or self.attempt, self.first
         while number < clot_settings(self.mission).attempts.schedules:
@@ -185,7 +186,7 @@ class TransportRun:
         return self.not_found(Reason.SOLVER)
 
     def alike(self, number: int) -> range:
-        """Attempts from this one on that do not depend on each other."""
+        """Indices of the attempts from ``number`` on that do not depend on each other."""
         settings = clot_settings(self.mission).attempts
         if self.options.processes == 1 or self.preset.local or self.search is not None or self.reached is not None:
             return range(number, number + 1)
@@ -200,7 +201,7 @@ class TransportRun:
         return Planned(made, self.account.report())
 
     def attempt(self, number: int) -> Reached | None:
-        """Carry out one schedule; return its result if that is a plan."""
+        """Plan of the attempt with one schedule; None if it finds none."""
         settings = clot_settings(self.mission).attempts
         way = self.preset
         generator = np.random.default_rng([self.budget.seed, number])
@@ -238,7 +239,8 @@ class TransportRun:
     def searched(
         self, way: Preset, begun: WarmStart, generator: np.random.Generator, number: int, resumed: Searching | None
     ) -> tuple[Array, ...]:
-        """Joint motions of a search, (agents, steps + 1, dim) each, metres; its progress is saved."""
+        """Joint trajectories that Algorithm 2 finds, (agents, steps + 1, dim) each, metres; the search's progress is
+        saved."""
         from missionc.backends.clot.paper.run_algorithm_2 import run_algorithm_2  # loads torch
 
         with self.account.stage("search"):
@@ -267,11 +269,12 @@ class TransportRun:
     def polished(
         self, first: Array, choices: Choices, number: int, way: Preset | None = None, begun: WarmStart | None = None
     ) -> Reached | None:
-        """Result of polishing a first motion, (agents, steps + 1, dim), metres, if that is a plan.
+        """Plan from local optimisation of an initial trajectory, (agents, steps + 1, dim), metres; None if the result
+        is no plan.
 
         Args:
-            way: preset, which may skip the polish.
-            begun: warm start of the motion, if it may serve another search.
+            way: preset, which may skip the local optimisation.
+            begun: warm start that produced the trajectory, if another search may use it.
         """
         # A nearly feasible motion is polished again with these multiples of the usual clearance.
         clearances = (1.0, 3.0, 9.0)
@@ -299,7 +302,7 @@ class TransportRun:
         return None
 
     def improved(self, reached: Reached, number: int) -> Trace:
-        """Improve a plan."""
+        """Trace of a plan after improvement by preferences and objective."""
         control = reached.control
         made = trace(self.mission, splines(self.mission), control)
         if reached.final:
@@ -317,11 +320,11 @@ class TransportRun:
         return better.trace
 
     def wanted(self, choices: Choices, first: Array, more: float = 1.0) -> tuple[Demand, Costs]:
-        """Demand on a motion, and its costs.
+        """Conditions on a trajectory, and its costs.
 
         Args:
-            first: its initial motion, (agents, steps + 1, dim), metres.
-            more: multiple of the usual additional clearance.
+            first: initial trajectory, (agents, steps + 1, dim), metres.
+            more: factor on the usual additional clearance.
         """
         roots = tuple(wanted.formula for wanted in self.graph.requirements)
         made = splines(self.mission)
@@ -332,12 +335,12 @@ class TransportRun:
         return demand, Costs(self.mission, made, clot_settings(self.mission).weights, roomier)
 
     def accepted(self, control: Array) -> Trace | None:
-        """Motion of control points, (agents, points, dim), metres, if it is a plan."""
+        """Trace of control points, (agents, points, dim), metres, if it is a plan; None otherwise."""
         made = trace(self.mission, splines(self.mission), control)
         return made if attempt(self.mission, self.kernel, made).is_plan else None
 
     def judged(self, polished: Polished, made: Trace, begun: WarmStart | None) -> Trace | None:
-        """The motion if it is a plan; otherwise its violations are kept if no candidate was better."""
+        """Trace if it is a plan; otherwise None, and the candidate is recorded if it is the best so far."""
         with self.account.stage("accept"):
             come_to = attempt(self.mission, self.kernel, made)
         if come_to.is_plan:
@@ -347,27 +350,31 @@ class TransportRun:
         return None
 
     def consider(self, nearest: Nearest, come_to: Attempt) -> None:
-        """Keep a candidate if no earlier one was better."""
+        """Record a candidate unless an earlier candidate was better."""
         candidate = RunCandidate(nearest, come_to)
         if self.best is None or candidate.rank < self.best.rank:
             self.best = candidate
 
     def begun(self, number: int, generator: np.random.Generator) -> WarmStart:
-        """Schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
+        """Schedule, joint waypoints and initial trajectory of an attempt.
+
+        Args:
+            generator: random generator of the attempt, not used before.
+        """
         with self.account.stage("sketch"):
             return self.beginnings.begun(number, generator)
 
     def sketched(self) -> None:
-        """Note that a first motion was made."""
+        """Add the work of one initial trajectory to the account."""
         self.account.work += sketch_work(self.agent_steps)
 
     def again(self, number: int, motion: Array | None) -> WarmStart:
-        """Warm start of an attempt with another motion, (agents, steps + 1, dim), metres."""
+        """Warm start of an attempt with another initial trajectory, (agents, steps + 1, dim), metres."""
         begun = self.begun(number, np.random.default_rng([self.budget.seed, number]))
         return begun if motion is None else replace(begun, motion=motion)
 
     def keep(self, number: int, search: Searching | None = None, reached: Reached | None = None) -> None:
-        """Save the present knowledge, unless something was cut short since."""
+        """Save a checkpoint, unless a stage has been cut short since the last checkpoint."""
         if self.late or self.budget.on_snapshot is discard_snapshot:
             return
         nearest = None if self.best is None else self.best.nearest
@@ -377,7 +384,7 @@ class TransportRun:
         self.budget.on_snapshot(to_snapshot(state, self.graph))
 
     def take_up(self, state: State) -> None:
-        """Restore the state of another run."""
+        """Restore the state of an interrupted run."""
         self.first, self.search, self.reached = state.number, state.search, state.reached
         self.account.notes.extend(state.notes)
         self.account.work = state.work
@@ -389,10 +396,10 @@ class TransportRun:
             self.best = RunCandidate(state.nearest, attempt(self.mission, self.kernel, made))
 
     def taken_up(self) -> Reached | None:
-        """Plan of the interrupted run, if it had one.
+        """Plan of the interrupted run; None if the run had no plan.
 
         Raises:
-            UnusableSnapshot: it is not a plan.
+            UnusableSnapshot: the saved control points are no plan.
         """
         reached, self.reached = self.reached, None
         if reached is not None and self.accepted(reached.control) is None:
@@ -400,12 +407,16 @@ class TransportRun:
         return reached
 
     def in_time(self) -> bool:
-        """Return whether time is left, and no signal came."""
+        """Return true if time is left and no signal arrived."""
         self.late = self.late or time.monotonic() >= self.budget.deadline or stop_requested()
         return not self.late
 
     def tell(self, stage: str, number: int, iteration: int = 0, margin: float = -np.inf) -> None:
-        """Report progress; ``margin`` is that of the present candidate, metres."""
+        """Report progress.
+
+        Args:
+            margin: worst margin of the current candidate, metres.
+        """
         best = max(margin, -np.inf if self.best is None else -self.best.nearest.shortfall)
         margin_so_far = None if best == -np.inf else best
         self.budget.on_progress(Progress(stage, number + 1, iteration=iteration, margin=margin_so_far))

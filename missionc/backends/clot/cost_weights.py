@@ -1,8 +1,8 @@
 """Cost weights of trajectory optimisation, and its target margins.
 
-Costs add up over agents and steps. Shortfalls of margins are in metres and count squared. For speed and acceleration,
-these are the metres moved within a step; for turning, the lateral metres. Each figure has its unit and purpose, which
-``--emit cost-graph`` prints.
+Costs add up over agents and steps. Shortfalls of margins are in metres and count squared. For speed and acceleration, a
+shortfall is the distance moved within a step; for turning, the lateral distance. Each weight has its unit and purpose,
+which ``--emit cost-graph`` prints.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ def spare(mission: Mission) -> Spare:
 
 
 def with_room(mission: Mission, share: float = 1.0) -> Spare:
-    """Margins that are wanted if there is room: wider ones in a larger world, and by their natural scales.
+    """Target margins for a world with free space: wider in a larger world, and relative to the natural scales of the
+    margins.
 
     Args:
-        share: of those by their natural scales.
+        share: fraction of the margins relative to natural scales.
     """
     least = spare(mission)
     low, high = np.array(mission.world.low), np.array(mission.world.high)
@@ -46,11 +47,11 @@ def longest_step(mission: Mission) -> float:
 
 
 SHORT = 0.01
-"""Share of the longest step below which the distance of neighbouring control points counts squared."""
+"""Fraction of the longest step below which the distance of neighbouring control points counts squared."""
 
 
 class Aim(Record):
-    """Objective of an improvement, while nothing else has a cost."""
+    """Objective of an improvement of a plan: weights of length, bend and distance, and limits of the descent."""
 
     length: float = setting(0.0, "cost of squared distances between neighbouring control points (/m^2)")
     bend: float = setting(0.0, "cost of squared second differences of control points (/m^2)")
@@ -60,21 +61,21 @@ class Aim(Record):
     cuts: int = setting(4, "number of programs for a step, each with the constraints that the last program violated")
 
     def weights(self, of: Weights) -> Weights:
-        """Weights with those of length, bend and metres of this aim."""
+        """Cost weights with the weights of length, bend and distance of this objective."""
         return replace(of, length=self.length, bend=self.bend, metres=self.metres)
 
 
 METRES = Aim(length=0.01, bend=0.05, metres=1.0, steps=40, gain=4e-4, cuts=2)
-"""Distance itself, starting from a motion with minimal squared steps."""
+"""Objective that minimises distance, from a trajectory with minimal squared steps."""
 
 AIMS = {
     Objective.DISTANCE: (Aim(length=1.0, bend=0.05, steps=40, gain=1e-3, cuts=2), METRES),
     Objective.ENERGY: (Aim(bend=1.0, steps=40, gain=1e-3, cuts=2),),
 }
-"""Objectives, in order."""
+"""Stages of improvement for each objective of missions, in order."""
 
 STRAIGHT = Aim(length=1.0, bend=1.0, steps=60, gain=2e-3, cuts=2)
 """Objective for plans from a roadmap, which are far from straight."""
 
 TIDY = Aim(length=0.2, bend=1.0, steps=2, gain=1e-2)
-"""Objective without ``minimize``: the first steps remove most detours."""
+"""Objective of missions without ``minimize``: the first steps remove most detours."""

@@ -1,11 +1,11 @@
-"""Trajectory repair: the optimiser starts at a motion that nearly satisfies a kernel, and polishes it.
+"""Trajectory repair: the optimiser starts at a trajectory that nearly satisfies a kernel.
 
-    in   Mission, a kernel and the trace of a motion
+    in   Mission, a kernel and the trace of a trajectory
     out  Planned or NotFound
 
-For each requirement, the alternative nearest to holding in the motion (its part, step and link) is chosen
-(``goal_terms.Demand.witness``), and the motion is polished until it holds. If the polished motion chooses differently,
-it is polished again.
+For each requirement, the choices (part, step and link) that the trajectory satisfies best are fixed
+(``goal_terms.Demand.witness``), and the trajectory is optimised until they are satisfied. If the result implies other
+choices, it is optimised again with them.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 class Repair(Record, eq=False):
-    """Backend that starts at a motion, and searches a plan near it."""
+    """Backend that searches for a plan near a given trajectory."""
 
     motion: Trace
     found: Report = field(default_factory=Report)
-    """Report of the search that found the motion: its clauses, roadmaps and methods apply to the nearby plan."""
+    """Report of the search that found the trajectory; clauses, roadmaps and methods also apply to the repaired plan."""
     name: str = "clot"
     refutes: bool = False
 
@@ -49,11 +49,11 @@ class Repair(Record, eq=False):
         return None
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """Polish the motion until it satisfies the kernel, if possible."""
+        """Outcome of optimising the trajectory until it satisfies the kernel."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """The same search in one turn."""
+        """Search in a single turn."""
         yield 0.0
         account = Account()
 

@@ -1,4 +1,4 @@
-"""Settings of the clot backend, in groups. ``clot_settings`` gives those of a mission."""
+"""Settings of the clot backend, in groups; ``clot_settings`` returns the settings of a mission."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST = 10**6
 
 
 class AttemptSettings(Record):
-    """Settings of attempts: schedules tried one after the other, each with a polish of its motion."""
+    """Settings of attempts: each attempt makes a schedule and optimises the trajectory that follows from it."""
 
     schedules: int = setting(40, "number of schedules before the backend reports that no plan was found", 1, MOST)
     polish: int = setting(60, "iterations of one polish; more iterations repair worse trajectories", 1, 10_000)
@@ -31,7 +31,7 @@ class AttemptSettings(Record):
 
 
 class ScheduleSettings(Record):
-    """Settings of schedules: tasks, the order of visits, and places to visit."""
+    """Settings of schedules: tasks, the order of visits, and the positions to visit."""
 
     cells: int = setting(12_000, "number of cells of the distance grid; more cells find narrower paths", 16, MOST)
     detour: float = setting(1.4, "largest length of a path with more clearance, relative to the shortest path", 1, 100)
@@ -48,7 +48,7 @@ class ScheduleSettings(Record):
 
 
 class GuessSettings(Record):
-    """Settings of initial configurations and sketches: the motion with which a polish begins."""
+    """Settings of joint waypoints and initial trajectories, from which local optimisation starts."""
 
     iterations: int = setting(40, "number of iterations of the polish of one configuration", 1, 10_000)
     jitter: float = setting(0.02, "random displacement of the agents in a configuration (m)", 0, 100)
@@ -63,7 +63,7 @@ class GuessSettings(Record):
 
 
 class PolishSettings(Record):
-    """Settings of joint polish: Levenberg-Marquardt on the violated or nearly violated constraints."""
+    """Settings of local optimisation (polish): Levenberg-Marquardt on the violated or nearly violated constraints."""
 
     damping: float = setting(0.001, "initial damping relative to the length term", 1e-9, 1000)
     settled: float = setting(0.01, "smallest relative decrease of the cost for another step", 0, 1)
@@ -102,7 +102,7 @@ class ShorteningSettings(Record):
 
 
 class Weights(Record):
-    """Weights of the costs of a joint motion."""
+    """Weights of the cost terms of a joint trajectory."""
 
     title: ClassVar[str] = "weight"
     task: float = setting(400.0, "cost of the squared shortfall of a robustness margin (/m^2)")
@@ -115,7 +115,7 @@ class Weights(Record):
 
 
 class Spare(Record):
-    """Margins beyond what is required."""
+    """Target margins beyond the required values."""
 
     title: ClassVar[str] = "spare"
     task: float = setting(0.03, "target margin of every robustness margin, up to its tolerance (m)")
@@ -128,7 +128,7 @@ class Spare(Record):
 
 
 class ProbeWeights(Record):
-    """Weights of a moved waypoint's costs in Algorithm 1, which only compares them."""
+    """Weights of the cost of a shifted waypoint in Algorithm 1, which only compares such costs."""
 
     title: ClassVar[str] = "probe"
     bodies: float = setting(8.0, "cost of the violation of obstacles, bounds and separation (/m)")
@@ -142,10 +142,7 @@ class ProbeWeights(Record):
 
 
 class SearchSettings(Record):
-    """Parameters of Algorithm 2. The paper prints only the number of trajectories. [clot] (9), (11), IV-C.
-
-    The paper prints only the number of trajectories. [clot] (9), (11), IV-C.
-    """
+    """Parameters of Algorithm 2. The paper prints only the number of trajectories. [clot] (9), (11), IV-C."""
 
     eta: float = setting(0.2, "η of (9): cost for each agent, relative to progress from 0 to 1")
     gamma: float = setting(0.8, "γ of (11): discount factor of the search tree", 1e-9, 1 - 1e-9)
@@ -163,30 +160,30 @@ class SearchSettings(Record):
 
 
 class Polytope(Enum):
-    """A set of directions that sum to zero."""
+    """Set of probing directions that sum to zero."""
 
     SIMPLEX = auto()
-    """dim + 1 corners: the fewest."""
+    """Simplex: dim + 1 directions, the fewest possible."""
     ORTHOPLEX = auto()
-    """2 dim corners: both ways along each axis."""
+    """Orthoplex: 2 dim directions, both directions along each axis."""
     CUBE = auto()
-    """2^dim corners."""
+    """Cube: 2^dim directions, towards its corners."""
 
 
 class Coupling(Enum):
-    """Distribution of the waypoints of a candidate over the directions."""
+    """Method that distributes the waypoints of a candidate over the probing directions."""
 
     SOFTMAX = auto()
-    """Each waypoint chooses independently."""
+    """Softmax: each waypoint chooses its directions independently."""
     SINKHORN = auto()
-    """Every direction receives the same mass, as in equation (7)."""
+    """Sinkhorn: every direction receives the same total mass, as in equation (7)."""
 
 
 class TransportSettings(Record):
-    """Algorithm 1 on a batch, for trajectories drawn from the prior in a world of about 10 m. [clot]
+    """Parameters of Algorithm 1 on a batch, for trajectories drawn from the prior in a world of about 10 m. [clot]
 
-    Radii and widths run from their first to their last value over the iterations.
-    A good guess wants smaller radii.
+    Radii and widths are interpolated from their first to their last value over the iterations. An initial guess near a
+    solution needs smaller radii.
     """
 
     iterations: int = setting(20, "largest number of iterations; more iterations find better trajectories", 0, 100_000)
@@ -203,7 +200,7 @@ class TransportSettings(Record):
 
 
 class ClotSettings(Record):
-    """Settings of the clot backend. A preset has values of its own for ``search`` and ``transport``."""
+    """Settings of the clot backend. A preset replaces the groups ``search`` and ``transport``."""
 
     attempts: AttemptSettings = field(default_factory=AttemptSettings)
     schedule: ScheduleSettings = field(default_factory=ScheduleSettings)
@@ -218,7 +215,7 @@ class ClotSettings(Record):
 
 
 def clot_settings(mission: Mission) -> ClotSettings:
-    """Settings of a mission's planning, apart from the preset."""
+    """Settings of a mission's planning, without the values of a preset."""
     return _settings(own_values(mission, CLOT.name))
 
 

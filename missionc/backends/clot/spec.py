@@ -1,4 +1,4 @@
-"""Description of the transport backend: features and options, without the planner. [clot]"""
+"""Description of the clot backend: supported features and options, without loading the planner. [clot]"""
 
 from __future__ import annotations
 

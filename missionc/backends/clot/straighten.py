@@ -1,12 +1,12 @@
-"""Straightening: a plan from a roadmap becomes a shorter, smoother one in continuous space with more clearance.
+"""Straightening: a plan from a roadmap becomes a shorter, smoother plan in continuous space with more clearance.
 
     in   Mission, its kernel and a plan's trace
-    out  another plan, with the same satisfied preferences and no longer; the same plan if none was found
+    out  another plan, with the same satisfied preferences and no longer paths; the same plan if none was found
 
-The alternatives that satisfy each requirement in the plan (part, step and link) are fixed
-(``goal_terms.Demand.witness``). With them, the plan is descended to less length and bend, polished for more clearance
-if there is room, and descended again. Agents that then violate a condition return to their previous motion. The effort
-is counted in steps, so that the result is deterministic.
+The choices (part, step and link) by which the plan satisfies each requirement are fixed
+(``goal_terms.Demand.witness``). With them, a descent reduces length and bend, local optimisation increases the
+clearance if there is free space, and a second descent follows. Agents that then violate a condition return to their
+previous trajectory. The effort is counted in steps, so that the result is deterministic.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ from missionc.verification.monitoring.monitor import monitor
 
 
 def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budget) -> Planned:
-    """Straighten a plan from a roadmap if the result is a plan too; the original is available meanwhile."""
+    """Straightened plan if the result is a plan, otherwise the original plan, which is reported as an intermediate plan
+    first."""
     if mission.steps < 2 or planned.report.cut_short or not attempt(mission, kernel, planned.trace).is_plan:
         return planned
     budget.on_incumbent(planned)
@@ -65,7 +66,8 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
 
 
 def straightened(mission: Mission, kernel: Kernel, plan: Trace, go_on: Callable[[], bool] = lambda: True) -> Trace:
-    """The plan, or a straighter one that satisfies as much with no longer paths."""
+    """Trace after straightening, which satisfies as much as the plan with no longer paths; the plan's own trace if none
+    is found."""
     return _Straightened(mission, kernel, plan, go_on).best
 
 
@@ -94,26 +96,27 @@ class _Straightened:
         self.stand(least)
 
     def steps(self, most: int) -> int:
-        """Number of descent or polish steps, at most ``most``."""
+        """Number of descent or optimisation steps for the size of the problem, at most ``most``."""
         return min(most, clot_settings(self.mission).shortening.straighten // max(1, self.control.size))
 
     def costs(self, room: Spare) -> Costs:
         return Costs(self.mission, self.made, self.aim.weights(clot_settings(self.mission).weights), room)
 
     def descended(self, start: Array, room: Spare) -> Array:
-        """Control points with less length and bend, (agents, points, dim), metres, and no less clearance."""
+        """Control points with less length and bend, (agents, points, dim), metres, and no less clearance than
+        ``start``."""
         aim = self.aim
         return descend(start, self.costs(room), self.demand, self.steps(aim.steps), aim.gain, aim.cuts, self.go_on)
 
     def consider_wider(self, room: Spare) -> None:
-        """Polish for more clearance, and consider its descent, if there is room."""
+        """Optimise the plan for more clearance, and accept the result of a further descent if it is a better plan."""
         steps = self.steps(clot_settings(self.mission).shortening.straighten_polish)
         wider = polish(self.control, self.costs(room), self.demand, steps, self.go_on).control
         if (wider != self.control).any():
             self.consider(self.descended(wider, room))
 
     def widen(self, room: Spare) -> None:
-        """Wider margins at little more length."""
+        """Replace the plan by a plan with wider margins and little more length."""
         iterations, steps = clot_settings(self.mission).shortening.straighten_polish, self.aim.steps
         limits, costs = (self.steps(iterations), self.steps(steps)), self.costs(room)
         self.control, self.best, _ = widened(
@@ -121,12 +124,12 @@ class _Straightened:
         )
 
     def accepted(self, tried: Array) -> Trace | None:
-        """The motion of control points, if it is a plan."""
+        """Trace of control points, (agents, points, dim), metres, if it is a plan; None otherwise."""
         motion = trace(self.mission, self.made, tried)
         return motion if attempt(self.mission, self.kernel, motion).is_plan else None
 
     def stand(self, room: Spare) -> None:
-        """Let agents rest that need not move."""
+        """Keep agents at rest that need not move, if the plan stays as good."""
         costs, gain = self.costs(room), -clot_settings(self.mission).shortening.wider
         before = Margins.of(self.kernel, costs, self.control, self.best)
 
@@ -140,9 +143,8 @@ class _Straightened:
         self.control, self.best = retime(control, best, self.demand, costs, accept, self.go_on)
 
     def consider(self, tried: Array) -> bool:
-        """Accept a candidate, (agents, points, dim), metres, without violating agents; return whether it
-        was complete.
-        """
+        """Accept a candidate, (agents, points, dim), metres, with violating agents on their current trajectories;
+        return true if no agent was violating."""
         whole = True
         for _ in range(clot_settings(self.mission).shortening.restores):
             tried = self.calmed(tried)
@@ -159,7 +161,7 @@ class _Straightened:
         return False
 
     def calmed(self, control: Array) -> Array:
-        """The control points, (agents, points, dim), metres, with tiny motions replaced by waiting."""
+        """Control points, (agents, points, dim), metres, with tiny movements replaced by waiting."""
         still = 1e-3  # share of its longest step, below which an agent that can wait is at rest
         calm = control.copy()
         for agent in self.mission.agents:
@@ -173,7 +175,8 @@ class _Straightened:
         return calm
 
     def no_worse(self, motion: Trace) -> bool:
-        """Return whether a plan satisfies as much as the best one and is no longer by any objective."""
+        """Return true if a plan satisfies all preferences that the best plan satisfies, and is not longer by any
+        objective."""
         before = self.best
         return (
             travelled(motion)
@@ -183,7 +186,7 @@ class _Straightened:
         )
 
     def who(self, come_to: Attempt) -> Flags:
-        """Flags of violating agents, (agents,)."""
+        """Return true for each agent that violates a constraint or requirement, (agents,)."""
         names = {name for fault in come_to.faults for name in fault.agents}
         names |= {name for judged in come_to.violated for name in judged.agents}
         return np.array([agent.name in names for agent in self.mission.agents])

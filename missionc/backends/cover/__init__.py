@@ -1,1 +1,1 @@
-"""The cover: an over-approximation of a mission, whose refusal proves that no motion satisfies it."""
+"""Cover method: an over-approximation of all trajectories, whose refusal proves that none satisfies the mission."""

@@ -1,7 +1,7 @@
-"""Bodies of obstacles: convex pieces with known distances, to exclude boxes without room for an agent.
+"""Obstacle bodies as convex pieces with known distances, to exclude boxes that have no room for an agent.
 
 in   Mission, Agent
-out  the boxes that contain a clear position of its centre
+out  the boxes that contain a clear position of the agent's centre
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from missionc.ir.distances.convex_pieces import HalfSpace, Piece, pieces
 from missionc.ir.distances.signed_distance import measured_outside
 
 SLACK = 1e-4
-"""Metres by which bodies may be nearer to others and to obstacles than required: above the verification tolerance."""
+"""Reduction of required distances between bodies and to obstacles, metres; it exceeds the verification tolerance."""
 
 THIN = 1e-6
-"""Metres: thinner parts are no bodies."""
+"""Thickness, metres, below which a part of an obstacle is ignored."""
 
 
 def standing_room(obstacle: Obstacle, agent: Agent, mission: Mission, step: int, low: Array, high: Array) -> Flags:
-    """Flags of boxes, (..., dim) corners, metres, with a clear point for an agent at a step.
+    """Return true for each box that contains a position at which the agent is clear of the obstacle at a step.
 
-    Shape: (...), boolean.
+    Shape: corners (..., dim) twice, metres -> (...), boolean.
     """
     time = step * mission.step
     by = displaced(obstacle, time, mission.dimension)
@@ -46,7 +46,7 @@ def must_be_apart(mission: Mission, first: int, second: int) -> float:
 
 @lru_cache(maxsize=1024)
 def bodies(shape: Shape) -> tuple[Shape, ...]:
-    """Shapes whose union is a body: plain ones if possible, so that distances are exact."""
+    """Shapes whose union is an obstacle's body: plain shapes if possible, so that distances are exact."""
     found: list[Shape] = []
     for piece in pieces(shape):
         plain = _plain(piece)
@@ -60,7 +60,8 @@ def bodies(shape: Shape) -> tuple[Shape, ...]:
 
 
 def _plain(piece: Piece) -> Shape | None:
-    """A piece as a plain shape: a single part, or the intersection of boxes and axis-aligned half spaces."""
+    """Convex piece as a plain shape if it is a single part, or an intersection of boxes and axis-aligned half spaces;
+    None otherwise."""
     match piece:
         case (Box() | Disc() | Ball() | Polygon() as alone,):
             return alone

@@ -1,13 +1,13 @@
-"""Cells: boxes that contain every position of the centre of a kind of agents, cut along borders.
+"""Cells: boxes that contain every possible position of an agent's centre, cut along borders.
 
     in   Mission, its relaxed kernel, a kind of agent
     out  Cells
 
 The world is halved repeatedly. A box that a border crosses is halved before others, and along the border if the border
-runs along an axis. A box is left out only if no centre in it is clear of the obstacles.
+is parallel to an axis. A box is omitted only if the agent is clear of the obstacles at no position in it.
 
-A border is a place where the truth of a predicate changes. Each cut lies a little beyond its border, so that the cells
-beyond the cut are surely on the other side.
+A border is a set of positions at which the truth of a predicate changes. Each cut is slightly beyond its border, so
+that the cells beyond the cut are certainly on the other side.
 
 Source:
     Latombe, "Robot Motion Planning", 1991, chapter 6: approximate cell decomposition.
@@ -35,26 +35,26 @@ from missionc.ir.kernel.nodes import Atom, Kernel, Not
 from missionc.ir.kernel.walk import postorder
 
 BEYOND = 3e-5
-"""Distance of a cut from its border, metres: above the tolerance of a predicate."""
+"""Distance of a cut from its border, metres; it exceeds the tolerance of a predicate."""
 
 
 class Border(Record):
-    """All places ``away`` metres outside of a shape; inside if negative."""
+    """Border of a predicate or obstacle: all points ``away`` metres outside of a shape (inside if negative)."""
 
     shape: ir.Shape
     away: float
 
     def crosses(self, low: Array, high: Array) -> bool:
-        """Return whether a box, (dim,) corners, metres, has places on both its sides."""
+        """Return true if a box, given by its corners (dim,), metres, has points on both sides of the border."""
         distance = signed_distance_range(self.shape, low, high)
         return bool(distance.low < self.away - BEYOND / 10 and distance.high > self.away + BEYOND / 10)
 
     def edges(self, axis: int) -> Iterator[float]:
-        """Coordinates of the border along an axis."""
+        """Yield the coordinates of axis-parallel parts of the border along an axis, metres."""
         yield from _edges(self.shape, self.away, axis)
 
     def box(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Bounding box of the border within another box, (dim,) corners, metres."""
+        """Bounding box of the border's axis-parallel parts within another box; corners (dim,), metres."""
         begin, end = low.copy(), high.copy()
         for axis in range(len(low)):
             edges = np.clip([*self.edges(axis)], low[axis], high[axis])
@@ -64,14 +64,14 @@ class Border(Record):
 
 
 def borders_of_obstacles(mission: ir.Mission, agent: ir.Agent) -> tuple[Border, ...]:
-    """Distinct borders without room beyond them, of static obstacles."""
+    """Distinct borders of the positions at which an agent is too close to a static obstacle."""
     away = agent.radius + mission.clearance - 2 * SLACK
     standing = (each.shape for each in mission.obstacles if each.constant)
     return tuple(dict.fromkeys(Border(body, away) for shape in standing for body in bodies(shape)))
 
 
 def borders_asked(mission: ir.Mission, kernel: Kernel, agent: ir.Agent) -> tuple[Border, ...]:
-    """Distinct borders of start and finish places, and of the requirements' predicates."""
+    """Distinct borders of start and finish regions, and of the predicates in requirements."""
     found: dict[Border, None] = {}
     for other in mission.agents:
         for place in other.ends:
@@ -93,7 +93,8 @@ def borders_asked(mission: ir.Mission, kernel: Kernel, agent: ir.Agent) -> tuple
 def _of_predicate(
     predicate: ir.Predicate, mission: ir.Mission, agent: ir.Agent
 ) -> Iterator[tuple[ir.Shape, float, float]]:
-    """Shapes of a predicate, their growth in metres, and 1 if it holds inside, -1 if outside."""
+    """Shapes at whose borders a predicate changes its truth: shape, growth in metres, and 1 if true inside, -1 if true
+    outside."""
     match predicate:
         case ir.Inside(region, body):
             yield region.shape, -agent.radius if body else 0.0, 1.0
@@ -121,7 +122,7 @@ def _of_predicate(
 
 
 def _below(mission: ir.Mission, axis: int, bound: float) -> ir.Box:
-    """Box over the part of the world with a coordinate below a bound."""
+    """Box that contains the part of the world with a coordinate below ``bound`` along an axis."""
     low, high = mission.world.low, mission.world.high
     far = max(one - other for one, other in zip(high, low, strict=True)) + 1.0
     begin, end = [each - far for each in low], [each + far for each in high]
@@ -158,19 +159,18 @@ def _edges(shape: ir.Shape, away: float, axis: int) -> Iterator[float]:
 
 
 CROSSED = 4.0
-"""Factor for the length of a box that a border crosses, when boxes are chosen for halving."""
+"""Factor on the length of a box that a border crosses, when the next box to halve is chosen."""
 
 EDGE = 0.1
-"""Share of a side from which a border is far enough from the box's own sides for a cut."""
+"""Least distance of a cut from the box's sides, as a fraction of the side length."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Boxes, (cells, dim) corners each, metres.
+    """Cells of a kind of agent: boxes with lowest and highest corners, (cells, dim) each, metres.
 
-    The last ``points`` are single points: starts and finishes.
-
-    ``left_out`` has the corners of the boxes without room, (boxes, dim) each.
+    The last ``points`` cells are single points: starts and finishes. ``left_out`` are the corners of the omitted boxes,
+    (boxes, dim) each.
     """
 
     low: Array
@@ -188,28 +188,28 @@ class Cells:
 
     @cached_property
     def distance(self) -> Range:
-        """Ranges of distances between points of two cells: (cells, cells), metres."""
+        """Ranges of the distance between a point of one cell and a point of another: (cells, cells), metres."""
         return distance_range(self, self)
 
     @cached_property
     def touching(self) -> Flags:
-        """Flags of pairs with a common point, (cells, cells)."""
+        """Return true for each pair of cells with a common point: (cells, cells)."""
         return self.distance.low <= 0.0
 
     @cached_property
     def before(self) -> NDArray[np.int32]:
-        """Predecessor on the shortest chain between two cells, by their centres in metres.
+        """Predecessor of each cell on the shortest chain of touching cells from another cell: (cells, cells), cell
+        indices.
 
-        Shape: (cells, cells), indices.
-
-        Negative without a chain, or at its beginning.
+        Chain lengths are measured between cell centres. The index is negative without a chain, and for the first cell
+        of a chain.
         """
         ways = np.linalg.norm(self.middle[:, None] - self.middle[None], axis=-1) + SLACK
         return np.asarray(dijkstra(csr_array(np.where(self.touching, ways, 0.0)), return_predecessors=True)[1])
 
 
 def distance_range(one: Cells, other: Cells) -> Range:
-    """Ranges of distances between points of two cells: (cells of one, cells of the other), metres."""
+    """Ranges of the distance between points of two cells: (cells of one, cells of the other), metres."""
     return length_range(
         [
             Range(
@@ -221,7 +221,7 @@ def distance_range(one: Cells, other: Cells) -> Range:
 
 
 def cells_of(mission: ir.Mission, agent: ir.Agent, borders: Sequence[Border], count: int) -> Cells:
-    """At most ``count`` boxes over all positions of the centre of such an agent."""
+    """At most ``count`` cells that contain all possible positions of an agent's centre."""
     standing = [each for each in mission.obstacles if each.constant]
     heap: list[tuple[float, int, Array, Array, tuple[Border, ...]]] = []
     left_out: list[tuple[Array, Array]] = []
@@ -250,15 +250,14 @@ def cells_of(mission: ir.Mission, agent: ir.Agent, borders: Sequence[Border], co
 
 
 def _corners(boxes: list[tuple[Array, Array]], dimension: int) -> tuple[Array, Array]:
-    """Corners of boxes, (boxes, dim) each, metres."""
+    """Lowest and highest corners of boxes as arrays, (boxes, dim) each, metres."""
     corners = np.array(boxes, dtype=np.float64).reshape(len(boxes), 2, dimension)
     return corners[:, 0], corners[:, 1]
 
 
 def _cut(borders: Sequence[Border], low: Array, high: Array) -> tuple[int, float]:
-    """Axis and coordinate, metres, of the cut of a box, (dim,) corners: the border nearest to its middle, or its
-    middle.
-    """
+    """Axis and coordinate, metres, at which a box (corners (dim,)) is cut: the border nearest to its centre, or its
+    centre."""
     longest = int((high - low).argmax())
     best = (np.inf, longest, float((low + high)[longest] / 2))
     for axis in range(len(low)):
@@ -273,5 +272,5 @@ def _cut(borders: Sequence[Border], low: Array, high: Array) -> tuple[int, float
 
 
 def with_points(cells: Cells, points: Array) -> Cells:
-    """The cells followed by single points, (points, dim), metres."""
+    """Cells followed by single-point cells at ``points``, (points, dim), metres."""
     return Cells(np.concatenate([cells.low, points]), np.concatenate([cells.high, points]), cells.left_out, len(points))

@@ -1,10 +1,10 @@
-"""Cover of a mission: cells over all positions, and possible moves, for each kind of agent.
+"""Cover of a mission: cells that contain all positions, and possible moves between them, for each kind of agent.
 
     in   Mission, its relaxed kernel
     out  Cover
 
-Its states and moves have the form of roadmaps, so that the same lowering applies. A roadmap contains some motions; a
-cover contains all motions, and more.
+Its states and moves have the form of roadmaps, so that the same lowering applies. A roadmap contains some trajectories;
+a cover contains all trajectories, and more.
 """
 
 from __future__ import annotations
@@ -24,15 +24,18 @@ from missionc.ir import Agent, InitialSet, Mission
 from missionc.ir.kernel.nodes import Kernel
 
 TOUCH = 1e-5
-"""Metres by which a start or finish may be off its region or point."""
+"""Distance, metres, by which a start or finish may miss its region or point."""
 
 
 class Cover(Record, eq=False):
-    """A cover; ``cells`` are the meaning of each roadmap's states.
+    """Over-approximation of all trajectories of a mission: a roadmap for each kind of agent whose states are cells.
 
-    ``strides``: for each roadmap, numbers of steps and the cells reachable in them, (cells, cells) each, if stricter
-    than single moves. ``never``: for each agent, cells that it cannot reach in time, (steps + 1, cells). ``boxes``:
-    corners, (dim,) each, of boxes around the requirements' places.
+    Args:
+        cells: cells that the states of each roadmap represent.
+        strides: for each roadmap, numbers of steps and the pairs of cells reachable in them, (cells, cells), if
+            stricter than single moves.
+        never: for each agent, the cells that it cannot reach in time, (steps + 1, cells).
+        boxes: corners, (dim,) each, metres, of boxes around the regions in requirements.
     """
 
     roadmaps: tuple[Roadmap, ...]
@@ -43,7 +46,7 @@ class Cover(Record, eq=False):
 
     @property
     def states(self) -> int:
-        """Number of cells."""
+        """Number of cells over all kinds of agents."""
         return sum(map(len, self.cells))
 
 
@@ -104,7 +107,7 @@ def _of_kind(
 
 
 def _standing(mission: Mission, agent: Agent, cells: Cells) -> Flags:
-    """Flags of cells with a clear place at each step: (steps + 1, cells)."""
+    """Return true for each cell with a position that is clear of obstacles at each step: (steps + 1, cells)."""
     standing: Flags = np.ones((mission.steps + 1, len(cells)), dtype=np.bool_)
     for obstacle in mission.obstacles:
         steps = (0,) if obstacle.constant else range(mission.steps + 1)
@@ -115,7 +118,7 @@ def _standing(mission: Mission, agent: Agent, cells: Cells) -> Flags:
 
 
 def _cells_in(cells: Cells, place: InitialSet | None, clear: Flags) -> Indices:
-    """Cells in which an agent at a place may be; all cells without a place."""
+    """Indices of the clear cells that an agent at a start or finish may be in; all clear cells if ``place`` is None."""
     if place is None:
         inside = np.ones(len(cells), dtype=np.bool_)
     elif place.point is not None:
@@ -126,7 +129,8 @@ def _cells_in(cells: Cells, place: InitialSet | None, clear: Flags) -> Indices:
 
 
 def _strides(mission: Mission, agent: Agent, cells: Cells, move: Flags) -> Iterator[tuple[int, Flags]]:
-    """Moves over 2, 4, 8, … steps: with single moves, an agent gains up to a cell's size in each."""
+    """Yield 2, 4, 8, … steps with the possible moves over them; each single move overestimates the range by up to a
+    cell's size."""
     within, steps = move, 2
     while steps <= mission.steps:
         within = (within.astype(np.float32) @ within.astype(np.float32)) > 0
@@ -144,7 +148,7 @@ def _strides(mission: Mission, agent: Agent, cells: Cells, move: Flags) -> Itera
 
 
 def _out_of_reach(mission: Mission, agent: Agent, cells: Cells, start: Indices, finish: Indices) -> Flags:
-    """Flags of cells too far from the start or finish at each step: (steps + 1, cells)."""
+    """Return true for each cell that is too far from the start or the finish at each step: (steps + 1, cells)."""
     steps = np.arange(mission.steps + 1)
     never: Flags = np.zeros((len(steps), len(cells)), dtype=np.bool_)
     for ends, seconds in ((start, steps * mission.step), (finish, steps[::-1] * mission.step)):

@@ -1,18 +1,18 @@
-"""Separation of bodies on a cover: excluded pairs of cells, and limits for crowded boxes.
+"""Separation of bodies on a cover: excluded pairs of cells, and limits on the number of agents in a box.
 
     in   Mission, Cover, Motion
     out  clauses on pairs of cells, on the sides of passing agents, and on the number of agents in a box
 
-Two agents cannot be at the same time in two cells without two points far enough apart. From its starts, a pair of
-agents moves through pairs of cells that touch. It never reaches a pair of cells outside these at any speed.
+Two agents can be in two cells at the same time only if the cells contain two points that are far enough apart. From its
+starts, a pair of agents moves through pairs of cells that touch. It never reaches another pair of cells, at any speed.
 
 At each step, the cells of a box contain at most as many agents as fit into the box.
 
 Source:
-    Schwartz and Sharir, "On the piano movers' problem III", 1983: several discs move in a connected part of their
-    joint free space.
-    Oler, "A finite packing problem", 1961: points at least 1 apart in a convex set of area A and circumference P are
-    at most 2 A / sqrt(3) + P / 2 + 1; and Dirichlet's principle, for a box cut into parts too small for two.
+    Schwartz and Sharir, "On the piano movers' problem III", 1983: several discs move in a connected part of their joint
+    free space. Oler, "A finite packing problem", 1961: points at least 1 apart in a convex set of area A and
+    circumference P are at most 2 A / sqrt(3) + P / 2 + 1; and Dirichlet's principle, for a box cut into parts too small
+    for two.
 """
 
 from __future__ import annotations
@@ -34,14 +34,15 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 
 MOST_PARTS = 12
-"""Maximum number of parts along each axis."""
+"""Maximum number of parts of a box along each axis in the packing bound."""
 
 MOST_CHOICES = 600
-"""Maximum number of choices of too many agents that are excluded one by one."""
+"""Maximum number of agent subsets too large for a box that are excluded one by one."""
 
 
 def fits(size: Sequence[float], apart: float) -> int:
-    """Upper bound of the number of points with pairwise distance ``apart``, metres, in a box with these sides."""
+    """Upper bound of the number of points with pairwise distances of at least ``apart`` metres in a box with these side
+    lengths."""
     if apart <= 0:
         return 10**9
     most = math.prod(math.floor(side * math.sqrt(len(size)) / apart) + 1 for side in size)
@@ -58,10 +59,10 @@ def fits(size: Sequence[float], apart: float) -> int:
 
 
 def add_crowding(mission: Mission, cover: Cover, motion: Motion, agents: frozenset[int], clauses: Clauses) -> None:
-    """Add limits on the number of these agents in each box of the cover.
+    """Add clauses that limit the number of ``agents`` in each box of the cover.
 
     Raises:
-        TooLarge: the clauses would pass their limit.
+        TooLarge: the clauses would exceed their limit.
     """
     for low, high, most in rooms(mission, cover, agents):
         inside = np.stack([_inside(cover, motion, agent, low, high, clauses) for agent in sorted(agents)])
@@ -70,9 +71,8 @@ def add_crowding(mission: Mission, cover: Cover, motion: Motion, agents: frozens
 
 
 def rooms(mission: Mission, cover: Cover, agents: frozenset[int]) -> Iterator[tuple[Array, Array, int]]:
-    """Boxes of the cover, corners (dim,) each, metres, that fit fewer of these agents than there are,
-    with the number.
-    """
+    """Yield the boxes of the cover that cannot contain all of ``agents``: corners (dim,), metres, and the maximum
+    number of agents."""
     if len(agents) < 2:
         return
     apart = min(must_be_apart(mission, one, other) for one, other in combinations(sorted(agents), 2))
@@ -83,9 +83,10 @@ def rooms(mission: Mission, cover: Cover, agents: frozenset[int]) -> Iterator[tu
 
 
 def _inside(cover: Cover, motion: Motion, agent: int, low: Array, high: Array, clauses: Clauses) -> Literals:
-    """Literals implied by an agent in a cell within the box, at each step: (steps + 1,).
+    """Literals that an agent is in a cell inside the box at each step: (steps + 1,).
 
-    The corners are (dim,), metres.
+    Args:
+        low: lowest corner of the box, (dim,), metres; ``high``: highest corner.
     """
     cells = cover.cells[int(motion.roadmap_of[agent])]
     within = np.all((cells.low >= low) & (cells.high <= high), axis=1)
@@ -99,19 +100,19 @@ def _inside(cover: Cover, motion: Motion, agent: int, low: Array, high: Array, c
 
 
 MOST_PAIRS = 400_000
-"""Maximum number of pairs of cells whose connections are analysed for two agents."""
+"""Maximum number of pairs of cells for which reachability of joint positions of two agents is analysed."""
 
 
 def may_be_together(mission: Mission, cells: tuple[Cells, Cells], agents: tuple[int, int]) -> Flags:
-    """Flags of pairs of cells that two agents may occupy together, (cells of one, cells of the other)."""
+    """Return true for each pair of cells that two agents may occupy together: (cells of one, cells of the other)."""
     return distance_range(*cells).high >= must_be_apart(mission, *agents)
 
 
 def add_separation(mission: Mission, cover: Cover, motion: Motion, agents: frozenset[int], clauses: Clauses) -> None:
-    """Add the separation of these agents, including that they cannot pass each other without room.
+    """Add clauses for the separation of ``agents``, which also forbid that they pass each other without room.
 
     Raises:
-        TooLarge: the clauses would pass their limit.
+        TooLarge: the clauses would exceed their limit.
     """
     known: dict[tuple[int, int, bytes, bytes], Flags] = {}
     for one, other in combinations(sorted(agents), 2):
@@ -128,12 +129,12 @@ def add_separation(mission: Mission, cover: Cover, motion: Motion, agents: froze
 def together_ever(
     mission: Mission, cells: tuple[Cells, Cells], agents: tuple[int, int], starts: tuple[Flags, Flags]
 ) -> Flags:
-    """Flags of pairs of cells that two agents may ever occupy together.
+    """Return true for each pair of cells that two agents can reach together from their starts.
 
     Shape: (cells of one, cells of the other).
 
     Args:
-        starts: possible cells of each at the first step, (cells,).
+        starts: possible cells of each agent at the first step, (cells,).
     """
     together = may_be_together(mission, cells, agents)
     if together.all() or together.size > MOST_PAIRS:
@@ -161,7 +162,7 @@ def together_ever(
 
 
 def _add(clauses: Clauses, motion: Motion, one: int, other: int, together: Flags) -> None:
-    """Add for every step: if the first agent is in a cell, the second is in a compatible one."""
+    """Add for every step: if the first agent is in a cell, the second agent is in a compatible cell."""
     for step in range(motion.steps + 1):
         here, there = motion.states[one][step], motion.states[other][step]
         rows, columns = np.flatnonzero(here != FALSE), np.flatnonzero(there != FALSE)

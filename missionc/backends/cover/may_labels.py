@@ -1,7 +1,7 @@
-"""May labels: cells and pairs of cells in which a predicate may hold, and may fail.
+"""May labels: cells and pairs of cells in which a predicate may be true, and may be false.
 
-They follow from the ranges of measured values, such as distances, over the agents' cells. The pairs of cells with a
-possible line of sight past obstacles follow likewise.
+The labels follow from the ranges of measured values, such as distances, over the agents' cells. The pairs of cells with
+a possible line of sight past obstacles are computed likewise.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from missionc.ir import (
 )
 
 INSIDE = 1e-5
-"""Depth inside a body, metres, from which it blocks a line of sight."""
+"""Depth inside a body, metres, from which the body blocks a line of sight."""
 
 
 @dataclass(frozen=True, slots=True)
 class SightLink(Compare):
-    """Bound on the distance of two agents that see each other on a graph."""
+    """Comparison that bounds the distance of two agents which see each other on a graph."""
 
     terms: tuple[tuple[float, Feature], ...]
     constant: float
@@ -48,7 +48,7 @@ class SightLink(Compare):
 
 
 def hidden(graph: Sight, one: Cells, other: Cells) -> Flags:
-    """Flags of pairs of cells without any line of sight: (cells of one, cells of the other)."""
+    """Return true for each pair of cells without any line of sight: (cells of one, cells of the other)."""
     found: Flags = np.zeros((len(one), len(other)), dtype=np.bool_)
     for body in (body for shape in graph.shapes for body in bodies(shape)):
         if isinstance(body, Box):
@@ -59,7 +59,8 @@ def hidden(graph: Sight, one: Cells, other: Cells) -> Flags:
 
 
 def _hides(body: Box, axis: int, at: float, one: Cells, other: Cells) -> Flags:
-    """Flags of lines that cross a plane within a body: (cells of one, cells of the other)."""
+    """Return true for each pair of cells whose connecting lines all cross a plane within a body: (cells of one, cells
+    of the other)."""
     hides: Flags = (one.high[:, None, axis] < at) & (other.low[None, :, axis] > at)
     least, most = (_share(at - one_end, other_end - at) for one_end, other_end in _ends(axis, one, other))
     for across in range(len(body.low)):
@@ -71,7 +72,8 @@ def _hides(body: Box, axis: int, at: float, one: Cells, other: Cells) -> Flags:
 
 
 def _ends(axis: int, one: Cells, other: Cells) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Coordinates for the least and the greatest share of a line before a plane: (cells,) arrays, metres."""
+    """Cell corners for which a line crosses the plane at its least and at its greatest fraction: (cells,) arrays,
+    metres."""
     return (
         (one.high[:, None, axis], other.high[None, :, axis]),
         (one.low[:, None, axis], other.low[None, :, axis]),
@@ -79,10 +81,8 @@ def _ends(axis: int, one: Cells, other: Cells) -> tuple[tuple[Array, Array], tup
 
 
 def _share(before: Array, after: Array) -> Array:
-    """Dimensionless share of a line before a plane, (...), from the distances.
-
-    Arbitrary without a crossing.
-    """
+    """Fraction of a line before a plane, (...), from the distances of its ends to the plane; arbitrary without a
+    crossing."""
     whole = before + after
     return np.clip(np.divide(before, whole, out=np.zeros_like(whole), where=whole > 0), 0.0, 1.0)
 
@@ -98,20 +98,21 @@ Boxes = tuple[Array, Array]
 def margin_range(
     predicate: Predicate, mission: Mission, places: Mapping[int, Boxes], speed: Range | None = None
 ) -> Range:
-    """Range of a predicate's margins for the first of some agents anywhere in boxes: (...).
+    """Range of a predicate's margin for the first of some agents, each at any point of its boxes: (...).
 
     Args:
+        places: boxes of each agent, (..., dim), metres.
         speed: speed of the first agent, m/s, if known.
 
     Raises:
-        ValueError: it is about another agent, or about more than positions.
+        ValueError: the predicate depends on another agent, or on more than positions.
     """
     margin: Range = predicate.margin(_CellView(mission, places, speed))
     return margin
 
 
 class _CellView:
-    """Measures of the first of a few agents; other agents are unknown."""
+    """View of a few agents in cells, evaluated for the first; other agents are unknown."""
 
     def __init__(self, mission: Mission, places: Mapping[int, Boxes], speed: Range | None) -> None:
         self.known_speed = speed
@@ -141,13 +142,13 @@ class _CellView:
         return length_range([self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension)])
 
     def of_place(self, value: Callable[[Any, Array], Array]) -> Range:
-        """Range from the value at the middle of the boxes, (..., dim), metres, and the half diagonal: (...)."""
+        """Range of a 1-Lipschitz function over boxes, (..., dim), metres, from its value at their centres: (...)."""
         low, high = self.place(None)
         middle, reach = np.asarray(value(np, (low + high) / 2)), np.linalg.norm(high - low, axis=-1) / 2
         return outward(middle - reach, middle + reach)
 
     def apart(self, first: int | None, second: int) -> Range:
-        """Distance of two agents; different ones have at least the required separation."""
+        """Range of the distance of two agents; different agents have at least their required separation."""
         distance = length_range(self._between(first, second))
         first = self.agent.index if first is None else first
         if first == second:
@@ -162,7 +163,7 @@ class _CellView:
         return length_range([each - offset for each, offset in zip(between, edge.target, strict=True)])
 
     def _between(self, first: int | None, second: int) -> list[Range]:
-        """Coordinates of the second agent relative to the first."""
+        """Ranges of the second agent's coordinates relative to the first agent, metres."""
         (low, high), (other_low, other_high) = self.place(first), self.place(second)
         axes = range(self.dimension)
         return [Range(other_low[..., each] - high[..., each], other_high[..., each] - low[..., each]) for each in axes]
@@ -194,7 +195,7 @@ class _CellView:
 
 
 BORDER = 1e-5
-"""Metres by which a failing predicate may count as true, and a true one as failing."""
+"""Margin, metres, within which a predicate counts both as possibly true and as possibly false."""
 
 
 class MayLabels(Labels):
@@ -211,11 +212,12 @@ class MayLabels(Labels):
         self._blind: dict[Hashable, Flags] = {}
 
     def of_places(self, predicate: Predicate) -> bool:
-        """Return False: in one cell a predicate may hold at one place and fail at another."""
+        """Return False, since in one cell a predicate may be true at one position and false at another."""
         return False
 
     def moves(self, predicate: Predicate, number: int, holds: bool, *, at_end: bool) -> Flags:
-        """Flags of moves in whose first, or with ``at_end`` last, cell it may hold, or fail: (moves,)."""
+        """Return true for each move in whose first cell (``at_end``: last) the predicate may be true, or if not
+        ``holds``, false: (moves,)."""
         key = predicate, number, at_end
         if key not in self._ranges:
             cells, (source, target) = self.cells[number], self.roadmaps[number].moves.T
@@ -228,7 +230,7 @@ class MayLabels(Labels):
         return _may(self._ranges[key], holds, (len(self.roadmaps[number].moves),))
 
     def states_where(self, predicate: Predicate, number: int, truth: bool) -> Flags:
-        """Flags of cells in which it may hold, or fail: (cells,)."""
+        """Return true for each cell in which the predicate may have this truth: (cells,)."""
         cells = self.cells[number]
         key = predicate, number
         if key not in self._ranges:
@@ -237,7 +239,8 @@ class MayLabels(Labels):
         return _may(self._ranges[key], truth, (len(cells),))
 
     def pairs_where(self, predicate: Predicate, agents: tuple[int, int], first: int, second: int, truth: bool) -> Flags:
-        """Flags of pairs of cells in which it may hold, or fail, for the first agent: (cells, cells)."""
+        """Return true for each pair of cells in which the predicate may have this truth for the first agent: (cells,
+        cells)."""
         key = predicate, agents, first, second
         one, other = self.cells[first], self.cells[second]
         if key not in self._ranges:

@@ -1,11 +1,11 @@
 """May moves and may turns: the cells that an agent may reach from a cell in a number of steps.
 
-A move between two cells is kept under two conditions. Some points of both are no further apart than the agent can move
-in that time, and no nearer than it must move. A chain of cells connects them on which no point is too far from both. No
-motion makes an excluded move.
+A move between two cells is possible under two conditions. Some points of both cells are no further apart than the agent
+can move in that time, and no nearer than the agent must move. A chain of cells connects the two cells, and no point of
+the chain is too far from both. No trajectory makes an excluded move.
 
-A turn bounds the later position of an agent of bounded acceleration by its position now and the one equally long
-before. Over a time t before and after, its path bends by at most its acceleration times t squared.
+A turn bounds the later position of an agent of bounded acceleration by its current position and the position equally
+long before. Over a time t before and after, its path bends by at most its acceleration times t squared.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ from missionc.geometry.distance_ranges import Range, length_range
 from missionc.ir import Dynamics, Mission
 
 MORE = 1e-5
-"""Share, and metres, by which an agent may be faster or slower than its dynamics: above the verification tolerance."""
+"""Fraction, and metres, by which an agent may exceed its dynamics; it is above the verification tolerance."""
 
 NEAR = 120
-"""Number of cells within reach up to which every chain is examined."""
+"""Maximum number of cells within reach for which every chain is examined."""
 
 
 def furthest(dynamics: Dynamics, seconds: float) -> float:
-    """Greatest distance of such an agent after some time, metres.
+    """Greatest distance that an agent can move in a time, metres.
 
-    With momentum, as if at top speed at once.
+    An agent with momentum counts as moving at top speed from the start.
     """
     return (dynamics.top_speed * (1 + MORE) + MORE) * seconds + MORE
 
 
 def nearest(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
-    """Least distance of such an agent after ``steps`` steps, metres, for the sharpest constant turn.
+    """Least distance between an agent's positions ``steps`` steps apart, metres, with the sharpest constant turn.
 
-    In a volume, climbs are unbounded, so that after two steps it may be at the same place.
+    In a volume, climbs are unbounded, so that after two steps the agent may be at the same position.
 
     Source:
         Schur's comparison theorem for polygons; no bound for turns of half a turn or more.
@@ -57,7 +57,8 @@ def nearest(dynamics: Dynamics, step: float, steps: int, dimension: int) -> floa
 
 
 def may_move(cells: Cells, least: float, most: float) -> Flags:
-    """Flags of pairs of cells, (cells, cells), joined by a possible motion between ``least`` and ``most`` metres."""
+    """Return true for each pair of cells, (cells, cells), joined by a possible motion of ``least`` to ``most``
+    metres."""
     distance = cells.distance
     near = (distance.low <= most) & (distance.high >= least)
     if len(cells) == 0 or bool(_connected(cells.touching)):
@@ -66,14 +67,15 @@ def may_move(cells: Cells, least: float, most: float) -> Flags:
 
 
 def _connected(touching: Flags) -> bool:
-    """Return whether the cells fill a box: then every straight path is clear, and chains add nothing."""
+    """Return true if all cells touch each other, so that every straight path is clear and chains exclude nothing."""
     return bool(touching.all())
 
 
 def _joined(distance: Array, touching: Flags, before: NDArray[np.int32], most: float) -> Flags:
-    """Flags of cells that a chain with short enough motions joins: (cells, cells).
+    """Return true for each pair of cells that a chain of cells within reach connects: (cells, cells).
 
-    ``distance`` is (cells, cells), metres.
+    Args:
+        distance: least distances of cells, (cells, cells), metres.
     """
     within = distance <= most
     few = within.sum(axis=1) <= NEAR
@@ -93,12 +95,12 @@ def _joined(distance: Array, touching: Flags, before: NDArray[np.int32], most: f
 
 
 def _led_to(distance: Array, before: NDArray[np.int32], most: float, few: Flags) -> Flags:
-    """Flags of cells joined by the shortest chain, over cells within reach: (cells, cells).
+    """Return true for each pair of cells whose shortest chain stays within reach: (cells, cells).
 
-    Most reachable cells are reached along it, and it is the fastest to test.
+    Most reachable cells are reached along the shortest chain, which is the fastest to test.
 
     Args:
-        distance: (cells, cells), metres.
+        distance: least distances of cells, (cells, cells), metres.
         few: (cells,): True if no cell of the chain may be too far from both its ends.
     """
     led: Flags = np.zeros(distance.shape, dtype=np.bool_)
@@ -116,7 +118,8 @@ def _led_to(distance: Array, before: NDArray[np.int32], most: float, few: Flags)
 
 
 def _met(links: Flags, allowed: Flags, here: int) -> Flags:
-    """Flags of cells reached in each row from ``here``, over links and the row's allowed cells.
+    """Return true for each cell that is reachable in each row from cell ``here``, over links and the row's allowed
+    cells.
 
     Shape: (rows, near).
     """
@@ -131,19 +134,19 @@ def _met(links: Flags, allowed: Flags, here: int) -> Flags:
 
 
 MOST_CELLS = 60
-"""Maximum number of cells for triples."""
+"""Maximum number of cells for which triples are examined."""
 
 SHAKEN = 1e-5
-"""Metres for each step by which places may be off: above the verification tolerance."""
+"""Error of positions per step, metres; it is above the verification tolerance."""
 
 
 def add_turns(
     mission: Mission, cells: tuple[Cells, ...], motion: Motion, cast: frozenset[int], clauses: Clauses
 ) -> None:
-    """Add limits on turns by the agents' accelerations, over 1, 2, 4, … steps.
+    """Add clauses that limit turns by the agents' accelerations, over 1, 2, 4, … steps.
 
     Raises:
-        TooLarge: the clauses would pass their limit.
+        TooLarge: the clauses would exceed their limit.
     """
     for number, own in enumerate(cells):
         agents = cast.intersection(motion.roadmaps[number].agents)
@@ -154,10 +157,8 @@ def add_turns(
 
 
 def may_turn(mission: Mission, cells: Cells, dynamics: Dynamics) -> Iterator[tuple[int, Flags]]:
-    """Numbers of steps, with flags of possible triples of cells at these intervals.
-
-    Flags are (cells, cells, cells); numbers without exclusions are left out.
-    """
+    """Yield numbers of steps with the possible triples of cells at these intervals, (cells, cells, cells), if any is
+    excluded."""
     if not math.isfinite(dynamics.top_acceleration) or not 0 < len(cells) <= MOST_CELLS:
         return
     apart = 1
@@ -171,7 +172,7 @@ def may_turn(mission: Mission, cells: Cells, dynamics: Dynamics) -> Iterator[tup
 
 
 def _may_follow(cells: Cells, bend: float) -> Flags:
-    """Flags of possible third cells after two others at equal intervals: (cells, cells, cells)."""
+    """Return true for each possible third cell after two others at equal intervals: (cells, cells, cells)."""
     bent = []
     for axis in range(cells.low.shape[1]):
         low, high = cells.low[:, axis], cells.high[:, axis]

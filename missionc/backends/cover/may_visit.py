@@ -1,4 +1,4 @@
-"""May visits: pairs of places that an agent cannot both visit, because the path is too long."""
+"""May visits: pairs of cells that an agent cannot both visit because the path would be too long."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def add_visits(
     lengths: Mapping[int, float],
     clauses: Clauses,
 ) -> None:
-    """Add that no agent is ever in two cells too far from its start and from each other.
+    """Add clauses that no agent ever visits two cells too far from its start and from each other.
 
     Args:
-        lengths: maximum path length of some agents, metres; by default that of top speed.
+        lengths: maximum path length of some agents, metres; by default the distance at top speed.
 
     Raises:
-        TooLarge: the clauses would pass their limit.
+        TooLarge: the clauses would exceed their limit.
     """
     for agent in sorted(cast):
         cells = cover.cells[int(motion.roadmap_of[agent])]
@@ -49,13 +49,12 @@ def add_visits(
 
 
 def too_far_apart(mission: Mission, cells: Cells, agent: int, starts: Flags, lengths: Mapping[int, float]) -> Flags:
-    """Flags of pairs of cells that an agent cannot both visit: (cells, cells).
-
-    The diagonal is for single cells.
+    """Return true for each pair of cells that an agent cannot both visit: (cells, cells); the diagonal is for single
+    cells.
 
     Args:
         starts: possible cells at the first step, (cells,).
-        lengths: as for ``add_visits``.
+        lengths: maximum path lengths, metres, as for ``add_visits``.
     """
     most = furthest(mission.agents[agent].dynamics, mission.steps * mission.step)
     if agent in lengths:

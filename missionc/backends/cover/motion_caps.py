@@ -1,9 +1,9 @@
-"""Motion caps: requirements that bound an agent's speed or path length over the whole mission.
+"""Motion caps: limits on an agent's speed or path length over the whole mission, derived from requirements.
 
     in   Mission, Kernel
     out  Caps
 
-On a cover, each step may gain the size of a cell. Bounds on the whole motion apply over many steps at once.
+On a cover, each step may gain the size of a cell. Limits on the whole trajectory apply over many steps at once.
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ from missionc.ir.kernel.nodes import Atom, Kernel
 
 
 class Caps(Record, eq=False):
-    """Caps.
+    """Limits on speeds and path lengths that the requirements imply.
 
-    ``mission`` has the speed limits over the whole time; ``lengths``: maximum path lengths of some agents, metres.
-
-    ``causes``: the requirements that imply them.
+    Args:
+        mission: the mission with the speed limits that hold at all times.
+        lengths: maximum path lengths of some agents, metres.
+        causes: names of the requirements that imply the limits.
     """
 
     mission: Mission
@@ -31,7 +32,7 @@ class Caps(Record, eq=False):
 
 
 def motion_caps(mission: Mission, kernel: Kernel) -> Caps:
-    """Derive caps from permanent requirements on speeds and on resources used along the path."""
+    """Limits from requirements on speeds, and on resources consumed along the path, that hold at all times."""
     speeds: dict[int, float] = {}
     lengths: dict[int, float] = {}
     causes: set[str] = set()
@@ -59,6 +60,6 @@ def motion_caps(mission: Mission, kernel: Kernel) -> Caps:
 
 
 def _lasts(conjunct: Conjunct, mission: Mission) -> bool:
-    """Return whether it must hold at every step."""
+    """Return true if the conjunct must hold at every step."""
     steps = conjunct.steps
     return steps is not None and steps.start == 0 and (steps.stop is None or steps.stop > mission.steps)

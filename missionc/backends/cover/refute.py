@@ -1,15 +1,15 @@
-"""Refutation on covers: proof of infeasibility, and lower bounds of the duration.
+"""Refutation on covers: proofs of infeasibility, and lower bounds of the duration.
 
     in   Mission, Kernel
     out  Refuted with the requirements of the proof, Inconclusive or Open
 
 Coarse covers come first. On each cover, single agents are examined first, then pairs, then the team. A formula that is
-unsatisfiable on a cover is unsatisfiable for every motion. A motion that a cover admits may still be impossible. A
-cover that is too large leaves the question open.
+unsatisfiable on a cover is unsatisfiable for every trajectory. A trajectory that a cover admits may still be
+impossible. A cover that is too large gives no result.
 
 The least duration is a number of steps that every plan needs. Bisection searches it between a known lower bound and the
-steps of a known plan. The question is whether every agent can be at rest from some step on. A resting agent stays in
-its cell, so a refusal holds for every motion that ends by that step.
+steps of a known plan. Each query asks if every agent can be at rest from some step on. A resting agent stays in its
+cell, so a refusal holds for every trajectory that ends by that step.
 """
 
 from __future__ import annotations
@@ -47,24 +47,24 @@ from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import All, At, Goal, Kernel, Node
 
 CLAUSES = 600_000
-"""Maximum number of clauses of a question."""
+"""Maximum number of clauses of a query."""
 
 PAIRED = 1 / 2_500_000
-"""Units of work for a pair of cells that two agents may occupy together at a step."""
+"""Work units for a pair of cells that two agents may occupy together at a step."""
 
 CONFLICTS = 20_000
-"""Maximum number of conflicts of a question; less if its work is done."""
+"""Maximum number of conflicts of a query; the remaining work may allow fewer."""
 
 
 @dataclass(slots=True, eq=False)
 class Question:
-    """One question to the solvers.
+    """SAT query: does the cover admit a trajectory that satisfies these requirements?
 
     Args:
-        together: agents with separation; if empty, all agents are included, each as if alone.
+        together: agents with mutual separation; if empty, all agents are included without separation.
         solvers: solvers to use; they forget earlier problems.
-        admitted: True if the cover admits a motion, after the question was asked.
-        smallest: True if it admits every proper subset of a refusal's requirements.
+        admitted: True if the cover admits a trajectory; valid after the query.
+        smallest: True if the cover admits every proper subset of a refusal's requirements.
         motion: variables of the agents' positions, after lowering.
     """
 
@@ -81,7 +81,7 @@ class Question:
 
     @property
     def pair_work(self) -> float:
-        """Units of work to find the possible joint positions."""
+        """Work units to compute the possible joint positions of pairs of agents."""
         kinds = zip(self.cover.cells, self.cover.roadmaps, strict=True)
         count = {agent: len(cells) for cells, roadmap in kinds for agent in roadmap.agents}
         pairs = sum(count[one] * count[other] for one, other in combinations(self.together, 2))
@@ -89,12 +89,12 @@ class Question:
 
     @property
     def cast(self) -> frozenset[int]:
-        """Agents of the question."""
+        """Agents that the query is about."""
         return self.together or frozenset(range(len(self.caps.mission.agents)))
 
     @property
     def ways(self) -> tuple[Flags, ...]:
-        """Possible cells of each agent, (steps + 1, cells)."""
+        """Possible cells of each agent at each step, (steps + 1, cells)."""
         return all_ways(self.cover.roadmaps, self.cover.never)
 
     @property
@@ -103,7 +103,7 @@ class Question:
         return MayLabels(self.caps.mission, self.cover.roadmaps, self.cover.cells)
 
     def refused(self) -> frozenset[str] | None:
-        """Requirements of a refusal; None if there is none, or it would take too much work."""
+        """Names of the requirements of a refusal; None if there is no refusal, or it would take too much work."""
         budget = self.budget
         if self.account.work + self.pair_work > budget.work:
             return None
@@ -119,7 +119,7 @@ class Question:
             return None
 
     def lowered(self) -> tuple[Clauses, tuple[int, ...]]:
-        """Clauses, and a literal to assume for each requirement.
+        """Clauses of the query, and a literal to assume for each requirement.
 
         Raises:
             TooLarge: the clauses would exceed the limit.
@@ -151,7 +151,7 @@ class Question:
         return frozenset(goal.name for goal, literal in zip(self.goals, asked, strict=True) if literal in core)
 
     def core(self, clauses: Clauses, asked: tuple[int, ...]) -> tuple[int, ...] | None:
-        """Assumed literals of a refusal; None without a refusal."""
+        """Assumed literals that a refusal uses; None without a refusal."""
         with self.account.stage("cover"):
             before, left = self.solvers.conflicts, self.budget.work - self.account.work
             self.solvers.add(clauses)
@@ -163,7 +163,7 @@ class Question:
 
 
 def _add_strides(cover: Cover, motion: Motion, cast: frozenset[int], clauses: Clauses) -> None:
-    """Add limits on the distance of each agent over several steps."""
+    """Add clauses that limit the distance of each agent over several steps."""
     for roadmap, strides in zip(cover.roadmaps, cover.strides, strict=True):
         for steps, may in strides:
             source, target = np.nonzero(may)
@@ -175,21 +175,20 @@ def _add_strides(cover: Cover, motion: Motion, cast: frozenset[int], clauses: Cl
 
 
 CELLS = 8, 40, 160, 480
-"""Numbers of cells of each cover, for each kind of agent."""
+"""Numbers of cells per kind of agent of the successive covers."""
 
 MOST_PAIRS = 10
-"""Number of pairs of agents up to which each pair is a separate question."""
+"""Maximum number of pairs of agents for which each pair is a separate query."""
 
 SQUARED = 1 / 10_000_000
-"""Units of work for a pair of cells: their distance, and the chain between them."""
+"""Work units for a pair of cells: their distance, and the chain between them."""
 
 
 class Refuted(Record):
-    """Proof that no motion satisfies these requirements at its steps.
+    """Proof that no trajectory satisfies the requirements ``conflict``, not even at the sample times only.
 
-    Without requirements, the agents cannot move at all.
-
-    ``smallest``: the cover admits every proper subset. ``question`` is the refused question.
+    Without requirements, the agents cannot move at all. ``smallest`` is true if the cover admits every proper subset of
+    the requirements. ``question`` is the refused query.
     """
 
     conflict: tuple[str, ...]
@@ -202,7 +201,7 @@ class Refuted(Record):
 
 
 class Inconclusive(Record):
-    """A cover with this many cells admits a motion, which proves nothing about plans."""
+    """Result that a cover with this many cells admits a trajectory, which does not imply that a plan exists."""
 
     cells: int
 
@@ -211,7 +210,8 @@ class Inconclusive(Record):
 
 
 class Open(Record):
-    """No cover was asked about the whole mission within the budget, and none refused a part of it."""
+    """Result that nothing is proved: no query about the whole mission fitted into the budget, and no smaller query was
+    refused."""
 
     def __str__(self) -> str:
         return "other motions are not excluded: no over-approximation of the mission was decided"
@@ -221,7 +221,7 @@ Answer: TypeAlias = Refuted | Inconclusive | Open
 
 
 def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, solver: str = "auto") -> Answer:
-    """Result of covers for the requirements within the budget's work, which belongs to this function alone."""
+    """Result of the cover method for the requirements, within the budget's work, all of which the function may use."""
     with Solvers(for_refusals(solver), budget.memory_bytes, budget.seed, budget.deadline, presolve=0) as solvers:
         return _refuted(mission, kernel, budget, account, solvers)
 
@@ -261,21 +261,21 @@ def _refuted(mission: Mission, kernel: Kernel, budget: Budget, account: Account,
 
 
 def squared_work(cover: Cover) -> float:
-    """Units of work to build a cover."""
+    """Work units to build a cover."""
     return SQUARED * sum(len(cells) ** 2 for cells in cover.cells)
 
 
 def over(budget: Budget, account: Account) -> bool:
-    """Return whether the budget's work is done, or its time is up."""
+    """Return true if the budget's work is done, or its time is up."""
     return account.work >= budget.work or time.monotonic() >= budget.deadline
 
 
 def questions(
     mission: Mission, kernel: Kernel, everybody: frozenset[int]
 ) -> Iterator[tuple[frozenset[int], tuple[Goal, ...]]]:
-    """Sets of agents with separation, and their requirements: each agent, each pair of a few, all.
+    """Yield sets of agents with separation, and the requirements about them: single agents, pairs (if few), all agents.
 
-    Pairs with an agent without possible positions are left out.
+    Pairs are omitted if one of the agents has no prescribed position.
     """
     goals = kernel.requirements
     yield frozenset(), _about(goals, 1, everybody)
@@ -292,7 +292,7 @@ def questions(
 
 
 def _about(goals: tuple[Goal, ...], most: int, among: frozenset[int]) -> tuple[Goal, ...]:
-    """Requirements that name at most ``most`` of these agents, independent of others."""
+    """Requirements that name at most ``most`` of the agents ``among``, and no others."""
     made = []
     for goal in goals:
         parts: list[Node] = []
@@ -309,8 +309,8 @@ def _about(goals: tuple[Goal, ...], most: int, among: frozenset[int]) -> tuple[G
 def least_duration(
     mission: Mission, kernel: Kernel, least: int, lasts: int, budget: Budget, account: Account, solver: str = "auto"
 ) -> int:
-    """Lower bound of the steps of every plan from covers, within the budget's work, which belongs to this function
-    alone.
+    """Lower bound of the steps of every plan by the cover method, within the budget's work, all of which the function
+    may use.
 
     Args:
         least: known lower bound of the steps.
@@ -332,7 +332,7 @@ def least_duration(
 
 
 def _asked(question: Question, least: int, lasts: int) -> int:
-    """Lower bound of the steps of every answer to a question on its cover."""
+    """Lower bound of the steps of every trajectory that a query's cover admits, between ``least`` and ``lasts``."""
     budget, account = question.budget, question.account
     account.work += question.pair_work
     if over(budget, account):
@@ -354,10 +354,10 @@ def _asked(question: Question, least: int, lasts: int) -> int:
 
 
 def add_rests(cover: Cover, motion: Motion, clauses: Clauses) -> Literals:
-    """For each step, (steps + 1,), a literal that implies that all agents rest from it on.
+    """Literals, one per step (steps + 1,), that imply that all agents are at rest from the step on.
 
     Raises:
-        TooLarge: the clauses would pass their limit.
+        TooLarge: the clauses would exceed their limit.
     """
     rests = clauses.fresh(motion.steps + 1)
     clauses.add(-rests[:-1], rests[1:])
@@ -373,9 +373,8 @@ def add_rests(cover: Cover, motion: Motion, clauses: Clauses) -> Literals:
 
 
 def _same_place(cover: Cover, number: int) -> Flags:
-    """Flags of cells, (cells, cells), that may represent one place: each itself, and a point with its surrounding
-    cells.
-    """
+    """Return true for each pair of cells, (cells, cells), that may contain one position: equal cells, or a point and a
+    cell around it."""
     cells = cover.cells[number]
     point = np.all(cells.low == cells.high, axis=1)
     same: Flags = (cells.distance.low <= TOUCH) & (point[:, None] | point[None, :])

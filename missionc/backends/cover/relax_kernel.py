@@ -1,10 +1,10 @@
 """Relaxed formulas: consequences of the requirements about the positions of one or two agents.
 
     in   Kernel
-    out  Kernel, weaker, without links and routes
+    out  a weaker Kernel without links and routes
 
-A link between two agents becomes a bound on their distance, and a route a sequence of links between named agents.
-Conditions on motion, earlier steps or more than two places may hold and may fail.
+A link between two agents becomes a bound on their distance, and a route becomes a sequence of links between named
+agents. Conditions on motion, earlier steps or more than two positions are dropped.
 """
 
 from __future__ import annotations
@@ -22,11 +22,12 @@ from missionc.ir.kernel.walk import bottom_up, rebuilt
 from missionc.ir.pair_ranges import all_ranges, range_of
 
 MOST_PAIRS = 300
-"""Maximum number of pairs of agents times links of a route for an expansion."""
+"""Maximum number of pairs of agents times links for which a route is expanded."""
 
 
 def relaxed(mission: ir.Mission, kernel: k.Kernel) -> k.Kernel:
-    """Weaker requirements without links and routes, and mostly without motion and the past."""
+    """Kernel with weaker requirements, without links and routes, and mostly without conditions on motion and the
+    past."""
     weaker = without_metres(kernel)
     speeds = mission.steps > 0 and not any(agent.dynamics.has_momentum for agent in mission.agents)
     required = replace(weaker, preferences=())
@@ -52,9 +53,8 @@ def _relaxed(node: k.Node, parts: tuple[k.Node, ...], *, speeds: bool) -> k.Node
 
 
 def _of_places(predicate: ir.Predicate, *, speeds: bool) -> bool:
-    """Return whether the positions of at most two agents decide it, or one agent's positions at two steps for its
-    speed.
-    """
+    """Return true if positions decide the predicate: of at most two agents, or for a speed, of one agent at two
+    steps."""
     if isinstance(predicate, ir.Flagged):
         return True
     if predicate.reads_past or predicate.reads_heading or predicate.graph is not None:
@@ -65,7 +65,8 @@ def _of_places(predicate: ir.Predicate, *, speeds: bool) -> bool:
 
 
 def _neighbour(graph: ir.Graph, body: k.Node, every: bool) -> k.Node:
-    """The body for some agent that may be linked; with ``every``, for each agent that must be."""
+    """Relaxed ``Neighbour``: the body at some agent that may be linked; if ``every``, at each agent that must be
+    linked."""
     inner, outer = (k.Any, k.All) if not every else (k.All, k.Any)
     cases: list[k.Node] = []
     for agent in graph.agents:
@@ -80,7 +81,8 @@ def _neighbour(graph: ir.Graph, body: k.Node, every: bool) -> k.Node:
 
 
 def _linked(graph: ir.Graph, sender: int, receiver: int, holds: bool) -> k.Node:
-    """Formula that a link from one agent, for which it is evaluated, to another may exist, or may be absent."""
+    """Formula that a link from ``sender``, for which it is evaluated, to ``receiver`` may exist (``holds``) or may be
+    absent."""
     match graph:
         case ir.BeaconCover(beacons=beacons):
             of_each, of_all = (k.All, k.Any) if holds else (k.Any, k.All)
@@ -117,7 +119,7 @@ def nearer(one: int, other: int, metres: float) -> k.Atom:
 
 
 def _route(graph: ir.Graph, through: k.Node, end: k.Node, hops: int, every: bool) -> k.Node:
-    """Formula that some possible route of at most ``hops`` links leads there, or each certain one.
+    """Relaxed ``Reach``: some possible route of at most ``hops`` links; if ``every``, each certain route.
 
     Source:
         [strel] Definition 5, unrolled.
@@ -132,7 +134,7 @@ def _route(graph: ir.Graph, through: k.Node, end: k.Node, hops: int, every: bool
 
 
 def _within(graph: ir.Graph, end: k.Node, hops: int) -> k.Node:
-    """Formula that the end holds for some agent within ``hops`` longest links."""
+    """Formula that some agent within ``hops`` times the longest link range satisfies ``end``."""
     if isinstance(graph, ir.BeaconCover):
         return YES
     reach = hops * float(max(all_ranges(graph), default=0.0))
@@ -146,7 +148,7 @@ def _within(graph: ir.Graph, end: k.Node, hops: int) -> k.Node:
 
 
 def _connected(graph: ir.Graph) -> k.Node:
-    """Formula of routes from the first agent to all others."""
+    """Formula that there are routes from the first agent to all others."""
     first, *others = graph.agents
     return k.All(tuple(k.At(first, route) for route in _to_each(graph, others)))
 

@@ -1,1 +1,1 @@
-"""Hybrid planning: SAT on roadmaps for discrete conditions, trajectory optimisation for metric ones."""
+"""Hybrid planning: SAT on roadmaps for discrete conditions, trajectory optimisation for metric conditions."""

@@ -1,18 +1,18 @@
-"""The hybrid backend: Z3 on a roadmap for the discrete part of a mission, then polish of its motion.
+"""Hybrid backend: SAT on a roadmap for the discrete part of a mission, then trajectory optimisation from its plan.
 
     in   Mission, its kernel
     out  Planned or NotFound
 
-The discrete relaxation omits metric conditions and has a coarser clock. Formations and lengths in metres rarely hold at
-nodes, so they count as satisfied in either polarity. Every plan of the mission satisfies the relaxation, up to the
-rounding of windows.
+The discrete relaxation omits metric conditions and has longer time steps. Formations and lengths in metres are rarely
+satisfied at nodes, so they count as satisfied in either polarity. Every plan of the mission satisfies the relaxation,
+up to the rounding of windows.
 
-Z3 chooses the relays, their links and their times. Its motion is resampled to the mission's own clock, and polish
-starts from it. Z3's choices are kept for the requirements that a roadmap can judge. If polish fails, other plans of Z3
-follow, and sometimes a sketch of the optimal-transport backend.
+Z3 chooses the relays, their links and their times. Its trajectory is resampled to the mission's own steps, and
+optimisation starts from it. Z3's choices are fixed for the requirements that a roadmap can decide. If the optimisation
+fails, other plans of Z3 follow, and sometimes an initial trajectory of the optimal-transport backend.
 
 A roadmap without a plan proves nothing about the world between its nodes, so this backend never reports that a mission
-is impossible.
+is infeasible.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ from missionc.ir.kernel.normal_form import YES, constant, folded
 from missionc.ir.kernel.walk import awaited, bottom_up, postorder
 
 SLACK = 1e-9
-"""Rounding tolerance of a whole number of steps, as a share of a step."""
+"""Rounding tolerance of a whole number of steps, as a fraction of a step."""
 
 
 class Clock(Record):
-    """``ticks`` of the roadmap for the ``steps`` of the mission.
+    """Conversion of the mission's ``steps`` to the ``ticks`` (longer steps) of the roadmap.
 
-    ``careful``: windows may grow by rounding.
+    ``careful`` is true if windows may grow by rounding.
     """
 
     steps: int
@@ -63,7 +63,12 @@ class Clock(Record):
     careful: bool = True
 
     def window(self, low: int, high: int | None, every: bool) -> tuple[int, int | None]:
-        """A window in ticks: covering for ``every``, contained for some."""
+        """Time window in ticks: rounded outward for ``every`` (at its end only if ``careful``), rounded inward
+        otherwise.
+
+        Args:
+            low, high: window in steps of the mission; ``high`` None is the last step.
+        """
         first, last = low * self.ticks / self.steps, None if high is None else high * self.ticks / self.steps
         if every:
             begin, end = floor(first + SLACK), None
@@ -78,14 +83,14 @@ class Clock(Record):
 
 
 class Discrete(Record, eq=False):
-    """Discrete requirements. ``whole``: by name, those without metric conditions."""
+    """Discrete relaxation of the requirements; ``whole`` names the requirements without metric conditions."""
 
     kernel: Kernel
     whole: frozenset[str]
 
 
 def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
-    """Relaxation of the kernel with ``steps`` steps for a roadmap with ``ticks`` ticks."""
+    """Relaxation of a kernel with ``steps`` steps for a roadmap with ``ticks`` ticks."""
     goals = _goals(kernel, Clock(steps, ticks))
     ahead = steps_ahead(goal.formula for goal in goals)
     if any(ahead[goal.formula] > ticks for goal in goals):
@@ -105,7 +110,7 @@ def _goals(kernel: Kernel, clock: Clock) -> list[Goal]:
 
 
 def _relaxed(node: Node, parts: tuple[Node, ...], clock: Clock) -> Node:
-    """A formula over relaxed ones, on the clock of the roadmap."""
+    """Relaxed formula over relaxed children, with windows in ticks."""
     match node:
         case PathLength() | Not(PathLength()) | RouteNode():
             return YES
@@ -119,22 +124,19 @@ def _relaxed(node: Node, parts: tuple[Node, ...], clock: Clock) -> Node:
 
 
 def on_clock(mission: Mission, ticks: int) -> Mission:
-    """The mission with ``ticks`` steps of equal length, for agents without momentum and heading.
-
-    It has no preferences and no objective.
-    """
+    """Mission with ``ticks`` steps of equal duration, for first-order agents; without preferences and objective."""
     step = Seconds(mission.horizon / ticks)
     agents = tuple(replace(each, dynamics=first_order(each.dynamics, step)) for each in mission.agents)
     return replace(mission, agents=agents, step=step, steps=Steps(ticks), preferences=(), objective=Objective.NONE)
 
 
 def first_order(dynamics: Dynamics, step: float) -> Dynamics:
-    """First-order dynamics at a pace that these dynamics can follow.
+    """First-order dynamics at a speed that the given dynamics can follow.
 
-    For an agent with momentum, this is the mean speed of a path from rest to rest in ``REST`` steps.
+    For an agent with momentum, the speed is the mean speed of a path from rest to rest in ``REST`` steps.
 
     Args:
-        step: seconds.
+        step: duration of a step, seconds.
     """
     rest = 3  # ticks from one rest to the next: the corners that a plan on the roadmap may turn
     if not dynamics.has_momentum and not dynamics.faces_ahead:
@@ -144,7 +146,7 @@ def first_order(dynamics: Dynamics, step: float) -> Dynamics:
 
 
 def positions(mission: Mission, motion: Trace) -> Array:
-    """Positions of a motion on any clock at the mission's own steps, (agents, steps + 1, dim), metres."""
+    """Positions of a trace with any step duration at the mission's own steps, (agents, steps + 1, dim), metres."""
     time = np.arange(mission.steps + 1) * mission.step
     last = motion.position.shape[1] - 2
     tick = np.clip(np.floor(time / motion.step).astype(np.int64), 0, last)
@@ -159,21 +161,21 @@ def positions(mission: Mission, motion: Trace) -> Array:
 
 @dataclass(slots=True)
 class HybridBackend:
-    """Z3 for discrete conditions, transport and polish for metric ones."""
+    """Backend that solves discrete conditions with Z3, and metric conditions by trajectory optimisation."""
 
     name: str = "hybrid"
     refutes: bool = False
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """Diagnostic if the required solver or device is missing."""
+        """Finding if the required solver or device is missing; None otherwise."""
         return solver_missing(options) or device_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
-        """Joint motion that satisfies every requirement."""
+        """Outcome of the search for a joint trajectory that satisfies every requirement."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
-        """The same search in turns, each of whole attempts."""
+        """Search in turns, each of which consists of complete attempts."""
         yield 0.0
         return (yield from Run(mission, kernel, options, budget).turns())
 
@@ -182,7 +184,7 @@ BACKEND = HybridBackend()
 
 
 class Start(Record, eq=False):
-    """First motion, (agents, steps + 1, dim), metres, and its choices."""
+    """Initial trajectory of the optimisation, (agents, steps + 1, dim), metres, and its discrete choices."""
 
     position: Array
     choices: Choices
@@ -201,7 +203,7 @@ class Run:
 
     @property
     def refused(self) -> str:
-        """Reason why Z3 is no longer used; empty while it is."""
+        """Reason for which Z3 is no longer used; empty while it is used."""
         return self.smooth.beside.get("refused", "")
 
     @refused.setter
@@ -234,7 +236,7 @@ class Run:
         return replace(reached, solved=then_polished(start.solved, self.mission.names))
 
     def start(self, number: int) -> Start | None:
-        """Plan of Z3 for the discrete part, with its choices, if there is one."""
+        """Plan of Z3 for the discrete part in attempt ``number``, with its choices; None if Z3 finds none."""
         discrete = 20.0  # units of work for one plan on the roadmap
         account, budget = self.smooth.account, self.budget
         self.smooth.tell("discrete", number)
@@ -266,10 +268,10 @@ class Run:
             return Start(first, self.decided(first, number), report.solved)
 
     def decided(self, first: Array, number: int) -> Choices:
-        """Z3's choices for discrete requirements; for others a schedule's, sometimes far from Z3's own.
+        """Choices of Z3 for discrete requirements, and of a schedule for the others.
 
         Args:
-            first: Z3's motion, (agents, steps + 1, dim), metres.
+            first: Z3's trajectory, (agents, steps + 1, dim), metres.
         """
         mission = self.mission
         made = splines(mission)

@@ -1,4 +1,4 @@
-"""Description of the hybrid backend: the common features of both halves, and the options of either."""
+"""Description of the hybrid backend: features that both of its parts support, and options that either part supports."""
 
 from __future__ import annotations
 

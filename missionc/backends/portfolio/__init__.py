@@ -1,1 +1,1 @@
-"""The portfolio: several engines take turns, and the first plan wins."""
+"""Portfolio: several backends take turns until one of them finds a plan."""

@@ -1,4 +1,4 @@
-"""The portfolio: its engines take turns of growing length, and the first plan is the answer.
+"""Portfolio backend: its engines take turns of growing length, and the first plan is the answer.
 
     in   Mission, its kernel
     out  Planned, Impossible or NotFound
@@ -26,18 +26,18 @@ from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 FIRST, LONGER = 4.0, 2.0
-"""Units of ``work`` of each engine after its first turn, and the factor for each further turn."""
+"""Work units of each engine after its first turn, and the factor for each further turn."""
 
 ATTEMPTS, TIMES = 3, 2.0
-"""After a refusal by roadmaps: attempts of each other engine, and its work as a multiple of the refusal's. An engine
-that repeats another has only its first turn, and none after a refusal."""
+"""After a refusal by roadmaps: attempts of each other engine, and its work as a multiple of the refusal's work. An
+engine that repeats another's attempts has only its first turn, and none after a refusal."""
 
 WORST = (api.Reason.TIME, api.Reason.MEMORY, api.Reason.SIZE, api.Reason.SOLVER, api.Reason.NO_ROADMAP)
-"""Reasons without an answer: the portfolio reports the first of these that an engine gave."""
+"""Reasons for ending without an answer, in order of precedence in the portfolio's report."""
 
 
 class Engine(Record):
-    """A backend in turns: its name, its loader, and whether it also makes the attempts of another."""
+    """Backend in a portfolio: its name, its loader, and whether it repeats the attempts of another engine."""
 
     name: str
     load: Callable[[], api.Backend]
@@ -57,15 +57,15 @@ class PortfolioBackend:
     refutes: bool = False
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """None: missing engines were left out."""
+        """None, since engines that are not installed have been omitted."""
         return None
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
-        """First plan that an engine finds; else their combined answer."""
+        """First plan that an engine finds, or the combined answer of all engines."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
-        """The same search in turns of the engines."""
+        """Search in turns of the engines."""
         with ExitStack() as stack:
             runs = [Run(each, mission, kernel, options, budget) for each in self.engines]
             for run in runs:
@@ -75,7 +75,7 @@ class PortfolioBackend:
 
 @dataclass(slots=True, eq=False)
 class Run:
-    """One engine, from its first turn to its last."""
+    """Search of one engine, from its first turn to its last."""
 
     engine: Engine
     mission: Mission
@@ -84,9 +84,9 @@ class Run:
     budget: api.Budget
     search: api.Turns | None = None
     count: int = 0
-    """Number of turns."""
+    """Number of turns so far."""
     attempts: int = 0
-    """Number of pauses: the attempts of an engine that works in attempts."""
+    """Number of pauses so far, which is the number of attempts for an engine that works in attempts."""
     work: float = 0.0
     seconds: float = 0.0
     said: api.Outcome | None = None
@@ -96,10 +96,11 @@ class Run:
         return self.engine.name
 
     def turn(self, most: float, refused: float = math.inf) -> None:
-        """Run until ``most`` work is done, or there is an answer, or its chance after a refusal is used.
+        """Run the engine until its work reaches ``most``, it has an answer, or its attempts after a refusal are used
+        up.
 
         Args:
-            refused: work units of the refusal; infinite without one.
+            refused: work units of the refusal; infinite without a refusal.
         """
         begin = time.perf_counter()
         self.count += 1
@@ -119,13 +120,13 @@ class Run:
             self.seconds += time.perf_counter() - begin
 
     def had_chance(self, refused: float) -> bool:
-        """Return whether it has tried long enough after a refusal that took ``refused`` work units."""
+        """Return true if the engine has had enough attempts after a refusal that took ``refused`` work units."""
         if self.engine.repeats:
             return self.work >= FIRST or refused < math.inf
         return self.attempts >= ATTEMPTS and self.work >= TIMES * refused
 
     def begun(self) -> api.Turns:
-        """Start its search, before its first turn."""
+        """Start the engine's search and return it, before its first turn."""
         backend = self.engine.load()
         budget = self.budget
         told = replace(
@@ -139,27 +140,27 @@ class Run:
         return search
 
     def named(self, plan: api.Planned) -> api.Planned:
-        """The plan under the name of this engine."""
+        """Plan whose report names this engine."""
         return replace(plan, report=replace(plan.report, engine=self.name))
 
     def close(self) -> None:
-        """Stop the search."""
+        """Stop the engine's search."""
         if self.search is not None:
             self.search.close()
 
     @property
     def failed(self) -> api.NotFound | None:
-        """Its answer if it found nothing."""
+        """Engine's answer if it found nothing; None otherwise."""
         return self.said if isinstance(self.said, api.NotFound) else None
 
     @property
     def refusal(self) -> api.Impossible | None:
-        """Its answer if its roadmaps contain no plan."""
+        """Engine's answer if its roadmaps contain no plan; None otherwise."""
         return self.said if isinstance(self.said, api.Impossible) else None
 
     @property
     def says(self) -> str:
-        """Text of its result."""
+        """Description of the engine's result."""
         match self.said:
             case api.Planned():
                 return "plan found"
@@ -170,12 +171,12 @@ class Run:
 
     @property
     def tried(self) -> api.Tried:
-        """Record of its turns."""
+        """Summary of the engine's turns, work and result."""
         return api.Tried(self.name, self.count, round(self.work, 3), Seconds(self.seconds), self.says)
 
 
 def in_turns(runs: list[Run]) -> api.Turns:
-    """First plan of a run; else the combined answer."""
+    """Search in turns of several engines: the first plan, or the combined answer."""
     granted, most = (yield 0.0), FIRST
     while waiting := _waiting(runs):
         ready = [run for run in waiting if run.work < most]
@@ -196,18 +197,18 @@ def in_turns(runs: list[Run]) -> api.Turns:
 
 
 def _refused(runs: list[Run]) -> float:
-    """Work units at a refusal by roadmaps; infinite without one."""
+    """Work units of the engine that was first to refuse by roadmaps; infinite without a refusal."""
     return min((run.work for run in runs if run.refusal is not None), default=math.inf)
 
 
 def _waiting(runs: list[Run]) -> list[Run]:
-    """Runs with turns left, in their order."""
+    """Engines that have turns left, in their order."""
     refused = _refused(runs)
     return [run for run in runs if run.said is None and not run.had_chance(refused)]
 
 
 def _together(runs: list[Run]) -> api.Impossible | api.NotFound:
-    """Combined answer without a plan: a refusal by roadmaps if no other engine ran out of time."""
+    """Combined answer without a plan: a refusal by roadmaps, unless another engine ran out of time."""
     failed = [(run, run.failed) for run in runs if run.failed is not None]
     reasons = [said.reason for _, said in failed]
     for run in runs:
@@ -227,7 +228,8 @@ def _together(runs: list[Run]) -> api.Impossible | api.NotFound:
 
 
 def _with_accounts(outcome: api.Outcome, runs: list[Run]) -> api.Outcome:
-    """The outcome with the record of each engine; the seconds of others have their names."""
+    """Outcome with the summary of each engine in its report; the seconds of other engines are listed under their
+    names."""
     report = outcome.report
     others = [(run.name, Seconds(run.seconds)) for run in runs if run.count and run.name != report.engine]
     report = replace(

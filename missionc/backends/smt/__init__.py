@@ -1,4 +1,1 @@
-"""SAT-based planning on roadmaps: flat clauses for Z3's finite-domain solver or CaDiCaL.
-
-Prioritized planning first.
-"""
+"""SAT-based planning on roadmaps: prioritized planning first, then clauses for Z3's finite-domain solver or CaDiCaL."""

@@ -1,9 +1,9 @@
-"""The SAT-based planner, top to bottom: roadmaps → clauses → solver and collisions, in rounds → a trace.
+"""SAT-based planning backend: roadmaps → clauses → solver and collision clauses, in rounds → trace.
 
     in   Mission, its kernel
     out  Planned, Impossible or NotFound
 
-If a roadmap contains no plan, finer ones are tried before the mission is reported infeasible on roadmaps.
+If a roadmap contains no plan, finer roadmaps are tried before the mission is reported infeasible on roadmaps.
 
 Source:
     [strel] Algorithm 2.
@@ -55,21 +55,22 @@ from missionc.ir.wording import all_listed
 
 @dataclass(slots=True)
 class SmtBackend:
-    """Z3 or CaDiCaL on one list of clauses; plans are checked for collisions until there are none."""
+    """Backend that plans on roadmaps with a SAT solver (Z3 or CaDiCaL); collision clauses are added until a plan has no
+    collisions."""
 
     name: str = "smt"
     refutes: bool = True
 
     def missing(self, options: Options) -> Diagnostic | None:
-        """Diagnostic if the required solver is missing."""
+        """Finding if the required solver is missing; None otherwise."""
         return solver_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        """Joint motion on roadmaps that satisfies every requirement."""
+        """Outcome of the search for a joint trajectory on roadmaps that satisfies every requirement."""
         return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
-        """The same search in turns: one roadmap each, with clauses and conflicts within the work."""
+        """Search in turns: one roadmap after the other, with clauses and conflicts within the granted work."""
         if options.preset in SMT.presets:
             from missionc.backends.smt.paper.paper_run import plan_as_published  # for callers that request them
 
@@ -86,27 +87,27 @@ class Run(PacedRun):
     tried: list[int] = field(default_factory=list)
     """Numbers of nodes of the roadmaps tried."""
     refused: list[int] = field(default_factory=list)
-    """Numbers of nodes of the roadmaps proved to contain no plan."""
+    """Numbers of nodes of the roadmaps that are proved to contain no plan."""
     conflicting: set[str] = field(default_factory=set)
-    """Requirements of some refusal: they conflict on each of the refused roadmaps."""
+    """Names of requirements that some refusal uses: they conflict on each of the refused roadmaps."""
     roadmaps: list[tuple[Roadmap, ...]] = field(default_factory=list)
-    """Roadmaps proved to contain no plan: that of shortest paths, then sampled ones, the finest last."""
+    """Roadmaps proved to contain no plan: the roadmap of shortest paths, then sampled roadmaps, the finest last."""
     planner: PrioritizedPlanner | None = None
-    """Prioritized planning on the last roadmap."""
+    """Prioritized planner on the last roadmap."""
     problem: Problem | None = None
-    """Problem of all agents on the last roadmap, once it is lowered."""
+    """SAT problem of all agents on the last roadmap, once it is encoded."""
     layer: str = ""
-    """Text of the current stage; empty before the first roadmap."""
+    """Description of the current stage; empty before the first roadmap."""
     given: Kernel = field(init=False)
     measured: frozenset[str] = field(init=False)
-    """Goals about lengths in metres, which are rounded: a refusal that uses one of them proves nothing."""
+    """Names of goals about lengths in metres, which are rounded: a refusal that uses one of them proves nothing."""
 
     def __post_init__(self) -> None:
         self.given, self.kernel = self.kernel, bounded_above(self.kernel)
         self.measured = measured_goals(self.given.goals)
 
     def turns(self, attempts: Iterable[Attempt] | None = None) -> Turns:
-        """The run in turns, on all roadmaps or on some."""
+        """Search in turns on the roadmaps of ``attempts``; None for all roadmaps."""
         if attempts is None:
             sampled = 1 if self.options.brief else None
             attempts = roadmaps_to_try(self.mission, self.kernel, self.budget.seed, sampled)
@@ -167,7 +168,7 @@ class Run(PacedRun):
         return Impossible(deletion.conflict, statement, self.account.report(), smallest=deletion.smallest)
 
     def soonest(self, planned: Planned, others: Iterator[Attempt]) -> Planned:
-        """Plan of least duration on this roadmap and others, within as much work as that plan took."""
+        """Plan of least duration on this roadmap and others, within as much work as the given plan took."""
         if self.mission.objective is not Objective.DURATION or self.kernel.preferences or self.options.brief:
             return planned
         left, tried = max(self.settings.work.sooner, self.account.work), 1
@@ -238,7 +239,7 @@ class Run(PacedRun):
         return replace(planned, report=replace(planned.report, seconds=spent.seconds, work=spent.work))
 
     def smallest(self, refused: NoPlan) -> tuple[Deletion, NoPlan]:
-        """Smallest conflict within the work, and its refusal by the last roadmap."""
+        """Smallest conflict found within the work, and its refusal by the last roadmap."""
         conflict = tuple(goal.name for goal in self.given.requirements if goal.name in self.conflicting)
         if self.options.brief:
             return Deletion(conflict), refused
@@ -269,7 +270,7 @@ class Run(PacedRun):
             return Inconclusive(f"the solver cannot express {error}")
 
     def refused_alone(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> NoPlan | None:
-        """Refusal of one requirement by single-agent analysis, unless clauses are requested."""
+        """Refusal of one requirement by single-agent analysis; None without a refusal, or if clauses are requested."""
         if self.options.certify or self.options.captures or self.options.require_solver:
             return None
         goals = [goal for goal in self.kernel.requirements if goal.name not in self.measured]
@@ -282,7 +283,7 @@ class Run(PacedRun):
     def with_all_links(
         self, roadmaps: tuple[Roadmap, ...], solvers: Solvers
     ) -> Pausing[Outcome | NoPlan | Inconclusive]:
-        """Plan from one problem with all agents, first with short routes, then with all links."""
+        """Outcome of one SAT problem with all agents, first with short routes, then with all links."""
         ways = all_ways(roadmaps, {})
         refused = (yield from self.without_metres(roadmaps, ways, solvers)) if self.measured else None
         if refused is not None:
@@ -300,7 +301,8 @@ class Run(PacedRun):
     def without_metres(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], solvers: Solvers
     ) -> Pausing[NoPlan | None]:
-        """Refusal of consequences of the requirements without metres, within the work of a turn."""
+        """Refusal of consequences of the requirements without metres, within the work of a turn; None without a
+        refusal."""
         requirements, agents = without_metres(self.given).requirements, range(len(self.mission.agents))
 
         def build(setting: Setting) -> Problem:
@@ -319,7 +321,10 @@ class Run(PacedRun):
     def smaller(
         self, core: tuple[int, ...], requirements: tuple[Goal, ...], asked: tuple[int, ...], search: LazyConstraints
     ) -> tuple[int, ...]:
-        """The core after deletion; literals in no conflict so far go first, so that the roadmaps agree on one."""
+        """Core reduced by deletion, as literals.
+
+        Literals that are in no conflict so far are deleted first, so that the roadmaps agree on one conflict.
+        """
         if self.options.brief:
             return core
         pairs = zip(requirements, asked, strict=True)
@@ -328,7 +333,8 @@ class Run(PacedRun):
             return minimise(tuple(sorted(core, key=known.__contains__)), search)
 
     def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Planned | NoPlan | None]:
-        """Plan for a few agents at a time, if there is one: first within a turn's work, then within the limit."""
+        """Plan or refusal by prioritized planning: first within a turn's work, then within the limit; None without
+        either."""
         mission, kernel, settings = self.mission, self.kernel, self.settings
         solved = CLAUSE + 2 * QUESTION + 3000 * CLAUSE_CONFLICT  # per clause: build, simplify and solve
         better = bool(kernel.preferences) or mission.objective is not Objective.NONE
@@ -361,7 +367,8 @@ class Run(PacedRun):
     def few_at_a_time(
         self, roadmaps: tuple[Roadmap, ...], solvers: Solvers, share: float, most: float, setting: Setting
     ) -> tuple[PrioritizedPlan, Trace | None]:
-        """Result of one attempt with ``share`` work units, and up to ``most`` for improvements."""
+        """Result of one attempt at prioritized planning with ``share`` work units, and up to ``most`` for
+        improvements."""
         done = self.account.work
         plan = PrioritizedPlan(setting, self.kernel, roadmaps, solvers, done + share, done + most)
         return plan, plan.find()
@@ -369,10 +376,11 @@ class Run(PacedRun):
     def with_everyone(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers
     ) -> Pausing[Outcome | NoPlan | Inconclusive | TooFewLinks]:
-        """Plan from one problem with all agents.
+        """Outcome of one SAT problem with all agents.
 
         Args:
             ways: possible states of each agent, (steps + 1, states).
+            most_links: maximum number of links of a route.
         """
         kernel, account = self.kernel, self.account
         everyone = frozenset(range(len(self.mission.agents)))

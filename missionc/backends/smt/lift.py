@@ -1,4 +1,4 @@
-"""Lifting of a joint motion on roadmaps to a trace."""
+"""Conversion of a joint motion on roadmaps to a trace."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from missionc.ir import Mission
 
 
 def lift(states: Indices, roadmaps: Sequence[Roadmap], mission: Mission) -> Trace:
-    """Trace of agents in these states, (agents, steps + 1), each in its own roadmap."""
+    """Trace of agents in the given states, (agents, steps + 1), each in its own roadmap."""
     position = np.stack([roadmap.position[row] for roadmap, row in zip(roadmaps, states, strict=True)])
     way = np.diff(position, axis=1)
     velocity = np.zeros_like(position)
@@ -27,10 +27,10 @@ def lift(states: Indices, roadmaps: Sequence[Roadmap], mission: Mission) -> Trac
 
 
 def _headings(states: Indices, way: Array, roadmaps: Sequence[Roadmap]) -> Array:
-    """Heading of each agent at the beginning of each motion, (agents, steps + 1), rad.
+    """Heading of each agent at the beginning of each step, (agents, steps + 1), rad.
 
-    It is along the motion. A waiting agent turns to the heading of its next state, or keeps its own. Before its first
-    motion it has the heading of that motion. ``way`` is (agents, steps, dim), metres.
+    The heading is the direction of motion. A waiting agent turns to the heading of its next state, or keeps its own.
+    Before its first motion it has the heading of that motion. ``way`` are the movements, (agents, steps, dim), metres.
     """
     headings = np.zeros(states.shape)
     for agent, row in enumerate(states):

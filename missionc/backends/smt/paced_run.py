@@ -1,4 +1,4 @@
-"""A run in turns: its account, its limits, and its solvers and problems."""
+"""Search in turns: its account, its work limits, and the queries to solvers within them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from missionc.ir.kernel.nodes import Kernel
 Made = TypeVar("Made")
 
 Pausing: TypeAlias = Generator[float, float, Made]
-"""Generator that pauses like ``Turns`` and ends with another result."""
+"""Generator that pauses like ``Turns`` and returns another result."""
 
 
 @dataclass(slots=True)
@@ -36,21 +36,21 @@ class PacedRun:
 
     mission: Mission
     kernel: Kernel
-    """Kernel for roadmaps: lengths in metres are in stronger form than in the mission."""
+    """Kernel for roadmaps: lengths in metres are in a stronger form than in the mission."""
     options: Options
     budget: Budget
     account: Account = field(default_factory=Account)
     most: float = math.inf
-    """Work units after which the current roadmap is left for the next."""
+    """Work units after which the current roadmap is abandoned for the next."""
     granted: float = 0.0
-    """Work units up to which this turn may run."""
+    """Work units up to which the current turn may run."""
 
     @property
     def settings(self) -> SmtSettings:
         return smt_settings(self.mission)
 
     def pause(self, needed: float = 0.0) -> Pausing[None]:
-        """Pause until more than ``needed`` work units remain, if there are fewer.
+        """Pause until more than ``needed`` work units remain.
 
         Raises:
             TimeOver: no time is left.
@@ -61,14 +61,15 @@ class PacedRun:
             raise TimeOver
 
     def within_clauses(self, attempt: Callable[[Setting], Made], price: float = CLAUSE) -> Pausing[Made]:
-        """Result of the attempt with as many clauses as the work allows; later with more, if needed.
+        """Result of ``attempt`` with as many clauses as the granted work allows; in later turns, the attempt is
+        repeated with more clauses if needed.
 
         Args:
             price: work units per clause.
 
         Raises:
             TooLarge: the clauses would exceed their limit for any work.
-            WorkExceeded: they take more work than this roadmap may use.
+            WorkExceeded: the clauses take more work than this roadmap may use.
         """
         most, needed = self.budget.limits.clauses, 0.0
         while True:
@@ -85,7 +86,7 @@ class PacedRun:
                     raise WorkExceeded from error
 
     def effort(self, search: LazyConstraints) -> Effort | None:
-        """Effort of a question in this turn of the portfolio or of the solver; None for no limit."""
+        """Limits of a SAT query in the current turn of the portfolio or of the solver; None for no limit."""
         settings = self.settings
         work = min(self.granted, self.most) - self.account.work
         if search.solvers.takes_turns:
@@ -100,7 +101,7 @@ class PacedRun:
         return Solvers(self.options.solver, memory, self.budget.seed, self.budget.deadline, presolve=presolve)
 
     def record(self, problem: Problem | None, rounds: int, solvers: Solvers) -> None:
-        """Record the sizes of the largest problem, if any, and the rounds of all."""
+        """Record the sizes of a problem (None: no problem) and the number of rounds, and close the solvers."""
         solvers.close()
         sizes, texts = self.account.sizes, self.account.texts
         clauses = Clauses(1) if problem is None else problem.search.clauses

@@ -1,4 +1,4 @@
-"""Answers about roadmaps other than plans, and reasons for the end of their turn."""
+"""Answers about roadmaps other than plans, and reasons for which the work on a roadmap ends."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.ir.wording import all_listed
 
 
 class NoPlan(Record):
-    """Proof that these roadmaps contain no plan, with its requirements and the refused goals."""
+    """Proof that these roadmaps contain no plan: names of the requirements that it uses, clauses and core."""
 
     conflict: tuple[str, ...]
     clauses: Clauses
@@ -18,25 +18,25 @@ class NoPlan(Record):
 
 
 class WorkExceeded(Exception):
-    """The next stage takes more work than the current roadmap may use."""
+    """Exception: the next stage takes more work than the current roadmap may use."""
 
 
 class TimeOver(Exception):
-    """No time is left for the next stage."""
+    """Exception: no time is left for the next stage."""
 
 
 class TooFewLinks(Record):
-    """No plan was found with routes shorter than the mission allows."""
+    """Result: no plan was found with routes shorter than the mission allows."""
 
 
 class Inconclusive(Record):
-    """Neither a plan nor a refusal within the work, or because a solver cannot express the problem."""
+    """Result: neither a plan nor a refusal, because the work was used up or a solver cannot express the problem."""
 
     why: str = ""
 
 
 def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = None, flown: bool = False) -> str:
-    """Text of a refusal by roadmaps with these numbers of nodes, or by the user's own.
+    """Message about a refusal by roadmaps with these numbers of nodes, or by the user's own roadmap ``lanes``.
 
     Args:
         flown: True if agents accelerate and brake on the user's roadmap like their vehicles.
@@ -48,7 +48,8 @@ def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = N
 
 
 def cannot_hold(conflict: tuple[str, ...]) -> str:
-    """Text that these requirements cannot hold; without any, that the agents cannot even move."""
+    """Clause that these requirements cannot be satisfied (together); without requirements, that the agents have no
+    feasible motion."""
     names = all_listed([f"`{name}`" for name in conflict])
     return {0: "the agents have no feasible motion", 1: f"{names} cannot be satisfied"}.get(
         len(conflict), f"{names} cannot be satisfied together"

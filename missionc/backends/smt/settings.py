@@ -1,4 +1,4 @@
-"""Settings of the smt backend, in groups. ``smt_settings`` gives those of a mission."""
+"""Settings of the smt backend, in groups; ``smt_settings`` returns the settings of a mission."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class RoadmapSettings(Record):
 
 
 class ShortestPathSettings(Record):
-    """Settings of the roadmap of shortest paths between named places."""
+    """Settings of the roadmap of shortest paths between starts, finishes and regions."""
 
     clearance: float = setting(0.006, "extra clearance of paths, as a fraction of the longest side of the world", 0, 1)
     clearance_radii: float = setting(0.25, "smallest extra clearance of paths (radii)", 0, 100)
@@ -65,7 +65,7 @@ class ShortestPathSettings(Record):
 
 
 class WorkSettings(Record):
-    """Work of each method, in units of about one second of one core. More work finds better plans."""
+    """Work limits of each method, in units of about one second of one core. More work finds better plans."""
 
     shortest_paths: float = setting(20.0, "work on the roadmap of shortest paths, before sampling (units of work)")
     prioritized: float = setting(30.0, "work of prioritized planning on one roadmap (units of work)")
@@ -86,7 +86,7 @@ class WorkSettings(Record):
 
 
 class SolverSettings(Record):
-    """Settings of questions to the SAT solver."""
+    """Settings of SAT queries."""
 
     all_agents: int = setting(100_000, "number of moves below which an objective is solved for all agents together", 0)
     links: int = setting(8, "number of links of a route in the first query; the next query has no bound", 1, MOST)
@@ -106,7 +106,7 @@ class SolverSettings(Record):
 
 
 class PrioritizedSettings(Record):
-    """Settings of prioritized planning: one agent, or a few, at a time."""
+    """Settings of prioritized planning, which plans one agent, or a few, at a time."""
 
     group: int = setting(8, "agents planned together; larger groups find tighter plans but take longer", 1, MOST)
     repairs: int = setting(6, "number of rounds that replan the agents that violate a requirement", 1, MOST)
@@ -131,7 +131,7 @@ class PrioritizedSettings(Record):
 
 
 class SearchSettings(Record):
-    """Settings of single-agent search, and joint search of two agents. Costs are in longest moves."""
+    """Settings of single-agent search, and of joint search for two agents. Costs are in lengths of the longest move."""
 
     haste: float = setting(0.25, "cost of a time step; a higher cost makes agents wait at their goals (moves)", 0, 100)
     exact: float = setting(0.01, "excess cost allowed in the first search (moves)", 0, 100)
@@ -150,7 +150,7 @@ class SearchSettings(Record):
 
 
 class ShorteningSettings(Record):
-    """Settings for shortening a plan."""
+    """Settings for shortening the paths of a plan."""
 
     rounds: int = setting(4, "number of paths tried for each agent; more paths find shorter plans", 0, MOST)
     work: int = setting(30_000_000, "number of table entries after which no shorter path is tried")
@@ -181,7 +181,7 @@ class SmtSettings(Record):
 
 
 def smt_settings(mission: Mission) -> SmtSettings:
-    """Settings of a mission's planning: the defaults, then its ``solve with`` clause, then ``--set``."""
+    """Settings of a mission's planning: the defaults, changed by its ``solve with`` clause, then by ``--set``."""
     return _settings(mission.solve.options, own_values(mission, SMT.name))
 
 

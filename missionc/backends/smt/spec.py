@@ -1,4 +1,4 @@
-"""Description of the smt backend: features and options, without the planner. [strel]"""
+"""Description of the smt backend: supported features and options, without loading the planner. [strel]"""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Subset questions: whether some requirements alone are satisfiable on roadmaps without a full plan.
+"""Queries whether a subset of the requirements is satisfiable on roadmaps that contain no plan for all of them.
 
-in   the roadmaps of a run that found no plan, and a conflict there
-out  the smallest conflict within the work: unsatisfiable on all of them, and whether each proper subset is
-         satisfiable on some
+    in   the roadmaps of a run that found no plan, and a conflict there
+    out  the smallest conflict within the work: unsatisfiable on all roadmaps; for each proper subset, whether some
+         roadmap satisfies it
 
-Each question is answered for a single agent first, then by a SAT problem of the whole team, then by prioritized
+Each query is answered by single-agent analysis first, then by a SAT problem of the whole team, then by prioritized
 planning, and limited in units of work.
 """
 
@@ -36,11 +36,11 @@ from missionc.ir.kernel.nodes import Goal, Kernel
 
 
 class Holds(Record):
-    """A roadmap contains a plan."""
+    """Answer: a roadmap contains a plan."""
 
 
 class Unknown(Record):
-    """Neither a plan nor a refusal within the work."""
+    """Answer: neither a plan nor a refusal within the work."""
 
 
 Answer: TypeAlias = Holds | NoPlan | Unknown
@@ -49,7 +49,7 @@ Answer: TypeAlias = Holds | NoPlan | Unknown
 def infeasible_alone(
     goals: Iterable[Goal], mission: Mission, roadmaps: tuple[Roadmap, ...], account: Account
 ) -> list[str]:
-    """Requirements that single-agent analysis alone refutes on these roadmaps, each separately."""
+    """Names of the requirements that single-agent analysis refutes on these roadmaps, each by itself."""
     if whole_moves(roadmaps) > smt_settings(mission).solver.relaxation_moves:
         return []
     everyone = frozenset(range(len(mission.agents)))
@@ -60,11 +60,11 @@ def infeasible_alone(
 
 @dataclass(slots=True, eq=False)
 class SubsetQuestions:
-    """Questions of a run whose roadmaps contain no plan.
+    """Queries about subsets of the requirements, on roadmaps that contain no plan for all of them.
 
     Args:
         kernel: requirements in the form used on these roadmaps.
-        unproven: requirements in stronger form, so that a refusal that uses one proves nothing.
+        unproven: names of requirements in a stronger form, so that a refusal that uses one of them proves nothing.
         roadmaps: roadmaps without a plan, small ones first.
         certify: True to use clauses that allow a proof.
     """
@@ -79,7 +79,7 @@ class SubsetQuestions:
     certify: bool = False
     most: float = field(init=False)
     longest: float = field(init=False)
-    """Seconds of the longest question so far; initially those of a roadmap before."""
+    """Duration of the longest query so far, seconds; initially of a query on an earlier roadmap."""
 
     def __post_init__(self) -> None:
         settings = smt_settings(self.mission).work
@@ -112,12 +112,13 @@ class SubsetQuestions:
 
     @property
     def affordable(self) -> bool:
-        """Return whether work is left, and more time than a question takes, so that no answer is lost."""
+        """True if work is left, and more time than a query takes, so that no answer is lost."""
         timely = time.monotonic() + 2 * self.longest < self.budget.deadline
         return timely and self.account.work < self.most and self.solvers.alive
 
     def ask(self, names: tuple[str, ...]) -> Answer:
-        """Answer whether these requirements alone hold on some roadmap; if not, the core of the refusals."""
+        """Answer to the query whether these requirements alone are satisfiable on some roadmap; a refusal contains a
+        core."""
         goals = tuple(goal for goal in self.kernel.requirements if goal.name in names)
         core, settled, last = set[str](), True, None
         for roadmaps in self.roadmaps:
@@ -134,30 +135,30 @@ class SubsetQuestions:
         return replace(last, conflict=tuple(goal.name for goal in goals if goal.name in core))
 
     def on(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
-        """Answer whether these roadmaps contain a plan for the goals."""
+        """Answer to the query whether these roadmaps contain a plan for the goals."""
         try:
             return self.proved(self.alone(roadmaps, goals) or self.together(roadmaps, goals))
         except (TooLarge, Unexpressible):
             return self.few_at_a_time(roadmaps, goals)
 
     def proved(self, answer: Answer) -> Answer:
-        """The answer, unless it is a refusal of stronger requirements."""
+        """Answer unchanged, unless it is a refusal of requirements in a stronger form, which becomes unknown."""
         doubtful = isinstance(answer, NoPlan) and not self.unproven.isdisjoint(answer.conflict)
         return Unknown() if doubtful else answer
 
     def alone(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> NoPlan | None:
-        """Refusal of one goal by single-agent analysis."""
+        """Refusal of one goal by single-agent analysis; None without a refusal."""
         if self.certify:
             return None
         names = infeasible_alone(goals, self.mission, roadmaps, self.account)
         return NoPlan((names[0],), Clauses(1), ()) if names else None
 
     def together(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
-        """Plan or refusal from one problem of all agents; else a plan for a few agents at a time.
+        """Plan or refusal from one SAT problem of all agents, or else a plan by prioritized planning.
 
         Raises:
             TooLarge: the clauses take more work than is left.
-            Unexpressible: a predicate is about too many agents at once.
+            Unexpressible: a predicate depends on too many agents at once.
         """
         share = smt_settings(self.mission).work.question_share * (self.most - self.account.work)
         everyone = frozenset(range(len(self.mission.agents)))
@@ -177,7 +178,7 @@ class SubsetQuestions:
         return self.few_at_a_time(roadmaps, goals)
 
     def few_at_a_time(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
-        """Plan by prioritized planning, if found; otherwise nothing is proved."""
+        """Answer by prioritized planning: a plan if one is found, otherwise unknown."""
         if self.mission.steps == 0 or not self.affordable:
             return Unknown()
         share = smt_settings(self.mission).work.question_share * (self.most - self.account.work)

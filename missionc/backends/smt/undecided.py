@@ -12,11 +12,11 @@ from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 FEW = "planning a few agents at a time"
-"""Name of the stage of prioritized planning."""
+"""Description of the stage of prioritized planning."""
 
 
 def under_way(mission: Mission, layer: str, planner: PrioritizedPlanner | None, problem: Problem | None) -> str:
-    """Stage at which the search ended, with its progress."""
+    """Description of the stage at which the search ended, with its progress."""
     if problem is not None:
         search = problem.search
         least = f" (at least {counted(search.fewest, 'conflict')} between agents)" if search.fewest else ""
@@ -31,7 +31,7 @@ def under_way(mission: Mission, layer: str, planner: PrioritizedPlanner | None, 
 def nearest(
     mission: Mission, kernel: Kernel, planner: PrioritizedPlanner | None, problem: Problem | None
 ) -> Attempt | None:
-    """Candidate with the fewest violations; each candidate satisfies parts that others violate."""
+    """Candidate with the fewest violations, from prioritized planning or the SAT problem; None without candidates."""
     traces = [] if planner is None or planner.nearest is None else [planner.nearest]
     if problem is not None and problem.search.nearest is not None:
         traces.append(lift(problem.search.nearest, problem.motion.own_roadmaps, mission))

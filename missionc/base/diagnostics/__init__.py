@@ -1,1 +1,1 @@
-"""Diagnostics: codes, findings as values, renderers, explanations."""
+"""Diagnostics: their codes, findings as values, renderers, and the documentation page of each code."""

@@ -1,4 +1,4 @@
-"""Diagnostic codes: permanent, each with its page, ``docs/errors/MCnnn.md``."""
+"""Diagnostic codes: permanent identifiers, each with a documentation page ``docs/errors/MCnnn.md``."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ class Severity(Enum):
 
 
 class Code(Record):
-    """Stable name of a kind of finding, with the title of its page.
+    """Stable identifier of a kind of finding (``MC101``), with the title of its documentation page.
 
-    ``about_planning``: the mission has a meaning, and only a plan for it is impossible. For a recorded flight, which
-    can still be monitored, the finding is a warning.
+    ``about_planning`` marks findings about missions that are well defined but have no plan. When a recorded flight is
+    monitored, such a finding is a warning.
     """
 
     name: str
@@ -218,7 +218,7 @@ FAMILIES: dict[str, str] = {
     "7": "output and traces",
     "9": "internal errors",
 }
-"""Topic of the codes with each first digit."""
+"""Topic of the diagnostic codes, by the first digit of the code."""
 
 RETIRED = frozenset({"MC403"})
-"""Retired numbers, which are never reused."""
+"""Diagnostic codes that are no longer reported; their numbers are never reused."""

@@ -7,9 +7,9 @@ from missionc.base.resources import folder
 
 
 def explain(code: Code) -> str:
-    """Page of a code, Markdown.
+    """Documentation page of a diagnostic code, as Markdown.
 
     Raises:
-        FileNotFoundError: the installation is incomplete.
+        FileNotFoundError: the installation lacks the page.
     """
     return (folder("docs/errors") / f"{code.name}.md").read_text(encoding="utf-8")

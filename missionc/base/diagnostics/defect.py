@@ -1,4 +1,4 @@
-"""Defects of the compiler as findings: an unexpected error, and its place in the code.
+"""Defects of the compiler as findings: an unexpected error, with the code line that raised it.
 
 says MC410 MC411 MC412 MC413 MC602 MC603 MC613 MC901
 """
@@ -17,7 +17,7 @@ TRACEBACK = "set MISSIONC_TRACEBACK=1 to see the traceback"
 
 
 def defect(error: Exception) -> Diagnostic:
-    """Report an error that ends a command."""
+    """Finding for an unexpected error that ends a command."""
     if isinstance(error, ExtensionError):
         return extension_error(error)
     return Diagnostic(
@@ -30,19 +30,19 @@ def defect(error: Exception) -> Diagnostic:
 
 
 def extension_error(error: ExtensionError, span: Span | None = None) -> Diagnostic:
-    """Report an extension that cannot be used.
+    """Finding for an extension that cannot be used.
 
     Args:
-        span: place in the mission that uses it.
+        span: text of the mission that uses the extension; None if no text does.
     """
     return Diagnostic(error.code, error.message, Label(span) if span else None, notes=error.notes, help=error.help)
 
 
 def improvement_failed(step: str, error: Exception) -> Diagnostic:
-    """Report an error in a step that follows the answer of a command, a verified plan or a refusal.
+    """Finding for an error in a step after the command had its result (a verified plan or a refusal).
 
     Args:
-        step: step, as the subject of a sentence.
+        step: name of the step, as the subject of a sentence.
     """
     memory = exhausted(error)
     ours = f"internal error: {failure(error)}"
@@ -60,7 +60,7 @@ def improvement_failed(step: str, error: Exception) -> Diagnostic:
 
 
 def cut_off(ended: Ended) -> Diagnostic:
-    """Report the end of the process that did the work, which its parent or the system ended."""
+    """Finding for a worker process that its parent or the operating system ended."""
     code, why, help_ = {
         Cause.TIME: (OUT_OF_TIME, "the time limit was reached in", "raise the limit with `--time-limit`"),
         Cause.MEMORY: (OUT_OF_MEMORY, "the memory limit was reached in", "raise the limit with `--memory-limit`"),
@@ -73,7 +73,11 @@ def cut_off(ended: Ended) -> Diagnostic:
 
 
 def later_not_written(wrong: Diagnostic) -> Diagnostic:
-    """Report that a better plan could not replace the verified one in the folder."""
+    """Finding for a better plan that could not replace the verified plan in the plan folder.
+
+    Args:
+        wrong: finding about the failed write.
+    """
     return Diagnostic(
         IMPROVEMENT_FAILED,
         f"a better plan was found but not written: {wrong.message}",

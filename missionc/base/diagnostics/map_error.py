@@ -1,4 +1,4 @@
-"""Map errors: findings about a file of places or samples, raised by its reader."""
+"""Map errors: findings about a file of positions or samples, raised by the reader of the file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.base.source import Source, Span
 
 
 class MapError(Exception):
-    """Error for a file, or a part of it, that cannot be used."""
+    """Error for a map file, or a part of one, that cannot be used."""
 
     def __init__(self, code: Code, message: str, span: Span, way_out: str) -> None:
         super().__init__(message)

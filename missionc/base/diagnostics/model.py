@@ -1,4 +1,4 @@
-"""A diagnostic as a value: the error, its place, the reason, and one fix. Rendering is elsewhere."""
+"""Diagnostic as a value: message, source locations, reasons and one fix; the renderers are separate."""
 
 from __future__ import annotations
 
@@ -9,25 +9,30 @@ from missionc.base.source import Span
 
 
 class Label(Record):
-    """Place with the text next to it (may be empty at the primary place)."""
+    """Source location of a finding with a message about it; the message may be empty at the primary location."""
 
     span: Span
     message: str = ""
 
 
 class Fix(Record):
-    """Text that may replace a span to fix the finding."""
+    """Replacement text for a span of the source that repairs the finding."""
 
     span: Span
     replacement: str
 
 
 class Diagnostic(Record):
-    """Single finding.
+    """Finding of the compiler: an error or a warning with its source locations.
 
-    ``message`` is one phrase in the user's numbers and units, without a final stop; ``labels`` are the other places
-    that cause it; ``help`` is one remedy in the imperative. ``primary`` is None only if the finding is not about a text
-    (for example, an unreadable file). ``as_warning``: a warning here, whatever the severity of its code.
+    Args:
+        message: one phrase with numbers and units as the user wrote them, without a full stop.
+        primary: location of the finding; None only if the finding is not about a text (an unreadable file).
+        labels: other locations that contribute to the finding.
+        notes: reasons, one line each.
+        help: one remedy, in the imperative.
+        fix: text replacement that repairs the finding, if there is one.
+        as_warning: report the finding as a warning, even if its code is an error.
     """
 
     code: Code
@@ -45,7 +50,7 @@ class Diagnostic(Record):
 
     @property
     def words(self) -> str:
-        """Message, reason and remedy, one line each, for output that shows the place separately."""
+        """Message, notes and help of the finding, one line each, without the source locations."""
         return "\n".join([self.message, *self.notes, *([f"help: {self.help}"] if self.help else [])])
 
     def __str__(self) -> str:
@@ -58,5 +63,5 @@ class Diagnostic(Record):
 
 
 def has_errors(findings: list[Diagnostic]) -> bool:
-    """Return whether any finding stops the compilation."""
+    """Return true if any of the findings is an error, which stops the compilation."""
     return any(finding.severity is Severity.ERROR for finding in findings)

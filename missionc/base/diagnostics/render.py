@@ -1,10 +1,10 @@
 """Renderers of diagnostics: text for people, and plain values for programs.
 
     in   Diagnostic
-    out  text in the manner of rustc, or plain dictionaries
+    out  text in the style of rustc, or plain dictionaries
 
-A span over several lines is underlined on its first line. Columns are those of a terminal: a tab is four, a wide
-character two, a combining one none. Control characters are escaped (``sanitize``).
+A span over several lines is underlined on its first line only. Columns are terminal columns: a tab counts four, a wide
+character two, a combining character none. Control characters are escaped (``sanitize``).
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from missionc.base.source import Source, Span
 
 TAB = 4
 LONGEST = 140
-"""Maximum number of characters of a source line that are shown; longer lines are cut."""
+"""Maximum number of characters of a source line in a message; longer lines are truncated."""
 BEFORE = 30
-"""Number of characters kept before the first label of a line that is cut."""
+"""Number of characters before the first label that remain in a truncated source line."""
 
 LEAST_WIDTH = 20
-"""Minimum number of columns of a wrapped sentence on a narrow terminal."""
+"""Minimum width of wrapped text on a narrow terminal, columns."""
 
 RED, YELLOW, BLUE, CYAN, BOLD = "31;1", "33;1", "34;1", "36;1", "1"
 
 
 class Label(Protocol):
-    """Place with the text next to it."""
+    """Interface of a label: source location with a message about it."""
 
     @property
     def span(self) -> Span: ...
@@ -43,7 +43,7 @@ class Label(Protocol):
 
 
 class Finding(Protocol):
-    """Attributes of a ``Diagnostic`` that renderers read."""
+    """Interface of a finding: the attributes of a ``Diagnostic`` that the renderers read."""
 
     @property
     def code(self) -> Code: ...
@@ -68,7 +68,8 @@ class Finding(Protocol):
 
 
 class Mark(Record):
-    """Underline on one line: display columns from ``start`` to ``end`` (exclusive)."""
+    """Underline of a source line with its message, from column ``start`` to column ``end`` (exclusive) of the
+    terminal."""
 
     start: int
     end: int
@@ -77,7 +78,7 @@ class Mark(Record):
 
 
 class Paint(Record):
-    """Colouring of words; ``colour`` False disables it."""
+    """Colours for words of a rendered finding; ``colour`` False disables colours."""
 
     colour: bool
     severity: str
@@ -90,19 +91,21 @@ class Paint(Record):
 
 
 def render_text(findings: Sequence[Finding], colour: bool, width: int = 0) -> str:
-    """Findings as text for people, separated by a blank line; each ends with a line end.
+    """Findings as text for people, separated by blank lines; each finding ends with a line end.
 
     Args:
-        width: column at which sentences wrap and the mission's lines are cut; 0 for no limit.
+        colour: colour the text with terminal escape codes.
+        width: column at which sentences are wrapped and source lines are truncated; 0 for no limit.
     """
     return "\n".join(_finding(finding, colour, width) for finding in findings)
 
 
 def wrapped(text: str, width: int, indent: int, first: int = 0) -> str:
-    """Line of text wrapped at ``width`` columns, with further lines indented; unchanged if ``width`` is 0.
+    """Line of text wrapped at ``width`` columns, with continuation lines indented; unchanged if ``width`` is 0.
 
     Args:
-        first: columns that are used before it.
+        indent: columns of indentation of continuation lines.
+        first: columns of the first line that other text occupies.
     """
     if not width or len(text) + first <= width:
         return text
@@ -118,7 +121,7 @@ def wrapped(text: str, width: int, indent: int, first: int = 0) -> str:
 
 
 def counts(findings: Iterable[Finding]) -> str:
-    """Numbers of findings as text: ``2 errors, 1 warning``."""
+    """Numbers of errors and warnings as text: ``2 errors, 1 warning``."""
     severities = [finding.severity for finding in findings]
     parts = [
         f"{number} {severity.value}{'s' if number > 1 else ''}"
@@ -129,7 +132,7 @@ def counts(findings: Iterable[Finding]) -> str:
 
 
 def render_json(findings: Sequence[Finding]) -> list[dict[str, object]]:
-    """Findings as plain values; lines and columns from 1, ``end_column`` is exclusive."""
+    """Findings as plain values for JSON; lines and columns are counted from 1, and ``end_column`` is exclusive."""
     return [
         {
             "code": finding.code.name,
@@ -145,7 +148,7 @@ def render_json(findings: Sequence[Finding]) -> list[dict[str, object]]:
 
 
 def _labels(finding: Finding) -> list[Label]:
-    """Labels of the places, including the primary one if it has text."""
+    """Labels of a finding, the primary one only if it has a message."""
     primary = [finding.primary] if finding.primary and finding.primary.message else []
     return [*primary, *finding.labels]
 
@@ -181,13 +184,13 @@ def _finding(finding: Finding, colour: bool, width: int) -> str:
 
 
 def _hanging(head: str, indent: int, text: str, width: int) -> str:
-    """Text after a head, with further lines indented below the first."""
+    """Text after a head, with continuation lines indented by ``indent`` columns and wrapped at ``width`` columns."""
     lines = [wrapped(line, width, indent, indent) for line in plain(text).split("\n")]
     return f"{head} " + ("\n" + " " * indent).join(lines)
 
 
 def _snippets(finding: Finding, labels: list[Label], gutter: int, longest: int, paint: Paint) -> list[str]:
-    """For each file, a line with its name, then its labelled lines in order."""
+    """Source excerpts of a finding: for each file, a line with its name, then the labelled source lines in order."""
     by_source: dict[str, list[Label]] = {}
     for label in labels:
         by_source.setdefault(label.span.source.name, []).append(label)
@@ -222,7 +225,7 @@ def _source_lines(
 def _marked(
     source: Source, number: int, labels: list[Label], primary: Label | None, gutter: int, longest: int, paint: Paint
 ) -> list[str]:
-    """One source line, with its underlines and their texts below it."""
+    """Source line, followed by lines with its underlines and their messages."""
     text = source.line(number)
     begin = source.line_starts[number - 1]
     cut, excerpt = _excerpt(text, min(label.span.start for label in labels) - begin, longest)
@@ -246,7 +249,8 @@ def _marked(
 
 
 def _underline(marks: list[Mark], paint: Paint) -> list[str]:
-    """Underlines of one line; the rightmost message is next to them, the others hang below, right to left."""
+    """Lines with the underlines of one source line: the rightmost message follows its underline, the other messages
+    hang below, from right to left."""
     width = max(mark.end for mark in marks)
     row = [" "] * width
     for mark in sorted(marks, key=lambda mark: mark.primary):
@@ -268,7 +272,7 @@ def _underline(marks: list[Mark], paint: Paint) -> list[str]:
 
 
 def _excerpt(text: str, first: int, longest: int) -> tuple[int, str]:
-    """Offset and text of the shown part of a line."""
+    """Offset and text of the part of a source line that is displayed, at most ``longest`` characters."""
     if len(text) <= longest:
         return 0, text
     cut = max(0, min(first - BEFORE, len(text) - longest))
@@ -279,7 +283,7 @@ def _excerpt(text: str, first: int, longest: int) -> tuple[int, str]:
 
 
 def _cells(text: str) -> tuple[str, list[int]]:
-    """Displayed text, and the display column of each character and of the end."""
+    """Source text as displayed, and the terminal column of each character and of the end of the text."""
     shown: list[str] = []
     columns = [0]
     for letter in text:

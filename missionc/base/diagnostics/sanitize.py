@@ -1,7 +1,7 @@
-"""Sanitizing of untrusted text from a mission, a file name or a flag for terminals.
+"""Sanitizing of untrusted text (a mission, a file name, an option) before it is printed on a terminal.
 
-A terminal interprets some characters instead of showing them: they move its cursor, change its title, or reverse the
-order of a line. They are escaped as in Python, ``\\x1b``. A document for programs has them as in JSON.
+A terminal interprets control characters: they move its cursor, change its title, or reverse the text direction. These
+characters are escaped as in Python, ``\\x1b``; in JSON output they have JSON escapes.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ import unicodedata
 UNUSUAL = re.compile(r"[^\t\n\x20-\x7e]")
 
 ACTED_ON = frozenset(("Cc", "Cf", "Cs", "Zl", "Zp"))
-"""Unicode categories of control characters, formats (with direction overrides), surrogates and other line ends."""
+"""Escaped Unicode categories: control and format characters, surrogates, line and paragraph separators."""
 
 
 def plain(text: str) -> str:
-    """Text with all control characters escaped, except line ends and tabs."""
+    """Text with all control characters except line ends and tabs escaped."""
     return UNUSUAL.sub(lambda match: _written(match[0]), text)
 
 
 def plain_line(text: str) -> str:
-    """Text with all control characters escaped, for single lines such as the name of a file."""
+    """Text with all control characters, line ends included, escaped; for single lines such as a file name."""
     return plain(text).replace("\n", "\\n")
 
 
 def as_json(document: object) -> str:
-    """Document as indented JSON: texts are exact, with control characters escaped.
+    """Document as indented JSON, with control characters in strings escaped.
 
     Raises:
-        ValueError: the document contains a number that is not finite.
+        ValueError: the document contains an infinite number or NaN.
     """
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
     return UNUSUAL.sub(lambda match: json.dumps(match[0])[1:-1] if _acted_on(match[0]) else match[0], text)

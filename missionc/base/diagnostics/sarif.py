@@ -1,10 +1,10 @@
-"""SARIF 2.1.0 renderer of diagnostics, for code hosts and editors that show findings next to the text.
+"""SARIF 2.1.0 renderer of diagnostics, for code hosts and editors.
 
     in   Diagnostic
     out  one log, as plain values
 
-The same findings give the same log: it contains no time and no machine, and file names are relative to the working
-directory. A file outside that folder has its full path.
+The log depends on the findings only: it contains no time and no machine name. File names are relative to the working
+directory; a file outside the working directory has its full path.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from missionc.version import __version__
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 ROOT = "ROOT"
-"""Base of relative file names, which readers of the log know."""
+"""Identifier of the working directory in the log; file names are relative to it."""
 
 Record = dict[str, object]
 
 
 def render_sarif(findings: list[Diagnostic]) -> Record:
-    """One run with a rule for each code in it, by SARIF 2.1.0, sections 3.14 to 3.58."""
+    """SARIF log with one run, and a rule for each diagnostic code that occurs (SARIF 2.1.0, sections 3.14 to 3.58)."""
     codes = sorted({finding.code for finding in findings}, key=lambda code: code.name)
     driver = {"name": "missionc", "version": __version__, "rules": [_rule(code) for code in codes]}
     run = {
@@ -78,14 +78,14 @@ def _location(label: Label) -> Record:
 
 
 def _region(span: Span) -> Record:
-    """Lines and columns from 1; ``endColumn`` is exclusive, as in our own JSON."""
+    """SARIF region of a span; lines and columns are counted from 1, and ``endColumn`` is exclusive."""
     line, column = span.source.place(span.start)
     end_line, end_column = span.source.place(span.end)
     return {"startLine": line, "startColumn": column, "endLine": end_line, "endColumn": end_column}
 
 
 def _artifact(name: str) -> Record:
-    """File as a URI: relative, unless it is outside the working directory."""
+    """SARIF location of a file: a relative URI, or an absolute URI outside the working directory."""
     path = Path(os.path.normpath(name))
     here = Path.cwd()
     if path.is_absolute() and path.is_relative_to(here):

@@ -1,4 +1,4 @@
-"""Spelling suggestions by edit distance: the name that an author most likely meant."""
+"""Spelling suggestions by edit distance: the known name that is most similar to a misspelled one."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Iterable
 
 
 class Nothing:
-    """Result if no name is similar enough."""
+    """Marker for the case that no known name is similar enough to the misspelled word."""
 
 
 NOTHING = Nothing()
 
 
 def edits(first: str, second: str) -> int:
-    """Number of letters to add, drop, change or swap with a neighbour to turn one word into the other."""
+    """Edit distance of two words: number of letters to insert, delete, replace or swap with a neighbour."""
     above: list[int] = []
     last = list(range(len(second) + 1))
     for row, letter in enumerate(first, start=1):
@@ -28,16 +28,15 @@ def edits(first: str, second: str) -> int:
 
 
 def suggestion(word: str, names: Iterable[str], otherwise: str) -> str:
-    """Question whether the most similar name was meant, or else the advice ``otherwise``."""
+    """Question "did you mean …?" with the most similar name, or the advice ``otherwise`` if no name is similar
+    enough."""
     near = nearest(word, names)
     return f"did you mean `{near}`?" if isinstance(near, str) else otherwise
 
 
 def nearest(word: str, names: Iterable[str]) -> str | Nothing:
-    """Name with the fewest edits from the word, the first among equals.
-
-    NOTHING if over a third of it differs.
-    """
+    """Name with the smallest edit distance to the word (the first of equals); ``NOTHING`` if over a third of the word
+    differs."""
     lowered = word.lower()
     allowed = max(1, len(word) // 3) if len(word) > 1 else 0
     best: tuple[int, str | Nothing] = (allowed + 1, NOTHING)

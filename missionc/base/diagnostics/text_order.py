@@ -1,4 +1,4 @@
-"""Order of diagnostics in the output: that of the text."""
+"""Order of diagnostics in the output: the order of their source locations."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from missionc.base.diagnostics.model import Diagnostic
 
 
 def in_text_order(findings: list[Diagnostic]) -> list[Diagnostic]:
-    """Findings by place in the text, file by file in order of appearance.
-
-    Those without a place come first.
-    """
+    """Findings sorted by source location, file by file in order of first appearance; findings without a location come
+    first."""
     files: dict[int, int] = {}
     keyed = []
     for finding in findings:

@@ -1,4 +1,5 @@
-"""Findings about a text that is repeated for several indices: each is reported once, with its indices."""
+"""Findings about text that is repeated for several indices (families, ``for``): each is reported once, with its
+indices."""
 
 from __future__ import annotations
 
@@ -12,13 +13,14 @@ from missionc.base.diagnostics.model import Diagnostic, Fix
 from missionc.base.source import Span, Turn
 
 MOST = 3
-"""Maximum number of members that are named individually."""
+"""Maximum number of repetitions whose indices a finding lists individually."""
 
 
 def once_for_all_turns(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Findings in order; those of one code at one place are merged into one with their indices.
+    """Findings in order; findings with the same code and location that differ in indices only are merged, with their
+    indices.
 
-    A fix stays if it is the same for all indices.
+    A fix is preserved if it is the same for all indices.
     """
     alike: dict[object, list[Diagnostic]] = {}
     times: Counter[object] = Counter()
@@ -45,7 +47,8 @@ def _one(findings: list[Diagnostic]) -> Diagnostic:
 
 
 def _share(turns: tuple[Turn, ...]) -> Fraction:
-    """Fraction of one repetition in all of a text, with equal weight for each value of an index: they add up to 1."""
+    """Fraction of one repetition among all repetitions of a text, by the ranges of its indices; the fractions sum to
+    1."""
     return Fraction(1, prod(turn.high - turn.low + 1 for turn in turns))
 
 

@@ -1,1 +1,1 @@
-"""Commands of ``missionc``, one module each, with its ``command``."""
+"""Commands of ``missionc``: each module defines one as ``command``."""

@@ -1,4 +1,4 @@
-"""``missionc check FILE…``: static checks of missions, which report all errors without solving."""
+"""``missionc check FILE…``: static checks of missions, which report all errors without planning."""
 
 from __future__ import annotations
 

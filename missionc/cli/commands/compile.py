@@ -1,4 +1,4 @@
-"""``missionc compile FILE``: a verified plan, in a folder."""
+"""``missionc compile FILE``: planning of a mission, and the folder with its verified plan."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from missionc.output.folder.file_names import MOST_ALTERNATIVES
 from missionc.output.plot.figure_request import KINDS, MAP, MAPS, FigureRequest
 
 PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin", "processes", "stretch")
-"""Options of all planning commands that control the search for a plan."""
+"""Options that control the search for a plan, shared by all planning commands."""
 
 
 @click.command("compile", cls=GroupedCommand)

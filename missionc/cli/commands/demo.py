@@ -1,4 +1,4 @@
-"""``missionc demo``: the included example mission, planned, with its report in the browser."""
+"""``missionc demo``: compilation of the included example mission; its report opens in the browser."""
 
 from __future__ import annotations
 

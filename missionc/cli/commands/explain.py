@@ -1,4 +1,4 @@
-"""``missionc explain``: the page of a diagnostic code, or a mission in plain sentences."""
+"""``missionc explain``: explanation of a diagnostic code, or of a mission in plain sentences."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _mission(file: Path, name: str | None, overrides: dict[str, str], limits: Pa
 
 
 def _unicode() -> bool:
-    """Return whether standard output can show a drawing's block characters."""
+    """Return whether standard output can encode the block characters of a drawing."""
     try:
         "█░─".encode(sys.stdout.encoding or "ascii")
     except (UnicodeEncodeError, LookupError):

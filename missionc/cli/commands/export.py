@@ -1,4 +1,4 @@
-"""``missionc export FOLDER NAME…``: the flight of a compiled folder in other formats."""
+"""``missionc export FOLDER NAME…``: export of a compiled folder's flight in other formats."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ HOMES = (
     "missionc.ir.dynamics",
     "missionc.output.export.form_names",
 )
-"""Modules with a registry."""
+"""Modules that define a registry."""
 
 
 @click.command("extensions")

@@ -66,7 +66,7 @@ def command(
 
 
 def _read(path: Path, limits: Limits) -> tuple[str, str] | list[Diagnostic]:
-    """Text of a file, and its standard layout; included files are not read."""
+    """Text of a file and its standard layout, or the syntax errors; included files are not read."""
     source = read_standard_input(limits) if path == STANDARD_INPUT else read_source(path, str(path), limits)
     if isinstance(source, Diagnostic):
         return [source]
@@ -75,7 +75,14 @@ def _read(path: Path, limits: Limits) -> tuple[str, str] | list[Diagnostic]:
 
 
 def _rewrite(path: Path, before: str, text: str, limits: Limits) -> Diagnostic | None:
-    """Write the text to the file unless it was changed since it was read; returns an error, if any."""
+    """Write a text to a file unless the file was changed in the meantime; return the error, if any.
+
+    Args:
+        path: path of the file.
+        before: text of the file when it was read.
+        text: new text.
+        limits: maximum size of a file.
+    """
     now = read_source(path, str(path), limits)
     if isinstance(now, Diagnostic):
         return now

@@ -1,4 +1,4 @@
-"""``missionc init [NAME]``: a new mission from a template.
+"""``missionc init [NAME]``: creation of a mission file from a template.
 
 says MC007 MC701 MC702
 """
@@ -78,7 +78,7 @@ def _backend(template: Template) -> str:
 
 
 def _name_refused(name: str) -> Diagnostic | None:
-    """Finding for an invalid name of a mission; None for a valid one."""
+    """Finding about an invalid mission name; None if the name is valid."""
     if reserved(name):
         message = f"{quoted(name)} is a keyword and cannot be the name of a mission"
         return Diagnostic(NAME_NOT_ALLOWED, message, None, help=f"choose another name, such as `{name}_1`")
@@ -93,7 +93,7 @@ def _name_refused(name: str) -> Diagnostic | None:
 
 
 def _like(name: str) -> str:
-    """Valid name similar to the requested one."""
+    """Valid mission name that resembles the requested one."""
     letters = re.sub(r"[^A-Za-z0-9_]+", "_", name)[:40].strip("_") or "patrol"
     return letters if nameable(letters) else f"mission_{letters}"
 

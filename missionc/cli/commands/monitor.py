@@ -127,7 +127,7 @@ def command(
 
 
 class Live(Record):
-    """Options of ``--live``, each under the name of its flag."""
+    """Options of ``--live``; each field has the name of its flag."""
 
     udp: tuple[str, int] | None = None
     mcap: Path | None = None
@@ -140,12 +140,16 @@ class Live(Record):
     no_open: bool = False
 
     def first(self) -> str:
-        """First flag that was given."""
+        """First option that was given, as a flag."""
         given = next(each.name for each in fields(self) if getattr(self, each.name) != each.default)
         return f"--{given.replace('_', '-')}"
 
     def fit(self) -> None:
-        """Reject incompatible flags."""
+        """Check that the flags are compatible.
+
+        Raises:
+            click.UsageError: they are not.
+        """
         if self.no_open and not self.page:
             raise click.UsageError("`--no-open` has no effect without `--page`; remove it")
         if self.topic and not self.mcap:
@@ -186,7 +190,13 @@ def _live(file: Path, overrides: dict[str, str], limits: Limits, tolerance: floa
 
 
 def _lines(asked: Live, mission: Mission, limits: Limits) -> Iterator[str] | Diagnostic:
-    """Source of the samples, or the reason why there is none."""
+    """Lines with samples from the selected source, or the finding that it cannot be opened.
+
+    Args:
+        asked: options of ``--live``.
+        mission: monitored mission.
+        limits: maximum sizes of a recording.
+    """
     if asked.udp is not None:
         host, port = asked.udp
         try:

@@ -1,4 +1,4 @@
-"""``missionc replan FOLDER --flown TRACE``: replanning of the rest of a mission during its flight."""
+"""``missionc replan FOLDER --flown TRACE``: a new plan for the remaining mission during its flight."""
 
 from __future__ import annotations
 
@@ -20,7 +20,11 @@ MOST_SECONDS = 3_600
 
 
 def speed(value: str) -> tuple[str, float]:
-    """Parse ``AGENT=SPEED``, in m/s."""
+    """Parse ``AGENT=SPEED``, with the speed in m/s.
+
+    Raises:
+        click.UsageError: the text is not such a pair.
+    """
     name, text = options.pair(value)
     try:
         most = float(text)

@@ -1,4 +1,4 @@
-"""``missionc report FOLDER [OTHER]``: the report of a compiled folder, or of two plans, from its files."""
+"""``missionc report FOLDER [OTHER]``: HTML report of one compiled folder, or of two plans, from the files."""
 
 from __future__ import annotations
 

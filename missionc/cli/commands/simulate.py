@@ -1,4 +1,4 @@
-"""``missionc simulate FOLDER``: flights of a simulated quadrotor along the written polynomials."""
+"""``missionc simulate FOLDER``: simulated flights of a quadrotor along the polynomials of a plan folder."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from missionc.tools.sweep.run_sweep import Pool
 
 DRAWN = 20
-"""Number of flights whose paths are drawn."""
+"""Number of flights whose paths are plotted."""
 
 
 @click.command("simulate", cls=GroupedCommand)
@@ -135,7 +135,17 @@ def _spread(
     workers: Callable[[], AbstractContextManager[Pool | Diagnostic]],
     journal: Path | None,
 ) -> Simulated | Diagnostic:
-    """Run the same flights on other processes or machines, or return the reason why that fails."""
+    """Simulate flights on other processes or machines, or return the finding that this is not possible.
+
+    Args:
+        path: path of the plan folder.
+        trial: conditions of the flights.
+        limits: maximum sizes of the files.
+        listen: called with the number of finished flights.
+        curves: whether to include the error over time of each flight, for a picture.
+        workers: function that returns a context manager with the pool.
+        journal: path of the journal of finished flights, or None.
+    """
     from missionc.tools.replay.simulate_folder import simulate
     from missionc.tools.sweep import flights_journal
     from missionc.tools.sweep.spread_trials import NotFlown, SpreadTrials
@@ -157,7 +167,12 @@ def _spread(
 
 
 def _refused(path: Path, trace: Path | None, plot: Path | None, journal: Path | None) -> Diagnostic | None:
-    """Finding for an output that cannot be written, known before any flight."""
+    """Finding about an output that cannot be written, before any flight; None if all can.
+
+    Args:
+        path: path of the plan folder.
+        trace, plot, journal: paths of the outputs, or None.
+    """
     if not (trace or plot or journal):
         return None
     from missionc.output.folder.overlap import WrittenPath, overlapping
@@ -176,7 +191,7 @@ def _refused(path: Path, trace: Path | None, plot: Path | None, journal: Path | 
 
 @contextmanager
 def _progress(silent: bool, trials: int) -> Iterator[Callable[[int], None]]:
-    """Listener for the number of finished flights: a line on a terminal, otherwise silent."""
+    """Yield a function that shows the number of finished flights on a terminal, and does nothing elsewhere."""
     if silent or not sys.stderr.isatty():
         yield lambda done: None
         return

@@ -53,7 +53,12 @@ def command(file: Path | None, no_open: bool) -> Status:
 
 
 def _first(path: Path | None, home: Path) -> TextFile | Diagnostic:
-    """Text of the file, or of a template if there is no file yet."""
+    """Text of the given file, or of a template if the file does not exist; a finding if it is unreadable.
+
+    Args:
+        path: file to edit, or None.
+        home: folder of new missions.
+    """
     if path and os.path.lexists(path):
         return opened_text(path, Limits())
     template = templates()[DEFAULT]

@@ -1,4 +1,4 @@
-"""``missionc sweep FILE``: a mission compiled for many values and seeds, with one table and one page."""
+"""``missionc sweep FILE``: compilation of a mission for many values and seeds, with one table and one page."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def command(
 
 
 class _Told:
-    """Progress of a sweep in one line, on a terminal only."""
+    """Progress line of a sweep, shown only on a terminal."""
 
     def __init__(self, line: ProgressLine | None) -> None:
         self._line = line
@@ -168,7 +168,7 @@ class _Told:
         self._known: RemainingTime | None = None
 
     def listening(self, request: SweepRequest) -> SweepRequest:
-        """Request with a listener for progress."""
+        """Request whose listeners update the progress line; unchanged if there is no terminal."""
         if self._line is None:
             return request
         self._total = len(request.grid.combinations)
@@ -209,7 +209,11 @@ def _progress(silent: bool) -> Iterator[_Told]:
 
 
 def _span(low: float, high: float) -> str:
-    """Range of durations as text: ``4 to 9 min``."""
+    """Range of durations in words: ``4 to 9 min``.
+
+    Args:
+        low, high: ends of the range, s.
+    """
     unit, name = next(((size, name) for size, name in ((3600.0, "h"), (60.0, "min")) if high >= 2 * size), (1.0, "s"))
     least, most = f"{low / unit:.0f}", f"{high / unit:.0f}"
     return f"about {most} {name}" if least == most else f"{least} to {most} {name}"

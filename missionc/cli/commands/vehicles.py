@@ -1,4 +1,4 @@
-"""``missionc vehicles [NAME]``: vehicle profiles for teams."""
+"""``missionc vehicles [NAME]``: list of the vehicle profiles for teams, or the values of one."""
 
 from __future__ import annotations
 

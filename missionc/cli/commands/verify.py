@@ -1,4 +1,4 @@
-"""``missionc verify FOLDER``: verification of a compiled folder before its flight."""
+"""``missionc verify FOLDER``: verification of a compiled folder from its files, before its flight."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Watch mode: missions are checked and planned again on every save.
 
-saves      files that have changed and are complete
-missions   missions with their includes, checked again
-planner    planning in a separate process, which can be stopped
-live       the report as a page that follows
-loop       all of it together, for ``compile --watch``
+file_changes      detection of complete saves of watched files
+watched_missions  missions with their included files, checked again
+planner_process   planning in a separate process, which can be stopped
+live_page         the report as a page that is updated
+loop              the complete watch mode, for ``compile --watch``
 """

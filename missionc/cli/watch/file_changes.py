@@ -1,6 +1,6 @@
 """File polling: checks a few files for changes ten times a second, on every system.
 
-Files are compared by name, so an editor may save in place, by renaming another file, or by deleting the file first.
+Files are compared by name, so an editor may save to the same file, rename another file, or delete the file first.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ from collections.abc import Iterable
 from typing import TypeAlias
 
 EVERY = 0.1
-"""Seconds between two checks."""
+"""Seconds between two polls of the files."""
 
 REST = 0.15
 """Seconds without a change after which a series of saves is complete."""
 
 ABSENCE = 1.0
-"""Seconds for which a file may be missing while an editor replaces it."""
+"""Maximum seconds for which a file may be missing while an editor replaces it."""
 
 Mark: TypeAlias = tuple[int, ...]
-"""Fingerprint of a file's content, which changes with every save; empty for a missing file."""
+"""Fingerprint of a file's status, which changes with every save; empty for a missing file."""
 
 
 class Saves:
-    """Tracker of saves of watched files."""
+    """Detector of saves of watched files."""
 
     def __init__(self) -> None:
         self._marks: dict[str, Mark] = {}
@@ -32,13 +32,13 @@ class Saves:
         self._since = 0.0
 
     def watch(self, names: Iterable[str]) -> bool:
-        """Watch exactly these files from now on; returns whether some are new."""
+        """Watch exactly these files from now on; return whether some of them were not watched before."""
         before = self._marks
         self._marks = {name: before[name] if name in before else _mark(name) for name in names}
         return not before.keys() >= self._marks.keys()
 
     def saved(self) -> bool:
-        """Return whether a file was saved since the last True, and no change is in progress."""
+        """Return whether a file was saved since the last call that returned True, and no save is in progress."""
         marks = {name: _mark(name) for name in self._marks}
         if marks == self._marks:
             self._moving = {}

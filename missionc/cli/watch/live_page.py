@@ -1,4 +1,4 @@
-"""A local web server for a live report: the report in a frame, a banner above it, and server-sent events.
+"""Local web server for a live report: the report in a frame, a banner above it, and server-sent events.
 
 The frame shows the written file, byte for byte. The page around it listens to one stream of server-sent events and
 reloads the frame when there is another report.
@@ -27,23 +27,23 @@ POLICY = (
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 SILENCE = 10.0
-"""Seconds after which an idle stream is used once, to detect a closed page."""
+"""Seconds without news after which a message is sent, to detect closed pages."""
 
 State = Literal["checking", "planning", "planned", "wrong"]
 
 
 class News(Record):
-    """Content of a page: status, findings, and report."""
+    """Contents of a page: mission, status and findings."""
 
     mission: str
     state: State = "checking"
     says: str = ""
     report: int = 0
-    """Number of reports so far."""
+    """Number of reports so far, including the displayed one."""
 
 
 class LivePage:
-    """Context in which the page is served on this machine."""
+    """Context manager during which the page is available on this machine."""
 
     def __init__(self, mission: str) -> None:
         self._news = News(mission)
@@ -65,7 +65,7 @@ class LivePage:
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Host names of this page in a browser; any other name indicates an attack by a foreign page."""
+        """Names of this machine with the port, as requests must state them; other names indicate DNS rebinding."""
         return tuple(f"{name}:{self._server.server_port}" for name in NAMES)
 
     @property
@@ -73,14 +73,20 @@ class LivePage:
         return self._report
 
     def tell(self, state: State, says: str = "", report: bytes = b"") -> None:
-        """Send the status to every open page; without a new report it keeps the old one."""
+        """Send the status to every open page.
+
+        Args:
+            state: status.
+            says: findings as text.
+            report: new report; empty if the current one stays.
+        """
         with self._changed:
             self._news = replace(self._news, state=state, says=says, report=self._news.report + bool(report))
             self._report = report or self._report
             self._changed.notify_all()
 
     def news(self, known: News | None) -> News:
-        """Next content that differs from ``known``, or the same after a timeout."""
+        """Wait for contents that differ from ``known``, at most ``SILENCE`` seconds, and return the current ones."""
         with self._changed:
             self._changed.wait_for(lambda: self._news != known, SILENCE)
             return self._news

@@ -1,4 +1,4 @@
-"""The loop of ``compile --watch``: checks and replans on every save, and updates the open report."""
+"""Main loop of ``compile --watch``: checks and replans on every save, and updates the open report."""
 
 from __future__ import annotations
 
@@ -20,11 +20,16 @@ from missionc.cli.watch.watched_missions import Missions, heading
 from missionc.output.folder.file_names import REPORT
 
 FIRST = BACKENDS.built_in[0]
-"""Backend to prepare for before anything is known about the mission."""
+"""Backend that is loaded in advance, before the mission is checked."""
 
 
 def watch(request: CompileRequest, no_open: bool) -> Status:
-    """Run until interrupted; returns only if the folder to write is not the compiler's."""
+    """Compile on every save until interrupted; return only if the folder to write contains other files.
+
+    Args:
+        request: input, options and outputs.
+        no_open: if true, the report is not opened in a browser.
+    """
     missions = Missions([request.name], lambda: [check(request)])
     ours: set[Path] = set()  # folders that did not exist before
     with Planner() as planner, LivePage(Path(request.name).name) as live:
@@ -45,7 +50,15 @@ def watch(request: CompileRequest, no_open: bool) -> Status:
 
 
 def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: LivePage, ours: set[Path]) -> None:
-    """Check a mission, and begin to plan unless there are errors."""
+    """Check a mission, and start planning unless there are errors.
+
+    Args:
+        request: input, options and outputs.
+        missions: watched mission.
+        planner: planner process.
+        live: page of the report.
+        ours: paths of folders that this loop has written.
+    """
     (checked,) = missions.checked()
     if not checked.ok or checked.choice is None:
         findings = list(checked.findings)
@@ -61,7 +74,7 @@ def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: 
 
 
 def _show(ended: Ended, live: LivePage) -> None:
-    """Show a new report if there is one; otherwise keep the last one, with the findings above it."""
+    """Show the new report; without one, keep the last report and show the findings above it."""
     if ended.status == Status.DONE:
         live.tell("planned", report=(Path(ended.output) / REPORT).read_bytes())
     else:

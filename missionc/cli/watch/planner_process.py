@@ -1,4 +1,4 @@
-"""A planner process for successive compilations: a new request stops the one before.
+"""Planner process for successive compilations: a new request stops the current one.
 
 Its results go to the terminal, as in ``compile``, or only to the caller (``aloud``). A process is prepared in advance,
 since loading the planner takes about a second. It leaves Ctrl-C on the terminal to its parent, and ends with it.
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from missionc.backends.api import Progress
 
 PATIENCE = (0.5, 2.0)
-"""Seconds for cleanup after a first SIGTERM, and for the end after a second one."""
+"""Seconds that a process may take for cleanup after a first SIGTERM, and to end after a second one."""
 
 
 class Ended(Record):
-    """End of a request: status, findings as text and as values, and the written folder.
+    """Result of a request: exit status, findings as text and as values, and the written folder.
 
     ``lines`` is the summary of the plan or of its absence, without the files.
     """
@@ -51,7 +51,7 @@ class Ended(Record):
 
 
 class Planner:
-    """Context in which requests are carried out; at its end nothing is running."""
+    """Context manager that compiles requests in a separate process; at its end no process is left."""
 
     def __init__(self, aloud: bool = True) -> None:
         self._aloud = aloud
@@ -60,7 +60,7 @@ class Planner:
 
     @property
     def progress(self) -> str:
-        """Progress of the current request in one line; empty if unknown, or if it prints itself."""
+        """Progress of the current request in one line; empty if unknown, or if the process prints it itself."""
         return self._child.progress if self._child is not None else ""
 
     def __enter__(self) -> Self:
@@ -70,14 +70,19 @@ class Planner:
         self._end()
 
     def ready(self, backend: str) -> None:
-        """Prepare a process that has loaded the planner for such a mission."""
+        """Start a process that loads the planner for a backend in advance."""
         if self._child is not None and self._child.backend != backend:
             self._end()
         if self._child is None:
             self._child = _Child(backend, self._aloud)
 
     def start(self, request: CompileRequest, backend: str) -> None:
-        """Begin a request, and abandon the one before."""
+        """Start a request, and stop the current one.
+
+        Args:
+            request: input, options and outputs.
+            backend: name of the backend that will be used.
+        """
         self.stop()
         self.ready(backend)
         assert self._child is not None
@@ -85,14 +90,14 @@ class Planner:
         self._at_work = True
 
     def ended(self) -> Ended | None:
-        """End of the current request, once it has ended."""
+        """Result of the current request; None until it has ended."""
         if self._child is None or not self._at_work or (ended := self._child.answer()) is None:
             return None
         self.stop()
         return ended
 
     def stop(self) -> None:
-        """Stop the current request and prepare another process. The next plan cleans up unfinished files."""
+        """Stop the current request and prepare another process; the next plan removes unfinished files."""
         if self._child is not None and self._at_work:
             backend = self._child.backend
             self._end()
@@ -105,7 +110,7 @@ class Planner:
 
 
 class _Child:
-    """One process for one request."""
+    """Process that carries out one request."""
 
     def __init__(self, backend: str, aloud: bool) -> None:
         self.backend = backend
@@ -125,7 +130,7 @@ class _Child:
         self._pipe.send(request)
 
     def answer(self) -> Ended | None:
-        """Answer of the process, or a replacement if it ended without one."""
+        """Result that the process sent, or a substitute if it ended without one; None while it is running."""
         try:
             while self._pipe.poll():
                 answer = self._pipe.recv()
@@ -138,7 +143,7 @@ class _Child:
         return None
 
     def end(self) -> None:
-        """End the process: a first SIGTERM lets it clean up, a second one ends it at once, as on the command line."""
+        """End the process: a first SIGTERM lets it clean up, a second one ends it immediately."""
         self._pipe.close()
         for patience in PATIENCE:
             self._process.terminate()
@@ -171,7 +176,7 @@ def _load(backend: str) -> None:
 
 
 def _teller(pipe: Connection) -> Callable[[Progress], None]:
-    """Listener that reports progress to the parent, at the rate at which it is read."""
+    """Function that sends progress to the parent, at most every ``EVERY`` seconds."""
     next_time = 0.0
 
     def tell(progress: Progress) -> None:
@@ -184,7 +189,12 @@ def _teller(pipe: Connection) -> Callable[[Progress], None]:
 
 
 def _run_request(request: CompileRequest, listen: Callable[[Progress], None] | None) -> Ended:
-    """Run a request, with output as on the command line if there is no listener."""
+    """Carry out a request; without a listener, print its results as on the command line.
+
+    Args:
+        request: input, options and outputs.
+        listen: called with the progress, or None.
+    """
     from missionc.cli.compile_request import carry_out, run_request
     from missionc.cli.summary import compiled_lines
 

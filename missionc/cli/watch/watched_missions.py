@@ -1,4 +1,4 @@
-"""Watched missions: checked again when one of their files or includes is saved."""
+"""Watched missions, which are checked again when one of their files or included files is saved."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.compiler.front_end import Checked
 
 
 class Missions:
-    """Missions with their checks.
+    """Missions and their watched files.
 
     Args:
         files: files of the missions.
@@ -26,7 +26,7 @@ class Missions:
         self._saves.watch(files)
 
     def checked(self) -> list[Checked]:
-        """Check the missions; repeated if a new file was read before it was watched."""
+        """Check the missions and watch their included files; repeated if one of these was not watched before."""
         while True:
             checked = self._check()
             included = [name for each in checked for name in (*(source.name for source in each.sources), *each.unread)]
@@ -34,12 +34,17 @@ class Missions:
                 return checked
 
     def saved(self) -> bool:
-        """Return whether there is a save to process."""
+        """Return whether a file was saved since the last check."""
         return self._saves.saved()
 
 
 def watch_missions(missions: Missions, answer: Callable[[list[Checked]], object]) -> NoReturn:
-    """Process the missions now and after every save, until interrupted."""
+    """Process missions now and after every save, until interrupted.
+
+    Args:
+        missions: watched missions.
+        answer: function that processes the checked missions.
+    """
     click.echo("watching the missions and their included files; Ctrl-C stops")
     while True:
         answer(missions.checked())
@@ -49,5 +54,5 @@ def watch_missions(missions: Missions, answer: Callable[[list[Checked]], object]
 
 
 def heading() -> None:
-    """Print a separator between two rounds."""
+    """Print a line with the time, which separates two rounds."""
     click.echo(f"\n{datetime.now():%H:%M:%S} file saved")

@@ -1,1 +1,1 @@
-"""Alternative plans: ranked plans of one mission that differ in an option, an order or a side."""
+"""Alternative plans: ranked plans of one mission with different disjuncts, orders of events or homotopy classes."""

@@ -1,9 +1,11 @@
-"""Comparison of a mission's options: options and orders of a plan are forbidden in turn, and the best plan is kept.
+"""Comparison of discrete decisions: disjuncts and orders of a plan are forbidden in turn, and the best plan is
+selected.
 
     in   a plan of a backend that chooses options before planning
     out  the same plan or a better one, with notes on the others
 
-A lower bound excludes options that cannot be better. The work is bounded and counted, so that one seed gives one plan.
+A lower bound excludes decisions that cannot be better. The work is bounded and counted, so that one seed gives one
+plan.
 """
 
 from __future__ import annotations
@@ -45,16 +47,16 @@ def with_best_option(
     watch: Stopwatch,
     log: StageLog,
 ) -> Compiled:
-    """Compilation with the best plan over other options and orders.
+    """Compilation with the best plan over other disjuncts and orders of events.
 
     Args:
         first: compilation of the first plan.
-        checked: planned mission.
+        checked: mission that was planned.
         planned: first plan.
-        certify: verifies a better plan and makes its files.
-        engine: as for ``compare_options``.
-        moment: as for ``compare_options``.
-        log: receives the comparison.
+        certify: verifies a better plan and creates its files.
+        engine: name of the planning backend.
+        moment: time of interruption, on the clock of ``time.monotonic``.
+        log: records the comparison.
     """
     mission, kernel = checked.valid_mission, checked.valid_kernel
     with watch.stage("compare"):
@@ -80,7 +82,7 @@ def compare_options(
     budget: Budget,
     moment: float,
 ) -> Planned:
-    """The best of a plan and of those with other options and orders.
+    """The best plan among the given one and plans with other disjuncts or orders of events.
 
     Args:
         engine: name of the planning backend.
@@ -127,7 +129,7 @@ def _decided(before: Restriction, signature: Signature, mission: Mission, planne
 
 
 def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:
-    """Lower bound for all plans of a restricted mission."""
+    """Lower bound on the objective over all plans of a restricted mission."""
     if mission.objective is Objective.ROBUSTNESS:
         return -math.inf
     if mission.objective is Objective.ENERGY or mission.world.flat:
@@ -137,7 +139,7 @@ def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:
 
 
 def _best(mission: Mission, kernel: Kernel, compared: list[tuple[Planned, Signature]], late: bool) -> Planned:
-    """Best plan, with the total work, and notes on the different ones."""
+    """Best of the compared plans, with the total work in its report, and notes on the plans that differ from it."""
     first = compared[0][0]
     best, own = min(compared, key=lambda each: quality(mission, kernel, each[0]))
     notes = [

@@ -1,10 +1,10 @@
-"""Restrictions that forbid a decision of a plan: a branch of a choice, an order, or a side of an obstacle.
+"""Restrictions that forbid one decision of a plan: a disjunct, an order of events, or a homotopy class.
 
     in   Mission, Kernel, the restriction
     out  a Mission and a Kernel whose plans satisfy the mission with other decisions
 
-Any backend can plan the restricted mission: a choice loses branches, an order becomes a requirement, and a side becomes
-an obstacle. Its infeasibility concerns only the restricted mission.
+Any backend can plan the restricted mission: a choice loses branches, an order becomes a requirement, and a homotopy
+class becomes an obstacle. Infeasibility of the restricted mission says nothing about the original one.
 
 Source:
     Murty 1968, Lawler 1972, the k best solutions by partitioning the remaining ones.
@@ -29,22 +29,22 @@ from missionc.ir.kernel.normal_form import negated
 from missionc.verification.monitoring.signature import Event, Signature
 
 BARRED = "barred"
-"""Name of an obstacle in planning only; not an identifier, so that no mission uses it."""
+"""Name of a barrier, an obstacle in planning only; it is not an identifier, so no mission uses it."""
 
 THICK = 1 / 150
-"""Its thickness, as a share of the world's longer side."""
+"""Thickness of a barrier, as a fraction of the world's longer side."""
 
 PASSING = np.pi / 3
-"""Least angle, radians, that an agent sweeps about a passed obstacle."""
+"""Minimum angle, radians, that an agent sweeps about an obstacle that it passes."""
 
 LOOKED_AT = 24
-"""Number of places of a path from which bars are tried."""
+"""Number of points of a path from which barriers are tried."""
 
 MOST_ORDERS = 24
-"""Maximum number of a plan's orders that are reversed, each separately."""
+"""Maximum number of orders of events in a plan that are reversed, each separately."""
 
 Bar: TypeAlias = tuple[tuple[float, float], ...]
-"""Corners of a barred area, metres."""
+"""Corners of a barrier's area, metres."""
 
 
 class Restriction(Record):
@@ -53,7 +53,7 @@ class Restriction(Record):
     Args:
         removed: indices of the removed branches of choices.
         first: required orders: pairs, the earlier event first.
-        barred: corners of barred areas.
+        barred: corners of the barriers' areas.
     """
 
     removed: dict[ChoicePoint, frozenset[int]] = field(default_factory=dict)
@@ -62,12 +62,12 @@ class Restriction(Record):
 
     @property
     def key(self) -> Hashable:
-        """Key that is equal for equal restrictions."""
+        """Hashable key that is equal for equal restrictions."""
         pairs = frozenset((one.asked, other.asked) for one, other in self.first)
         return frozenset(self.removed.items()), pairs, frozenset(self.barred)
 
     def applied(self, mission: Mission, kernel: Kernel) -> tuple[Mission, Kernel]:
-        """The restricted mission."""
+        """The mission and kernel with the restriction: barriers as obstacles, and changed requirements."""
         barred = tuple(
             Obstacle(f"{BARRED} {number}", _prism(mission, corners), Still(), mission.span)
             for number, corners in enumerate(self.barred)
@@ -85,13 +85,14 @@ class Restriction(Record):
 def restrictions(
     before: Restriction, signature: Signature, mission: Mission, position: Array, sides: bool = True
 ) -> Iterator[Restriction]:
-    """Restrictions that each forbid one decision of a plan, in addition to its own.
+    """Yield restrictions that each forbid one further decision of a plan.
 
-    Options, orders and sides alternate, so that a few tries include each kind.
+    Disjuncts, orders of events and homotopy classes alternate, so that a few attempts include each kind.
 
     Args:
+        before: restriction under which the plan was found; each result includes it.
         position: positions of the plan, (agents, steps + 1, dim), metres.
-        sides: True to forbid sides too.
+        sides: True to forbid homotopy classes too.
     """
     kinds = [_options(before, signature), _orders(before, signature)]
     if sides:
@@ -122,9 +123,11 @@ def _orders(before: Restriction, signature: Signature) -> Iterator[Restriction]:
 
 
 def _sides(before: Restriction, signature: Signature, mission: Mission, position: Array) -> Iterator[Restriction]:
-    """Restrictions with bars: those that a whole group must circumvent first, then the shortest.
+    """Yield restrictions with a barrier: first those that a group of agents must circumvent together, then short
+    barriers.
 
-    Positions are (agents, steps + 1, dim), metres.
+    Args:
+        position: positions of the plan, (agents, steps + 1, dim), metres.
     """
     turns = [
         (-abs(float(signature.swept[agent, number])), number, agent, sign)
@@ -147,7 +150,7 @@ def _sides(before: Restriction, signature: Signature, mission: Mission, position
 
 
 def _in_order(first: Event, second: Event) -> Node:
-    """Formula that the first event occurs when both are required, and the second at no earlier step."""
+    """Formula: the first event occurs by its deadline, and the second event does not occur before it."""
     early, late = first.asked, second.asked
     last = min(first.last, second.last)
     return Until(At(late.agent, negated(second.body)), At(early.agent, first.body), 0, last)
@@ -159,10 +162,14 @@ def _prism(mission: Mission, corners: Bar) -> Shape:
 
 
 def _bars(mission: Mission, part: StandingPart, path: Array, company: Array) -> list[Bar]:
-    """Bars across a path, (steps + 1, 2), metres, from the passed part to an obstacle or the world's border.
+    """Barriers across a path, from the part of an obstacle that it passes to another obstacle or the world's boundary.
 
-    First the shortest of those that most of a group, (agents, steps + 1, 2), cross; then the shortest of all. Bars over
-    starts or finishes are excluded.
+    First the shortest of those that most of a group crosses, then the shortest of all. Barriers over starts or finishes
+    are excluded.
+
+    Args:
+        path: positions of one agent, (steps + 1, 2), metres.
+        company: positions of the group, (agents, steps + 1, 2), metres.
     """
     low, high = mission.world.low[:2], mission.world.high[:2]
     standing = [outline(mission, each.shape) for each in mission.obstacles if isinstance(each.motion, Still)]
@@ -208,8 +215,10 @@ def _corners(bar: shapely.Geometry, half: float) -> Bar:
 
 
 def _leaves_ways(mission: Mission, barred: tuple[Bar, ...], position: Array) -> bool:
-    """Return whether every agent can still reach its last place of a plan, (agents, steps + 1, dim),
-    metres, on a map.
+    """Return whether every agent can still reach the last position of its plan on a map with the barriers.
+
+    Args:
+        position: positions of the plan, (agents, steps + 1, dim), metres.
     """
     standing = [outline(mission, each.shape) for each in mission.obstacles if isinstance(each.motion, Still)]
     taken = shapely.union_all([*standing, *(shapely.Polygon(corners) for corners in barred)]).buffer(

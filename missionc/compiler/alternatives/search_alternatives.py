@@ -4,10 +4,10 @@
     out  Found: plans that differ from each other (``monitoring.signature``), each verified, the best first; Compiled
          with ``alternatives``
 
-Each attempt forbids one thing that the plans so far decided. The backend of the first plan plans the restricted mission
-with a share of the work, and nothing is kept of that run. A plan counts only if it differs from every plan before. The
-best are verified and written against the mission itself. The attempts, and the work of each, are counted, so that one
-seed gives the same plans.
+Each attempt forbids one decision of the plans so far. The backend of the first plan plans the restricted mission with a
+fraction of the work, and nothing else of that run is stored. A plan counts only if it differs from every plan before.
+The best plans are verified and written against the mission itself. The attempts, and the work of each, are counted, so
+that one seed gives the same plans.
 
 Plans are ranked by the preferences that they satisfy, then by margin, then by the objective.
 """
@@ -53,9 +53,8 @@ Quality: TypeAlias = tuple[tuple[bool, ...], float, float]
 
 
 def quality(mission: Mission, kernel: Kernel, planned: Planned) -> Quality:
-    """Rank of a plan, less is better: violated preferences, the heaviest first; missing margin.
-
-    ``objective_value``.
+    """Rank of a plan, less is better: violated preferences (the heaviest first), missing margin, and value of the
+    objective.
     """
     kept = {each.name: each.satisfied for each in monitor(mission, kernel, planned.trace).preferences}
     wishes = sorted(kernel.preferences, key=lambda each: -(each.weight or 0.0))
@@ -64,7 +63,10 @@ def quality(mission: Mission, kernel: Kernel, planned: Planned) -> Quality:
 
 
 def objective_value(mission: Mission, kernel: Kernel, trace: Trace) -> float:
-    """The value that the objective minimises: metres if there is none, minus the robustness if that is maximised."""
+    """Value of a plan that the objective minimises; a maximised robustness is negated.
+
+    Without an objective, it is the path length in metres.
+    """
     match mission.objective:
         case Objective.ROBUSTNESS:
             return -least_robustness(mission, kernel, trace)
@@ -80,7 +82,7 @@ UNITS = {Objective.DURATION: "steps", Objective.ENERGY: "m^2/s^3"}
 
 
 def amount(mission: Mission, kernel: Kernel, trace: Trace) -> str:
-    """Text of the value of an objective."""
+    """Text for a plan's value of the objective, with its unit."""
     return f"{abs(objective_value(mission, kernel, trace)):.6g} {UNITS.get(mission.objective, 'm')}"
 
 
@@ -106,7 +108,7 @@ def plan_restricted(
 
 
 class Candidate(Record, eq=False):
-    """A different plan; ``verified`` for the first one, which is already written."""
+    """An alternative plan before verification; ``verified`` is set for the first plan, which is already written."""
 
     planned: Planned
     signature: Signature
@@ -116,7 +118,7 @@ class Candidate(Record, eq=False):
 
 
 class Found(Record, eq=False):
-    """Plans with their signatures, the best first; ``note`` explains a smaller number than requested."""
+    """Alternative plans with their signatures, the best first; ``note`` explains why there are fewer than requested."""
 
     plans: tuple[tuple[Verified, Signature], ...]
     note: str
@@ -135,7 +137,7 @@ class _Search:
     seeds: Iterator[int] = field(default_factory=lambda: iter(range(1, ALTERNATIVES.seeds + 1)))
 
     def add(self, planned: Planned, seed: int, restriction: Restriction, verified: Verified | None = None) -> None:
-        """Keep a different plan and its restrictions; of an equal plan, only its restrictions."""
+        """Add a plan and its restrictions to the search; for a plan equal to an earlier one, only its restrictions."""
         trace = planned.trace
         signature = self.signatures.of(trace)
         value = quality(self.mission, self.kernel, planned)
@@ -147,7 +149,11 @@ class _Search:
                 heapq.heappush(self.waiting, (value, place, next(self.numbers), each))
 
     def next_attempt(self) -> tuple[Restriction, int] | None:
-        """Next restriction to try, of the best plan first; and the change of the seed, if none is left."""
+        """Next restriction to plan with, and an increment of the seed; None if no attempt is left.
+
+        Restrictions of the best plan come first. When all are tried, the unrestricted mission is planned with other
+        seeds.
+        """
         if self.waiting:
             return heapq.heappop(self.waiting)[-1], 0
         more = next(self.seeds, None)
@@ -155,9 +161,9 @@ class _Search:
 
 
 def search_alternatives(checked: Checked, first: Verified, request: PlanRequest, watch: Stopwatch) -> Found:
-    """As many plans as requested, or as were found.
+    """Verified plans that differ from each other, at most as many as requested, the best first.
 
-    The first one is included unless better ones were found.
+    The first plan is included unless enough better plans were found.
 
     Args:
         checked: mission by which the first plan was verified.
@@ -205,7 +211,7 @@ def _enough(found: int, wanted: int, tries: int) -> bool:
 def _planned(
     backend: Backend, search: _Search, restriction: Restriction, options: Options, budget: Budget, first: Verified
 ) -> Planned | None:
-    """Plan of the restricted mission, if found within an attempt's work."""
+    """Plan of the restricted mission; None if none is found within the work of one attempt."""
     work = ALTERNATIVES.work_after(first.report.work)
     moment = last_call(budget.deadline)
     outcome = plan_restricted(backend, search.mission, search.kernel, restriction, options, budget, work, moment)
@@ -235,9 +241,9 @@ def _note(found: int, wanted: int, tries: int, late: bool) -> str:
 
 
 def with_alternatives(first: Compiled, request: PlanRequest) -> Compiled:
-    """Compilation with as many plans as requested, or as were found; the best one is its outcome.
+    """Compilation with alternative plans, at most as many as requested; the best plan is its outcome.
 
-    A note reports a smaller number.
+    A note reports a smaller number of plans.
     """
     checked, outcome = first.checked, first.outcome
     assert isinstance(outcome, Verified)

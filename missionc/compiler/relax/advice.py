@@ -1,4 +1,4 @@
-"""Relaxation advice for an infeasible mission: lines for users, and values for programs."""
+"""Relaxation advice for an infeasible mission: lines for users, and JSON values for programs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from missionc.compiler.results import Compiled, Explained, Relaxation
 
 
 def explained_lines(compiled: Compiled) -> list[str]:
-    """Lines of the changes that give a plan, smallest first, and of the closest infeasible candidate."""
+    """Lines that describe the changes with which there is a plan, smallest first, and the closest infeasible
+    candidate.
+    """
     explained, mission = compiled.explained, compiled.checked.mission
     if explained is None or mission is None:
         return []
@@ -37,7 +39,7 @@ def explained_lines(compiled: Compiled) -> list[str]:
 
 
 def explained_document(explained: Explained | None) -> dict[str, object]:
-    """Values of the explanation; null and empty if nothing was tried."""
+    """JSON values of the explanation; null and empty if nothing was tried."""
     if explained is None:
         return {"blame": None, "relaxations": [], "near_miss": None}
     missed = explained.near_miss
@@ -58,7 +60,7 @@ def explained_document(explained: Explained | None) -> dict[str, object]:
 
 
 def _relaxation(relaxation: Relaxation) -> dict[str, object]:
-    """Values of the first changed place; ``also`` has the others, if any."""
+    """JSON values of a suggested change, with its first changed location; ``also`` has the other locations, if any."""
     places = [
         {"file": change.file or None, "line": change.line or None, "before": change.before, "after": change.after}
         for change in relaxation.changes

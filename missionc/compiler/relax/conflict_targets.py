@@ -1,4 +1,4 @@
-"""Parameters of conflicting requirements, and the direction in which each becomes weaker.
+"""Parameters of conflicting requirements, and the direction of change that weakens each requirement.
 
 in   kernel formulas
 out  ConflictTargets
@@ -19,7 +19,7 @@ Key = TypeVar("Key", Span, str)
 
 
 class ConflictTarget(Enum):
-    """Direction that weakens the requirement: larger, smaller, or EITHER if it occurs both ways."""
+    """Direction in which a parameter weakens a requirement: larger, smaller, or EITHER if it occurs in both senses."""
 
     MORE = 1
     LESS = -1
@@ -28,7 +28,7 @@ class ConflictTarget(Enum):
 
 @dataclass(slots=True)
 class ConflictTargets:
-    """Conflict targets by source text or name, with their weakening direction.
+    """Parameters of conflicting requirements by source text or name, each with its weakening direction.
 
     ``windows``: last step of a window, or length of a period. ``lengths``: upper bound of a route. ``counts``: number
     of agents. ``comparisons``: value compared with zero, as a sum that has to be positive.
@@ -44,7 +44,7 @@ class ConflictTargets:
 
 
 def conflict_targets(formulas: Iterable[Node]) -> ConflictTargets:
-    """Targets in these required formulas."""
+    """Parameters that occur in these required formulas, with their weakening directions."""
     found = ConflictTargets()
     stack = [(formula, 1) for formula in formulas][::-1]
     seen: set[tuple[Node, int]] = set()

@@ -1,4 +1,4 @@
-"""Edits: changes of a mission's text, or of a value from the command line."""
+"""Edits that relax a mission: changes of its text, or of a value from the command line."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from missionc.frontend.syntax import ast
 D = TypeVar("D")
 
 ROUND = 9
-"""Decimals of a new number, so that no text has 2.0000000000000004 m."""
+"""Number of decimals of a changed number, so that no text has 2.0000000000000004 m."""
 
 
 class Edit(Record):
-    """Replacements of spans of the main file, and values of external parameters.
+    """Relaxation of a mission: replacements of spans of the main file, and values of external parameters.
 
     ``says`` is the change in the mission's terms; ``to`` the new value, if a single number changes.
     """
@@ -37,7 +37,7 @@ class Edit(Record):
 
 
 class Spot(Record):
-    """A number of the mission at its place: in the text, or on the command line as ``parameter``."""
+    """A number of the mission with its location: in the text, or on the command line as ``parameter``."""
 
     value: float
     unit: str
@@ -46,11 +46,11 @@ class Spot(Record):
 
     @property
     def factor(self) -> float:
-        """SI units per unit of the number."""
+        """Number of SI units in one unit of the number."""
         return UNITS[self.unit][1] if self.unit else 1.0
 
     def written(self, value: float) -> str:
-        """Text of another value at this place."""
+        """Text for another value of the number, with its unit."""
         return f"{shown(round(value, ROUND))} {self.unit}".rstrip()
 
     def put(self, value: float, says: str) -> Edit:
@@ -61,7 +61,7 @@ class Spot(Record):
 
 
 def spot(checked: Checked, quantity: ast.Quantity | None) -> Spot | None:
-    """Place of this quantity's number; None if it is computed, or in another file.
+    """Location and value of the number behind a quantity; None if it is computed, or in another file.
 
     The value of a parameter is at its declaration, or on the command line.
     """
@@ -92,19 +92,19 @@ def is_in_main_file(checked: Checked, span: Span) -> bool:
 
 
 def declared(checked: Checked, kind: type[D]) -> list[D]:
-    """Declarations of a kind, in the order of the text."""
+    """Declarations of one kind in a mission, in the order of the text."""
     return [item for item in checked.program.declarations if isinstance(item, kind)] if checked.program else []
 
 
 def edited(checked: Checked, edit: Edit) -> tuple[Source, dict[str, str]]:
-    """Edited main file, and command-line values."""
+    """The main file with an edit applied, and the command-line values."""
     source = checked.sources[0]
     text = _replaced(source.text, edit.fixes)
     return Source(source.name, text), {**checked.overrides, **dict(edit.overrides)}
 
 
 def changes(edit: Edit, overrides: Mapping[str, str]) -> tuple[Change, ...]:
-    """Edited places as whole lines before and after, in the order of the text.
+    """Lines changed by an edit, before and after, in the order of the text.
 
     Args:
         overrides: values of parameters before the edit.
@@ -122,14 +122,18 @@ def changes(edit: Edit, overrides: Mapping[str, str]) -> tuple[Change, ...]:
 
 
 def _lines(span: Span) -> tuple[int, int]:
-    """Range of the whole lines of a span."""
+    """Start and end offset of the complete lines that contain a span."""
     text = span.source.text
     end = text.find("\n", span.end)
     return text.rfind("\n", 0, span.start) + 1, len(text) if end < 0 else end
 
 
 def _replaced(text: str, fixes: Iterable[Fix], start: int = 0) -> str:
-    """Text, which begins at offset ``start`` of its source, with the fixes applied."""
+    """The text with the fixes applied.
+
+    Args:
+        start: offset of the text in its source.
+    """
     for fix in sorted(fixes, key=lambda fix: fix.span.start, reverse=True):
         text = text[: fix.span.start - start] + fix.replacement + text[fix.span.end - start :]
     return text

@@ -1,4 +1,4 @@
-"""Closest infeasible candidate: of the available motions, the one with the smallest violation.
+"""Closest infeasible candidate: of the available trajectories, the one with the smallest violation.
 
 in   original Mission, its kernel, plans of relaxed missions, a search's best candidate
 out  NearMiss, if one of them violates only one requirement, or there is a candidate
@@ -26,7 +26,7 @@ from missionc.output.report.report_html import Plotted, report
 from missionc.verification.verify_plan import verify
 
 MOST_PLAYED = 12
-"""Maximum number of changes with replayable plans; others are shown as text only."""
+"""Maximum number of suggested changes whose plans the page can replay; further ones are shown as text only."""
 
 
 class Remedy(Record, eq=False):
@@ -37,7 +37,7 @@ class Remedy(Record, eq=False):
 
 
 class Advice(Record, eq=False):
-    """Explanation of the refusal for the page: the conflicting requirements, and the trials."""
+    """Explanation of the infeasibility for the page: the conflicting requirements, and the variants that were tried."""
 
     conflict: tuple[str, ...] = ()
     trials: tuple[Trial, ...] = ()
@@ -52,13 +52,16 @@ def near_miss(
     scope: Scope | None = None,
     advice: Advice | None = None,
 ) -> NearMiss | None:
-    """Closest infeasible candidate with its files: ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` if
-    maps can be drawn.
+    """Closest infeasible candidate with its files, or None if there is none.
+
+    The files are ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` if maps can be drawn.
 
     Args:
-        backend, seed: backend and seed of the motions.
+        backend, seed: backend and seed of the trajectories.
+        relaxations: suggested changes, each with the plan of the relaxed mission.
         best: candidate of a search without a plan.
-        scope: scope of the refusal, if any.
+        scope: scope of the proof of infeasibility, if any.
+        advice: explanation for the page.
     """
     mission, kernel = checked.valid_mission, checked.valid_kernel
     motions = [(each.says, remedy.trace) for each, remedy in relaxations] + ([("", best.trace)] if best else [])
@@ -85,7 +88,10 @@ def near_miss(
 
 
 def _miss(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt | None:
-    """Evaluation of a motion that violates exactly one requirement of this mission."""
+    """Evaluation of a trajectory that violates exactly one requirement of this mission.
+
+    None for any other trajectory.
+    """
     if trace.position.shape[:2] != (len(mission.agents), mission.steps + 1):
         return None
     certificate = verify(mission, kernel, trace)
@@ -101,7 +107,7 @@ def _by(miss: Attempt) -> float:
 
 
 def _played(remedy: Remedy, backend: str, seed: int) -> Plotted:
-    """Plan of a relaxed mission, without polynomials, for the page."""
+    """Plan of a relaxed mission, without polynomials, as the page needs it."""
     mission, kernel = remedy.checked.valid_mission, remedy.checked.valid_kernel
     certificate = verify(mission, kernel, remedy.trace)
     plan = Plan(mission.name, backend, seed, remedy.trace, certificate.judgements)
@@ -109,7 +115,7 @@ def _played(remedy: Remedy, backend: str, seed: int) -> Plotted:
 
 
 def _told(advice: Advice, violation: str, relaxations: Sequence[Relaxation]) -> dict[str, object]:
-    """Explanation in the page's format; the plan of a change has its rank after the candidate."""
+    """Explanation in the page's format; the plan of a change is numbered after the candidate."""
     return {
         "conflict": list(advice.conflict),
         "trials": [{"change": trial.says, "outcome": trial.outcome} for trial in advice.trials],

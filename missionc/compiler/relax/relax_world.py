@@ -28,14 +28,14 @@ from missionc.ir.language.weighed_routes import longest
 
 
 def without(checked: Checked, mission: Mission, conflict: tuple[str, ...]) -> list[RelaxationParameter]:
-    """Drop each conflicting requirement; a family once, for any of its members."""
+    """Relaxations that drop one conflicting requirement each; requirements of one family are dropped together."""
     spans = {goal.name: replace(goal.span, turns=()) for goal in mission.requirements}
     one_of_each = {spans.get(name, name): name for name in reversed(conflict)}
     return [knob for name in reversed(one_of_each.values()) for knob in without_all(checked, mission, (name,))]
 
 
 def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> list[RelaxationParameter]:
-    """Drop all of these requirements together; with a member, the whole family."""
+    """Relaxation that drops all of these requirements together, as a list; empty if one is not in the main file."""
     goals = [goal for goal in mission.requirements if goal.name in names]
     if not goals or not all(is_in_main_file(checked, goal.span) for goal in goals):
         return []
@@ -50,7 +50,7 @@ def _left_out(goal: ir.Requirement) -> str:
 
 
 def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """Upper bounds of routes: more hops or metres for required routes, fewer for forbidden ones."""
+    """Relaxations of routes' upper bounds: more hops or metres for required routes, fewer for forbidden ones."""
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
     meant = {each.span: each.bounds for each in formulas(mission) if isinstance(each, ir.Apply)}
     knobs = []
@@ -75,7 +75,7 @@ def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
 
 
 def counts(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """Numbers of agents, in ``count[…] f >= 2`` and ``at least 2 drone: f``."""
+    """Relaxations of required numbers of agents, in ``count[…] f >= 2`` and ``at least 2 drone: f``."""
     knobs = []
     for node in _in_order(checked):
         match node:
@@ -94,7 +94,7 @@ def counts(checked: Checked, targets: ConflictTargets) -> list[RelaxationParamet
 
 
 def headings(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """Angles of heading requirements."""
+    """Relaxations of the angles of heading requirements."""
     knobs = []
     for node in sorted(
         (each for each in nodes(checked.program) if isinstance(each, ast.Facing)), key=lambda each: each.span.start
@@ -109,7 +109,7 @@ def headings(checked: Checked, targets: ConflictTargets) -> list[RelaxationParam
 
 
 def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare]:
-    """Formulas of the text that may have a number."""
+    """Formulas of the text that may contain a number, in the order of the text."""
     kinds = (ast.Apply, ast.Quantified, ast.Compare)
     return sorted(
         (node for node in nodes(checked.program) if isinstance(node, kinds)), key=lambda node: node.span.start
@@ -117,7 +117,7 @@ def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare
 
 
 def comparisons(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """Numbers on one side of a comparison."""
+    """Relaxations of the numbers in comparisons."""
     knobs = []
     for node in (each for each in _in_order(checked) if isinstance(each, ast.Compare)):
         way = targets.comparisons.get(node.span, ConflictTarget.EITHER)
@@ -132,11 +132,11 @@ def comparisons(checked: Checked, targets: ConflictTargets) -> list[RelaxationPa
 
 
 LONGER = 4
-"""Greatest factor of the horizon."""
+"""Maximum factor by which the horizon is extended."""
 
 
 def horizon(checked: Checked, mission: Mission) -> list[RelaxationParameter]:
-    """Longer horizon, by whole steps; windows to the mission's end follow, in any notation."""
+    """Relaxation that extends the horizon by complete steps; windows to the mission's end are extended too."""
     horizon_spot = _horizon(checked)
     if horizon_spot is None:
         return []
@@ -153,7 +153,7 @@ def horizon(checked: Checked, mission: Mission) -> list[RelaxationParameter]:
 
 
 def _ends(checked: Checked, mission: Mission) -> list[Spot]:
-    """Places with the mission's last step as the end of a window, each once."""
+    """Locations at which the mission's last step is written as the end of a window, each once."""
     meant = _meant(mission)
     ends = []
     for node in nodes(checked.program):
@@ -165,15 +165,12 @@ def _ends(checked: Checked, mission: Mission) -> list[Spot]:
 
 
 def _meant(mission: Mission) -> dict[Span, Apply]:
-    """Resolved form of each use of an operator, by its source text."""
+    """Resolved form of each use of an operator, by its source span."""
     return {each.span: each for each in formulas(mission) if isinstance(each, Apply)}
 
 
 def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """Last steps of windows: later for events, earlier for durations.
-
-    For recurrences, a longer period.
-    """
+    """Relaxations of the ends of windows, later for events and earlier for durations, and of periods."""
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
     periods = _periods(checked)
     meant = _meant(mission)
@@ -221,7 +218,7 @@ def _window(
 
 
 def _periods(checked: Checked) -> dict[Span, ast.Quantity]:
-    """Period of each recurrent formula in the text: a quantity, or the name of a parameter."""
+    """Period of each recurrent formula of the text, by the formula's span: a quantity, or the name of a parameter."""
     found: dict[Span, ast.Quantity] = {}
     for node in nodes(checked.program):
         match node:
@@ -235,7 +232,7 @@ def _periods(checked: Checked) -> dict[Span, ast.Quantity]:
 
 
 def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: Apply) -> RelaxationParameter | None:
-    """Longer period, by whole steps, within the mission's duration."""
+    """Relaxation that extends a period by complete steps, within the mission's duration; None if impossible."""
     place = spot(checked, length)
     assert isinstance(formula.bounds, Period)
     steps = formula.bounds.steps
@@ -250,7 +247,7 @@ def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: A
 
 
 def _ahead(mission: Mission, asking: list[Requirement | Preference]) -> int:
-    """Steps that these goals need."""
+    """Number of steps that these goals look ahead."""
     looks = steps_ahead(goal.formula for goal in asking)
     return int(min(max(looks[goal.formula].total for goal in asking), mission.steps))
 
@@ -265,20 +262,22 @@ def _lasting(horizon_spot: Spot, mission: Mission, steps: int) -> Edit:
 
 
 def _at_spot(place: Spot, mission: Mission, steps: int, name: str) -> Edit:
-    """Time after ``steps`` steps, in the unit of the text."""
+    """Edit that sets a time to ``steps`` steps, in the unit of the text."""
     value = steps if place.unit == "steps" else steps * mission.step / place.factor
     return place.put(value, f"{name} {place.written(value)} instead of {place.written(place.value)}")
 
 
 MORE_AGENTS = 3
-"""Maximum number of agents added to a team."""
+"""Maximum number of agents that a relaxation adds to a team."""
 
 FINER = 1.7
-"""Factor of nodes relative to the finest refused roadmap."""
+"""Factor of the number of nodes, relative to the finest roadmap without a plan."""
 
 
 def graphs(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """Radius of a graph, larger for required links."""
+    """Relaxations of communication graphs: larger radii and ranges for required links, smaller ones for forbidden
+    links.
+    """
     knobs = []
     for graph in declared(checked, ast.Graph):
         way = targets.graphs.get(graph.name.text)
@@ -300,7 +299,7 @@ def graphs(checked: Checked, targets: ConflictTargets) -> list[RelaxationParamet
 
 
 def formations(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """Tolerance of a formation."""
+    """Relaxations of the tolerances of formations."""
     knobs = []
     for formation in declared(checked, ast.Formation):
         for setting in formation.settings:
@@ -311,7 +310,7 @@ def formations(checked: Checked, targets: ConflictTargets) -> list[RelaxationPar
 
 
 def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
-    """Required regions, larger on all sides: a box within the world, a disc or a ball."""
+    """Relaxations that enlarge required regions on all sides: boxes within the world, discs and balls."""
     meant = {region.name: region.shape for region in mission.regions}
     knobs = []
     for region in declared(checked, ast.Region):
@@ -330,7 +329,7 @@ def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
 
 
 def _wider_box(name: str, box: ast.Box, shape: ir.Box, mission: Mission) -> RelaxationParameter:
-    """Wider box, with the coordinates of the text, also with a separate height."""
+    """Relaxation that enlarges a box on all sides, written with the coordinates of the text."""
     side = min(high - low for low, high in zip(shape.low, shape.high, strict=True))
     by, axes = notch(side), range(len(box.low.coordinates))
     world = mission.world
@@ -350,7 +349,7 @@ def _point(values: list[float]) -> str:
 
 
 def margins(checked: Checked) -> list[RelaxationParameter]:
-    """Separation and clearance of bodies: smaller."""
+    """Relaxations that reduce the required separation and clearance of bodies."""
     knobs = []
     room: list[ast.Separation | ast.Clearance] = [*declared(checked, ast.Separation), *declared(checked, ast.Clearance)]
     for item in room:
@@ -361,13 +360,17 @@ def margins(checked: Checked) -> list[RelaxationParameter]:
 
 
 def teams(checked: Checked) -> list[RelaxationParameter]:
-    """Teams with one to three more agents."""
+    """Relaxations that add one to three agents to a team."""
     sizes = [(team.name.text, spot(checked, team.size)) for team in declared(checked, ast.Team)]
     return [whole(size, f"the size of team `{name}`", MORE_AGENTS) for name, size in sizes if size is not None]
 
 
 def roadmap(checked: Checked, nodes: int) -> list[RelaxationParameter]:
-    """A roadmap finer than the refused ones, the finest of which had ``nodes`` nodes."""
+    """Relaxation that uses a finer roadmap; empty if the user provides the roadmap.
+
+    Args:
+        nodes: number of nodes of the finest roadmap without a plan.
+    """
     if checked.mission is not None and checked.mission.solve.roadmap is not None:
         return []  # it is the mission's own
     finer = round(nodes * FINER)

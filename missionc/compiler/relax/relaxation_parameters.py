@@ -1,4 +1,4 @@
-"""Relaxation parameters: numbers of a mission that can be weakened in notches."""
+"""Relaxation parameters: numbers of a mission that are weakened by multiples of a step size."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from missionc.base.late_dataclass import Record
 from missionc.compiler.relax.edits import Edit, Spot
 
 DOUBLINGS = 2
-"""Maximum number of doublings of a number without another bound."""
+"""Maximum number of doublings of a number that has no other bound."""
 
 
 class RelaxationParameter(Record):
-    """Edits of one kind, in increasing size.
+    """A number of a mission that can be weakened, with edits of increasing size.
 
     Args:
-        edit: change by a number of notches, from 1 to ``most``; None if the text cannot express it.
-        size: size of a notch, relative to the changed value.
-        first: number of notches tried first.
-        most: number of notches.
+        edit: edit that changes the number by some step sizes, from 1 to ``most``; None if the text cannot express it.
+        size: step size, relative to the changed value.
+        first: number of step sizes tried first.
+        most: largest number of step sizes.
     """
 
     edit: Callable[[int], Edit | None]
@@ -29,12 +29,12 @@ class RelaxationParameter(Record):
 
 
 def notch(value: float) -> float:
-    """Step size of a number: a tenth to a hundredth of it, with one digit."""
+    """Step size for changes of a number: a power of ten, between a tenth and a hundredth of the number."""
     return float(10 ** (math.floor(math.log10(abs(value))) - 1)) if value else 0.1
 
 
 def more(spot: Spot, name: str, most: float = math.inf) -> RelaxationParameter:
-    """Increase of a number, to four times its size or up to ``most``, in its own unit.
+    """Relaxation parameter that increases a number, up to four times its size or ``most``, in its own unit.
 
     Args:
         name: name of the number, as in "the radius of `radio`".
@@ -45,13 +45,13 @@ def more(spot: Spot, name: str, most: float = math.inf) -> RelaxationParameter:
 
 
 def less(spot: Spot, name: str, least: float = 0.0) -> RelaxationParameter:
-    """Decrease of a number, down to ``least``, in its own unit."""
+    """Relaxation parameter that decreases a number, down to ``least``, in its own unit."""
     by = notch(spot.value)
     return _moved(spot, name, -by, max(0, math.floor((spot.value - least) / by + 1e-9)))
 
 
 def whole(spot: Spot, name: str, most: int, by: int = 1) -> RelaxationParameter:
-    """Increase of an integer, or decrease if ``by`` is -1, one by one and ``most`` times."""
+    """Relaxation parameter that increases an integer by up to ``most``, or decreases it if ``by`` is -1."""
     return RelaxationParameter(_put(spot, name, by), 1 / max(1.0, abs(spot.value)), 1, most)
 
 

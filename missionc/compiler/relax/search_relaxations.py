@@ -4,12 +4,12 @@
     out  Explained
 
 Changes that show the cause come first: the requirements in conflict left out, a longer horizon, and a finer roadmap if
-only roadmaps were refused. Then follows every number that these requirements use, in the order of the text. For one
-kind of change, increasing ones are tried until one is feasible, then smaller ones by bisection. Each variant is checked
-from its text on, planned and verified; a failing variant is not a relaxation.
+the mission is infeasible only on roadmaps. Then follows every number that these requirements use, in the order of the
+text. For one kind of change, increasing changes are tried until one is feasible, then smaller ones by bisection. Each
+variant is checked from its text on, planned and verified; a failing variant is not a relaxation.
 
-A search without a plan proves no conflict. The requirements that its candidate violates then take the place of those in
-conflict, and no cause is named.
+A search without a plan proves no conflict. The requirements that its candidate violates then replace the requirements
+in conflict, and no cause is named.
 
 Guards are the safety requirements. Each relaxation is checked against them: whether its motion violates a guard, or the
 separation of bodies.
@@ -50,7 +50,7 @@ from missionc.verification.verify_plan import verify
 
 @dataclass(slots=True)
 class Bracket:
-    """Known results for one parameter: the smallest sufficient change, and the largest insufficient one below it.
+    """Results so far for one parameter: the smallest sufficient change, and the largest insufficient change below it.
 
     A larger change of one kind is assumed to suffice if a smaller one does; each reported change has been tried.
     """
@@ -60,10 +60,10 @@ class Bracket:
     refused: int = 0
     tries: int = 0
     proven: bool = True
-    """True if the largest insufficient change was refused, not undecided; true for no change at all."""
+    """True if the largest insufficient change was proved infeasible instead of undecided; true for no change at all."""
 
     def next(self) -> int | None:
-        """Number of notches to try next; None if finished."""
+        """Size of the next change to try, in multiples of the parameter's step size; None if finished."""
         if self.best is not None:
             return (self.refused + self.best) // 2 if self.best - self.refused > 1 else None
         if self.refused >= self.knob.most:
@@ -79,18 +79,18 @@ class Bracket:
 
     @property
     def smallest(self) -> bool:
-        """True if the next smaller change was refused."""
+        """True if the next smaller change was proved insufficient."""
         return self.best is not None and self.best - self.refused == 1 and self.proven
 
 
 ROOM = frozenset(("separation", "obstacle"))
-"""Checks of separation and clearance."""
+"""Names of the checks of separation and clearance."""
 
 
 def gives_up_safety(mission: Mission, kernel: Kernel, trace: Trace) -> bool:
-    """Return whether a motion of the same agents violates a guard of the original mission.
+    """Return whether a trajectory of the same agents violates a guard (safety requirement) of the original mission.
 
-    In a longer motion, guards to the mission's end also last longer.
+    In a longer trajectory, guards to the mission's end also last longer.
     """
     agents, states = trace.position.shape[:2]
     if agents != len(mission.agents) or states <= mission.steps:
@@ -106,7 +106,7 @@ def gives_up_safety(mission: Mission, kernel: Kernel, trace: Trace) -> bool:
 
 
 def _to_the_end(formula: Node, last: int) -> Node:
-    """Formula with windows to the last step extended to any end."""
+    """The formula with its windows to the last step extended to the end of any trajectory."""
 
     def lasting(node: Node, below: tuple[Node, ...]) -> Node:
         same = rebuilt(node, below)
@@ -116,10 +116,10 @@ def _to_the_end(formula: Node, last: int) -> Node:
 
 
 def guards(formula: Node) -> bool:
-    """Return whether a requirement is permanent: no awaited event makes it true.
+    """Return whether a requirement is a guard: it is permanent, so that it does not wait for an event.
 
-    ``always[0, 20 s] not fire`` is permanent, and so is avoiding a place until an event; ``always eventually[0, 5 s]
-    base`` awaits events.
+    ``always[0, 20 s] not fire`` is permanent, and so is avoiding a region until an event; ``always eventually[0, 5 s]
+    base`` waits for events.
     """
     match formula:
         case All(parts):
@@ -141,29 +141,37 @@ def _waits(node: Node) -> bool:
 
 
 def _denies(node: Node) -> bool:
-    """Return whether it states that an agent is not in a region."""
+    """Return whether a formula states that an agent is not in a region."""
     return isinstance(node, Not) and isinstance(node.body, Atom) and bool(node.body.predicate.regions)
 
 
 def _together(node: Node) -> list[Node]:
-    """Formulas that must all hold for this one to hold."""
+    """Conjuncts of a formula, which must all hold for it to hold."""
     return [each for part in children(node) for each in _together(part)] if isinstance(node, All) else [node]
 
 
 FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1
-"""Shares of all the work: at most for the first try of a parameter; for a finer roadmap, the hardest; for any other
-try. Later tries get twice as much each. If no try is refused and each uses its work, all get the last share."""
+"""Limits as fractions of the total work.
+
+``FIRST`` limits the first attempt of a parameter, ``FINER`` a finer roadmap, which is the hardest, and ``SHARE`` any
+other attempt. Later attempts get twice as much each. If no attempt is proved infeasible and each uses its work, all of
+them together get ``SEARCHED``.
+"""
 
 UNITS, CHECKED, LONGEST = 0.5, 0.02, 4.0
-"""Units of ``work`` per second of the limit: work ends each try and the search, so that one seed gives the same advice
-on any machine. Then the least work of a variant, and the largest multiple of a try's share of the time."""
+"""Units of ``work`` per second of the time limit; minimum work of a variant; maximum work of one, in attempts.
+
+Work ends each attempt and the search, so that one seed gives one explanation on every machine.
+"""
 
 RELAXED_COVERS, PROOFS = 4, 0.1
-"""Maximum number of covers for smaller changes of a parameter, and the share of the time left for them."""
+"""Maximum number of covers for smaller changes of a parameter, and the fraction of the remaining time for them."""
 
 
 class Tried(Record, eq=False):
-    """Result of a variant: ``planned`` with a verified motion, ``impossible``, ``undecided``, or ``wrong``."""
+    """Result for a variant of the mission: ``planned`` with a verified trajectory, ``impossible``, ``undecided``, or
+    ``wrong``.
+    """
 
     outcome: str
     remedy: Remedy | None = None
@@ -171,7 +179,7 @@ class Tried(Record, eq=False):
 
 @dataclass(slots=True, eq=False)
 class Explaining:
-    """One explanation in progress; ``tried`` are the parameters in the order of trials."""
+    """State of one relaxation search; ``tried`` lists the parameters in the order of their attempts."""
 
     checked: Checked
     mission: Mission
@@ -184,10 +192,10 @@ class Explaining:
     begin: float = field(default_factory=time.monotonic)
     count: int = 0
     units: float = math.inf
-    """Work units of all tries, and ``spent``, the used ones."""
+    """Work limit of all attempts together, in units; ``spent`` is the work so far."""
     spent: float = 0.0
     found: dict[int, Tried] = field(default_factory=dict)
-    """Motion of each parameter's smallest sufficient change."""
+    """Result of each parameter's smallest sufficient change."""
     tried: list[Bracket] = field(default_factory=list)
 
     @property
@@ -199,7 +207,7 @@ class Explaining:
         return self.late or self.spent >= self.units
 
     def step(self, trying: Bracket, first: float) -> Trial | None:
-        """Try the parameter's next valid change; None if there is none."""
+        """Try the parameter's next valid change and return its result; None if there is no further change."""
         while (notches := trying.next()) is not None:
             edit = trying.knob.edit(notches)
             part = min(self.share, first * 2**trying.tries)
@@ -213,7 +221,12 @@ class Explaining:
         return None
 
     def solve(self, edit: Edit, part: float) -> Tried:
-        """Check the variant from its text on, plan it within a share of the time, and verify it."""
+        """Result of a variant of the mission, which is checked from its text, planned and verified.
+
+        Args:
+            edit: change of the mission.
+            part: fraction of the time for planning.
+        """
         self.count += 1
         self.budget.on_progress(api.Progress("explain", self.count, edit.says))
         variant = self.variant(edit)
@@ -225,7 +238,7 @@ class Explaining:
             return Tried("undecided")
 
     def variant(self, edit: Edit) -> Checked | None:
-        """Checked mission with an edit; None if invalid."""
+        """The checked mission after an edit; None if it is invalid."""
         source, overrides = edited(self.checked, edit)
         checked = check(
             source,
@@ -258,7 +271,10 @@ class Explaining:
         return Tried("undecided")
 
     def trial(self, knobs: Iterable[RelaxationParameter], part: float = SHARE) -> list[Trial]:
-        """First change of each parameter, within a share of the time; others follow later."""
+        """Results of the first change of each parameter, within a fraction ``part`` of the time.
+
+        ``refine`` tries others later.
+        """
         trials: list[Trial] = []
         for knob in knobs:
             trying = Bracket(knob)
@@ -268,7 +284,7 @@ class Explaining:
         return trials
 
     def refine(self, knobs: Iterable[RelaxationParameter]) -> None:
-        """One change of each parameter in turn, until all are finished or the time is over."""
+        """Try one change of each parameter in turn, until all are finished or the time is over."""
         self.tried += map(Bracket, knobs)
         going = True
         while going:
@@ -279,7 +295,7 @@ class Explaining:
                 going = self.step(trying, self.first) is not None or going
 
     def proven_not(self, trying: Bracket) -> str:
-        """Largest change of a parameter that a cover refuses, below a sufficient one; empty if none.
+        """Largest change of a parameter that a cover proves insufficient, as text; empty if there is none.
 
         Bisection uses a few covers.
         """
@@ -296,7 +312,7 @@ class Explaining:
         return proven
 
     def refused_by_cover(self, edit: Edit) -> bool:
-        """Return whether no motion satisfies the variant, by covers with little work."""
+        """Return whether covers with little work prove that no motion satisfies the variant."""
         variant = self.variant(edit)
         if variant is None:
             return False
@@ -311,7 +327,7 @@ class Explaining:
             return False
 
     def relaxations(self, *, proofs: bool) -> list[tuple[Relaxation, Remedy]]:
-        """Sufficient changes, the smallest first; equal ones in the order of trials.
+        """Sufficient changes, the smallest first, and equal ones in the order of attempts.
 
         Changes that loosen a safety requirement come last.
 
@@ -340,7 +356,7 @@ def explain(
     budget: api.Budget,
     limit: Seconds,
 ) -> Explained:
-    """Cause and sufficient changes, within ``limit`` seconds and the budget's deadline."""
+    """Cause of infeasibility and sufficient changes, found within ``limit`` seconds and the budget's deadline."""
     mission, kernel = checked.valid_mission, checked.valid_kernel
     now = time.monotonic()
     drawn = to_draw(limit) if isinstance(refusal, api.NotFound) else 0.0
@@ -377,7 +393,7 @@ def _violated(best: api.Attempt | None) -> tuple[str, ...]:
 
 
 def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[str, ...]) -> list[RelaxationParameter]:
-    """Every number in the conflicting requirements and in the general conditions of plans."""
+    """Relaxation parameters for every number in the conflicting requirements and in the conditions of all plans."""
     asks = conflict_targets(goal.formula for goal in kernel.requirements if goal.name in conflict)
     return [
         *relax_world.windows(checked, mission, asks),
@@ -394,7 +410,9 @@ def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[s
 
 
 def _blame(without: list[Trial], longer: list[Trial], finer: list[Trial]) -> Blame:
-    """Smallest sufficient cause: a finer roadmap, more time, fewer requirements."""
+    """Cause of infeasibility, the smallest sufficient change first: a finer roadmap, more time, or fewer
+    requirements.
+    """
     for blame, trials in ((Blame.ROADMAP, finer), (Blame.HORIZON, longer), (Blame.REQUIREMENTS, without)):
         if any(trial.outcome == "planned" for trial in trials):
             return blame

@@ -1,1 +1,1 @@
-"""Replanning: the rest of a mission is replanned during its flight."""
+"""Replanning: a new plan for the remaining part of a mission during its flight."""

@@ -1,4 +1,4 @@
-"""Diagnostics for a flight that cannot satisfy the mission: the requirement, the time, and alternatives.
+"""Diagnostics of a flight that cannot satisfy its mission: the requirement, the time, and alternatives.
 
 says MC720 MC722 MC724
 """
@@ -19,7 +19,7 @@ HOVER = "all agents can stop before then (proved; `--format json` lists the poly
 
 
 def no_longer_kept(before: Checked, rest: Checked, request: Request) -> list[Diagnostic]:
-    """Requirements that no continuation satisfies, each with the time of its violation."""
+    """Diagnostics of the requirements that no continuation satisfies, each with the time of its violation."""
     assert rest.rest is not None
     spans = {each.name: each.span for each in before.valid_mission.requirements}
     since = _since(before, request)
@@ -41,18 +41,18 @@ def no_longer_kept(before: Checked, rest: Checked, request: Request) -> list[Dia
 
 
 def _word(name: str) -> str:
-    """A name in command-line syntax."""
+    """The name of a requirement as a command-line argument, quoted if it contains a space."""
     return f"'{name}'" if " " in name else name
 
 
 def _since(before: Checked, request: Request) -> dict[str, float]:
-    """Time at which each requirement was first certainly violated by the flight: seconds."""
+    """Time in seconds at which each violated requirement was first certainly violated by the flight, by name."""
     mission, kernel, trace = before.valid_mission, before.valid_kernel, request.so_far.trace
     return {name: float(step * mission.step) for name, step in first_violations(mission, kernel, trace).items()}
 
 
 def no_safe_stop(mission: Mission, failed: tuple[Check, ...]) -> Diagnostic:
-    """Diagnostic if no stop of the whole team without contact and within the vehicles' limits was found."""
+    """Diagnostic of a team for which no stop without contact and within the vehicles' limits was found."""
     worst = min(failed, key=lambda check: check.margin, default=None)
     if worst is None:
         message = "too little time to stop before the plan ends"
@@ -75,7 +75,7 @@ def nobody_left(mission: Mission) -> Diagnostic:
 
 
 def no_plan_in_time(rest: Checked, compiled: Compiled) -> tuple[Diagnostic, ...]:
-    """Diagnostics of the replanning result without a plan."""
+    """Diagnostics of a replanning attempt that found no plan."""
     if isinstance(compiled.outcome, Impossible):
         names = compiled.outcome.conflict
         way = f"drop this requirement with `--give-up {_word(names[0])}`" if names else "land"

@@ -1,4 +1,4 @@
-"""Flights with stops of some agents: their polynomials and states end in a hover.
+"""Flights in which some agents stop: their polynomials and states end in a hover.
 
 in   Flying, the stops, their time
 out  Flying
@@ -19,10 +19,11 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces, curves_of, po
 
 
 def diverted(flying: Flying, stops: Mapping[str, str], moment: float) -> Flying:
-    """Flight with these stops of some agents from a time on, seconds, and a hover after it.
+    """The flight in which some agents follow a stop from a time on, and hover afterwards.
 
     Args:
         stops: text of polynomials, by agent name.
+        moment: time of the stops, seconds.
     """
     mission = flying.checked.valid_mission
     position, velocity, heading = (each.copy() for each in arrays(flying.trace))
@@ -44,7 +45,7 @@ def diverted(flying: Flying, stops: Mapping[str, str], moment: float) -> Flying:
 
 
 def _lasting(flight: Pieces, seconds: float) -> Pieces:
-    """Flight extended by a hover to ``seconds``."""
+    """The trajectory extended by a hover, so that it lasts ``seconds``."""
     hover = seconds - float(flight.duration.sum())
     if hover <= 1e-6:
         return flight

@@ -4,8 +4,8 @@ in   Checked, the text of the patch
 out  the mission's files with the changes
 says MC721
 
-A declaration with an existing name replaces the old one; a team is replaced line by line. A place with a new name is
-added. Requirements, their agents, and the time stay the same.
+A declaration with an existing name replaces the old one; a team is replaced line by line. A region, obstacle or beacon
+with a new name is added. Requirements, their agents, and the time stay the same.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.parse import parse
 
 PLACES = (ast.Region, ast.Obstacle, ast.Beacon)
-"""Declarations that a patch may add or replace."""
+"""Kinds of declarations that a patch may add or replace."""
 ALONE = (ast.Separation, ast.Clearance)
-"""Declarations that occur only once."""
+"""Kinds of declarations that occur at most once in a mission."""
 OTHERS = (ast.Param, ast.Graph)
-"""Declarations that may be replaced, but not added."""
+"""Kinds of declarations that a patch may replace, but not add."""
 CHANGEABLE = "regions, obstacles, beacons, parameters, graphs, the `separation`, the `clearance`, and lines of a team"
 
 Change: TypeAlias = tuple[Span, str]
 
 
 def patched(checked: Checked, patch: Source, limits: Limits) -> Mapping[str, str] | list[Diagnostic]:
-    """Texts of the mission's files after the patch, by name; or all errors in it."""
+    """Texts of the mission's files after a patch, by name, or the errors in the patch."""
     program, findings = parse(patch, limits, _no_file)
     if program is None:
         return findings
@@ -62,12 +62,12 @@ def patched(checked: Checked, patch: Source, limits: Limits) -> Mapping[str, str
 
 
 def _no_file(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
-    """Diagnostic if a patch refers to a file; it must be one text."""
+    """Diagnostic of a patch that refers to a file, since it must consist of one text."""
     return _said(span, f"a patch cannot read the file `{written}`", "copy its declarations into the patch")
 
 
 def _before(program: ast.Program, item: ast.Declaration) -> ast.Declaration | None:
-    """Declaration that this one replaces."""
+    """Declaration of the mission that an item of the patch replaces; None if it is new."""
     for each in program.declarations:
         if type(each) is type(item) and (isinstance(item, ALONE) or _name(each) == _name(item) != ""):
             return each
@@ -80,7 +80,7 @@ def _name(item: ast.Declaration) -> str:
 
 
 def _team(before: ast.Team, now: ast.Team) -> list[Change] | Diagnostic:
-    """Changed lines of a team, and new ones."""
+    """Changed and new lines of a team, or a diagnostic if the patch changes its size."""
     if (before.size is None) != (now.size is None) or (
         now.size is not None and before.size is not None and now.size.span.text != before.size.span.text
     ):
@@ -101,7 +101,7 @@ def _team(before: ast.Team, now: ast.Team) -> list[Change] | Diagnostic:
 
 
 def _same(one: object, other: object) -> bool:
-    """Return whether both set the same value, for kinds of lines that set several."""
+    """Return whether two lines of a team set the same value, for kinds of lines that set several."""
     names = [getattr(each, "name", None) for each in (one, other)]
     if isinstance(one, ast.Setting):
         return all(isinstance(each, ast.Name) for each in names) and names[0].text == names[1].text  # type: ignore[union-attr]

@@ -1,6 +1,6 @@
-"""Planning of a mission's rest: with few changed agents near the flown plan, else all from rest.
+"""Planning of a remaining mission: with few changed agents near the flown plan, else with all agents from rest.
 
-    in   the rest of a mission, the motion until it begins, the flown plan
+    in   the remaining mission, the motion until it begins, the flown plan
     out  Replanned
 
 Few agents change in motion while all others follow their plan. Candidates near the flown plan bring all remaining
@@ -45,18 +45,18 @@ from missionc.planning.progression.rest_of_mission import slowed
 from missionc.verification.monitoring.monitor import monitor
 
 MOST = 60
-"""Maximum number of compared motions."""
+"""Maximum number of candidate trajectories near the plan that are compared."""
 
 
 def near_motions(
     mission: Mission, kernel: Kernel, plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array
 ) -> list[Trace]:
-    """Motions sorted by the number of failing requirements, then by the worst violation.
+    """Candidate trajectories near the plan, sorted by the number of violated requirements, then by the worst violation.
 
     Args:
         plan: flown plan of all agents, including lost ones, over the remaining steps.
-        left, lost: indices of the agents.
-        starts: (agents, dim), metres, of the remaining agents.
+        left, lost: indices of the remaining and of the lost agents.
+        starts: positions of the remaining agents, (agents, dim), metres.
     """
     own = [_way(mission, index, plan.position[row], starts) for index, row in enumerate(left)]
     found = [_motion(plan, left, own)]
@@ -68,9 +68,10 @@ def near_motions(
 
 
 def _substitutes(plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array) -> list[tuple[int, int]]:
-    """Pairs of remaining and lost agents for substitution, nearest first.
+    """Pairs of a remaining agent and a lost agent that it may replace, nearest first.
 
-    Starts are (agents, dim), metres.
+    Args:
+        starts: positions of the remaining agents, (agents, dim), metres.
     """
     pairs = [(index, gone) for gone in lost for index in range(len(left))]
     pairs.sort(key=lambda pair: float(np.linalg.norm(starts[pair[0]] - plan.position[pair[1], 0])))
@@ -78,9 +79,11 @@ def _substitutes(plan: Trace, left: Sequence[int], lost: Sequence[int], starts: 
 
 
 def _way(mission: Mission, index: int, wanted: Array, starts: Array) -> Array:
-    """Path from an agent's start onto a wanted path, (steps, dim), metres, at top speed, and along it.
+    """Path from an agent's start at top speed straight onto a wanted path, and then along it: (steps, dim), metres.
 
-    Shape: (steps, dim).
+    Args:
+        wanted: (steps, dim), metres.
+        starts: positions of all agents, (agents, dim), metres.
     """
     reach = mission.agents[index].dynamics.top_speed * float(mission.step)
     position = wanted.copy()
@@ -93,7 +96,12 @@ def _way(mission: Mission, index: int, wanted: Array, starts: Array) -> Array:
 
 
 def _motion(plan: Trace, rows: Sequence[int], ways: Sequence[Array]) -> Trace:
-    """Trace of all agents on these paths, (steps, dim), metres, with the headings of the plan's agents."""
+    """Trace of agents on the given paths, with the headings of the plan's agents.
+
+    Args:
+        rows: index in the plan for each path.
+        ways: paths, (steps, dim) each, metres.
+    """
     position = np.stack(ways)
     velocity = np.zeros_like(position)
     velocity[:, :-1] = np.diff(position, axis=1) / plan.step
@@ -106,7 +114,7 @@ def _failing(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[int, float
 
 
 def get_ready(flying: Flying) -> None:
-    """Load the needed engines, the polish of their plans, and the fitting and writing of flights."""
+    """Load the modules for replanning a flight: engines, post-optimisation, and fitting and writing of trajectories."""
     choice, _ = choose_backend(flying.checked.valid_mission, None)
     for engine in choice.engines if choice else ():
         load_engines((engine,))
@@ -119,17 +127,17 @@ def get_ready(flying: Flying) -> None:
 
 
 QUICK, QUICKLY = 0.1, 0.3
-"""Work units in which covers may prove infeasibility before a search; and a share of the time."""
+"""Work units and fraction of the time in which covers may prove infeasibility before a search."""
 SAME = 1e-6
-"""Metres within which an agent follows its plan."""
+"""Deviation in metres up to which an agent counts as following its plan."""
 REPAIRED = 2
-"""Maximum number of motions near the plan that are repaired."""
+"""Maximum number of candidate trajectories near the plan that are repaired."""
 ROADMAPS, REPAIR = 0.6, 0.4
-"""Share of the time for roadmaps; and of the remaining time for repair, before all engines are used."""
+"""Fraction of the time for roadmaps, and fraction of the remaining time for repair, before all engines are used."""
 
 
 class RestPlanner(Record, eq=False):
-    """Planner of the rest.
+    """Planner for the rest of a mission in flight.
 
     Args:
         plan: flown plan from its beginning: (agents, steps + 1).
@@ -150,9 +158,9 @@ class RestPlanner(Record, eq=False):
         return Budget(self.deadline, seed=self.request.seed, limits=self.limits, urgent=True)
 
     def by_few(self, rest: Checked, stopped: Stopped, share: float) -> Replanned | None:
-        """Plan with few changed agents that are in motion as it begins; or a proof of infeasibility.
+        """Plan in which few agents change while in motion, or a proof of infeasibility.
 
-        None if neither is found within a share of the time.
+        None if neither is found within a fraction ``share`` of the time.
         """
         rest = _told(rest, self.stops(stopped))
         refused = self._refuted(rest)
@@ -177,7 +185,7 @@ class RestPlanner(Record, eq=False):
         return None
 
     def _changing(self, rest: Checked, motion: Trace, before: Trace) -> frozenset[int]:
-        """Indices of remaining agents that change or violate something in a motion."""
+        """Indices of the remaining agents that leave the plan, or violate something, in a candidate trajectory."""
         come_to = attempt(rest.valid_mission, rest.valid_kernel, motion)
         named = {name for fault in come_to.faults for name in fault.agents}
         named |= {name for judged in come_to.violated for name in judged.agents}
@@ -187,7 +195,11 @@ class RestPlanner(Record, eq=False):
         )
 
     def by_all(self, rest: Checked, stopped: Stopped, *, refute: bool) -> Replanned:
-        """Plan for all agents from rest: near the old one, or new."""
+        """Plan in which all agents start from rest: near the old plan, or new.
+
+        Args:
+            refute: True to try covers for a proof of infeasibility first.
+        """
         rest = _told(rest, self.stops(stopped))
         refused = self._refuted(rest) if refute else None
         if refused is not None:
@@ -205,7 +217,7 @@ class RestPlanner(Record, eq=False):
         return PlanRequest(budget, self.request.options, exports=self.request.exports, backend=backend)
 
     def stops(self, stopped: Stopped) -> dict[str, str]:
-        """Text of each agent's polynomials until the rest begins."""
+        """Text of each agent's polynomials until the rest begins, by agent name."""
         return {self.names[agent]: written(own) for agent, own in zip(self.left, stopped.pieces, strict=True)}
 
     def _ended(
@@ -222,7 +234,7 @@ class RestPlanner(Record, eq=False):
         return replace(ended, stops=stops, cannot=cannot)
 
     def _refuted(self, rest: Checked) -> Compiled | None:
-        """Proof of infeasibility with little work, which saves the search."""
+        """Compilation with a proof of infeasibility, which saves the search; None if little work finds no proof."""
         ahead = looking_ahead(rest.valid_mission, rest.valid_kernel, self.limits.formula_nodes)
         if isinstance(ahead, TooLarge):
             return None
@@ -234,7 +246,7 @@ class RestPlanner(Record, eq=False):
         return Compiled(rest, refused, (*rest.findings, impossible(rest.valid_mission, refused, None)), ())
 
     def _on_roadmaps(self, rest: Checked) -> Compiled | None:
-        """Plan on roadmaps, or their refusal, within a share of the time; else None."""
+        """Compilation with a plan on roadmaps, or infeasible on them, within a fraction of the time; else None."""
         if rest.choice is None or SMT.name not in rest.choice.engines:
             return None
         now = time.monotonic()
@@ -243,7 +255,7 @@ class RestPlanner(Record, eq=False):
         return compiled if isinstance(compiled.outcome, Verified | Impossible) else None
 
     def _repaired(self, rest: Checked, stopped: Stopped) -> Compiled | None:
-        """Motion near the old plan from the stops, polished to satisfy the rest."""
+        """Compilation with a trajectory near the old plan, optimised to satisfy the rest; None if there is none."""
         now = time.monotonic()
         until = now + REPAIR * (self.deadline - now)
         for motion in self._near(rest, stopped)[:REPAIRED]:
@@ -259,17 +271,17 @@ class RestPlanner(Record, eq=False):
         return [agent for agent in range(len(self.names)) if agent not in self.left]
 
     def _ahead(self, stopped: Stopped) -> Trace:
-        """Flown plan from the rest's beginning on."""
+        """Part of the flown plan from the beginning of the rest."""
         return self.plan.part(range(len(self.names)), stopped.step, self.plan.position.shape[1] - 1)
 
     def _near(self, rest: Checked, stopped: Stopped) -> list[Trace]:
-        """Motions near the old plan from the positions at the rest's beginning."""
+        """Candidate trajectories near the old plan, from the positions at the beginning of the rest."""
         starts = np.array([agent.start.point for agent in rest.valid_mission.agents if agent.start.point is not None])
         return near_motions(rest.valid_mission, rest.valid_kernel, self._ahead(stopped), self.left, self._lost, starts)
 
 
 def _with_courses(rest: Checked, motion: Trace, free: Collection[int]) -> Checked:
-    """The rest, with given courses for all other agents."""
+    """Remaining mission with fixed trajectories for all agents that are not ``free``."""
     agents = tuple(
         agent
         if agent.index in free
@@ -280,9 +292,6 @@ def _with_courses(rest: Checked, motion: Trace, free: Collection[int]) -> Checke
 
 
 def _told(rest: Checked, stops: Mapping[str, str]) -> Checked:
-    """The rest with the flight until it begins; agents are no faster than their vehicles.
-
-    There is no time for time scaling.
-    """
+    """Remaining mission with the stops before it, and with agents no faster than the polynomials allow."""
     speeds = {agent.name: agent.vehicle.speed for agent in rest.valid_mission.agents}
     return replace(rest, mission=slowed(rest.valid_mission, speeds), stops=tuple(stops.items()))

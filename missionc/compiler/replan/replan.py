@@ -5,10 +5,10 @@
          longer be satisfied
     says MC719 to MC724
 
-The past and the new plan together satisfy the mission. The plan is made and verified for the rest of each requirement
+The past and the new plan together satisfy the mission. The plan is found and verified for the rest of each requirement
 after the past (``progression``).
 
-Continuing means the old plan: the remaining agents continue their polynomials, and slow ones fall behind.
+To continue means to follow the old plan: the remaining agents continue their polynomials, and slow agents fall behind.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ from missionc.verification.verify_plan import verify, verify_polynomials
 
 
 class FlyOn(Record, eq=False):
-    """All agents continue.
+    """Motion of the remaining agents if all of them continue the old plan.
 
     Args:
         pieces: polynomials of the remaining agents, from their last sample to the plan's end.
         late: indices among them of delayed agents.
-        told: (agents, completed steps): the past's states of all agents.
-        ahead: (remaining agents, remaining steps): the states from the last of those on.
+        told: (agents, completed steps): states of all agents in the past.
+        ahead: (remaining agents, remaining steps): states from the last of the completed steps on.
     """
 
     pieces: list[Pieces]
@@ -70,7 +70,7 @@ def fly_on(
     left: Sequence[int],
     late: Mapping[int, float],
 ) -> FlyOn:
-    """Motion of the remaining agents if all continue.
+    """Motion of the remaining agents if all of them continue the old plan.
 
     Args:
         mission: mission of the plan.
@@ -119,15 +119,15 @@ def arrays(trace: Trace) -> tuple[Array, Array, Array]:
 
 
 OFF = 0.25
-"""Metres of deviation above which an agent is told to stay at its place."""
+"""Deviation from the plan in metres above which an agent is commanded to stay at its position."""
 BEHIND = 0.1
-"""Likewise for a known slow agent, which counts as on its path."""
+"""Deviation from the plan in metres above which an agent that is known to be slow counts as delayed on its path."""
 BY_FEW = 0.4
-"""Share of the time for a plan with few changes, before all agents stop."""
+"""Fraction of the time for a plan with few changed agents, before all agents stop."""
 
 
 def replan(flying: Flying, request: Request, limits: Limits) -> Replanned:
-    """Replan the rest of a mission in flight."""
+    """Compute a new plan for the remaining part of a mission in flight."""
     began = time.monotonic()
     found = _Replanning(flying, request, limits, began).run()
     return replace(found, seconds=time.monotonic() - began)
@@ -184,9 +184,9 @@ class _Replanning:
         return self.planner.by_all(rest, stopped, refute=not self.asked_few)
 
     def _by_few(self) -> Replanned | None:
-        """Plan with few changes; agents that need not stop stay in motion until it begins, and then.
+        """Plan with few changed agents; agents that need not stop stay in motion while it is found and as it begins.
 
-        First-order agents have no state of motion; agents with momentum stop.
+        Agents with momentum have to stop, so there is no such plan for them (None).
         """
         if any(agent.dynamics.has_momentum for agent in self.mission.agents):
             return None
@@ -211,7 +211,7 @@ class _Replanning:
     # ------------------------------------------------------------------ the mission
 
     def _now(self) -> Checked | Replanned:
-        """Whole mission of the present text, with engines that can plan it."""
+        """The complete mission of the present text, with engines that can plan it, or a result without a plan."""
         whole = self.flying.checked
         if self.request.texts or whole.past is not None:
             checked = earlier(whole, self.request.texts, self.limits)
@@ -222,7 +222,7 @@ class _Replanning:
         return Replanned(Way.NONE, tuple(findings)) if choice is None else replace(whole, choice=choice)
 
     def _rest(self, told: Trace, steps: int, stopped: Stopped | None = None) -> Checked | Diagnostic:
-        """Mission after those steps of the flown plan, and the following stops."""
+        """Checked mission after the given steps of the flown plan and the stops that follow them, or a diagnostic."""
         states = told.part(range(len(self.names)), 0, steps)
         before = self._texts_before()
         earlier_ones = self.flying.checked.past.flown if self.flying.checked.past else ()
@@ -232,7 +232,10 @@ class _Replanning:
         return rest if isinstance(rest, Diagnostic) else replace(rest, choice=self.now.choice)
 
     def _flown(self, states: Trace, before: Mapping[str, str], stopped: Stopped | None) -> Iterator[Flown]:
-        """Stretches of flight; at a loss of agents, up to the step after their last sample."""
+        """Yield the parts of the flight with the same agents.
+
+        A part with lost agents ends at the step after their last sample.
+        """
         request, step, steps = self.request, self.mission.step, states.position.shape[1] - 1
         begin, until, rows = 0, min(request.so_far.until, steps * step), list(range(len(self.names)))
         lost = [agent for agent in rows if agent not in self.left]
@@ -249,20 +252,23 @@ class _Replanning:
         yield Flown(stretch, names, max(until - begin * step, 0.0), before, begins)
 
     def _texts_before(self) -> dict[str, str]:
-        """Former texts of changed files."""
+        """Former texts of the files that have changed, by name."""
         return {name: text for name, text in texts(self.flying.checked) if dict(texts(self.now)).get(name) != text}
 
     # ------------------------------------------------------------------ the plan as it is
 
     def _off(self) -> dict[int, Array]:
-        """Remaining agents with more than the usual deviation, and their positions, (dim,), metres."""
+        """Remaining agents that deviate too far from the plan, with their positions, (dim,), metres."""
         planned = _at(self.flights, self.request.so_far.until, self.mission.dimension)
         off = np.linalg.norm(self.request.so_far.last - planned, axis=-1)
         usual = [BEHIND if name in self.request.slow else OFF for name in self.names]
         return {agent: self.request.so_far.last[agent] for agent in self.left if off[agent] > usual[agent]}
 
     def _kept(self) -> Replanned | None:
-        """The plan, if it still holds in the present world without the lost agents."""
+        """The result that keeps the old plan, if it is still valid in the present world without the lost agents.
+
+        None otherwise.
+        """
         late = {
             agent: self.request.slow[self.names[agent]] for agent in self.off if self.names[agent] in self.request.slow
         }
@@ -297,15 +303,19 @@ class _Replanning:
         return Replanned(Way.KEPT, (), rest, certificate, begins=steps * self.mission.step)
 
     def _ahead(self) -> float:
-        """Seconds after the last samples without any contact."""
+        """Seconds after the last samples in which a continuing flight must be without contact."""
         return self.request.moment - self.request.so_far.until + self.request.ahead
 
     def _bodies_on(self, pieces: list[Pieces]) -> list[Check]:
-        """Body checks if all agents continue."""
+        """Checks that bodies do not touch if all agents continue."""
         return bodies(self._team(self.request.so_far.until), pieces)
 
     def _team(self, moment: float) -> Mission:
-        """Remaining agents, and the world from a time of the plan on."""
+        """The mission for the remaining agents, with its world from a time of the plan on.
+
+        Args:
+            moment: seconds of the plan.
+        """
         elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
         left = tuple(self.names[each] for each in self.left)
         seconds, slow = elapsed * self.mission.step + moment, self.flying.checked.rest
@@ -313,7 +323,7 @@ class _Replanning:
         return slowed(team, slow.slow if slow else {})
 
     def _polynomials_on(self, rest: Checked, on: FlyOn, steps: int) -> Certificate:
-        """Polynomial checks of punctual agents from a step on; they are not at rest at the cut.
+        """Checks of the polynomials of continuing agents from a step on, where they are in motion.
 
         The motion of a delayed agent is not a commanded polynomial; with delayed agents, only bodies and requirements
         are checked.
@@ -336,14 +346,16 @@ class _Replanning:
         return [self.flights[agent] for agent in self.left]
 
     def _off_states(self) -> dict[int, Array]:
-        """States of deviating agents at the time, (5, 4), metres, rad and seconds, by index among the remaining."""
+        """States of the deviating agents at the stop time, (5, 4), metres, rad and seconds, by index among the
+        remaining agents.
+        """
         moment = self.request.moment
         return {place: self._state(agent, moment) for place, agent in enumerate(self.left) if agent in self.off}
 
     def _state(self, agent: int, moment: float) -> Array:
-        """State of an agent, (5, 4), metres, rad and seconds.
+        """State of an agent at a time, from position to snap: (5, 4), metres, rad and seconds.
 
-        A deviating one is behind on its path, or at rest.
+        An agent that deviates from the plan is delayed on its path, or at rest.
         """
         if agent not in self.off:
             return state_at(self.flights[agent], moment)
@@ -354,14 +366,17 @@ class _Replanning:
         return resting_state(self.off[agent], yaw, altitude)
 
     def _stops_of_some(self) -> dict[str, str]:
-        """Text of the fewest stops if there is no other plan and some contact would occur."""
+        """Polynomials of the fewest stops that avoid contact while other agents continue, as text by agent name."""
         moment = self.request.moment
         late = {place: between(on, moment - self.request.so_far.until) for place, on in self.late.items()}
         stops = stop_some(self._team(moment), self._own(), moment, self._off_states(), late, self.request.ahead)
         return {self.names[self.left[place]]: written(stop) for place, stop in stops.items()}
 
     def _told(self, stopped: Stopped) -> Trace:
-        """Flight so far, and the commands until the new plan begins; lost agents stay at their last places."""
+        """Trace of the flight so far and of the commanded motion until the new plan begins.
+
+        Lost agents stay at their last positions.
+        """
         seen, dimension = self.request.so_far.trace, self.mission.dimension
         flown = seen.position.shape[1]
         steps: Array = np.arange(flown, stopped.step + 1, dtype=np.float64) * self.mission.step
@@ -391,7 +406,7 @@ class _Replanning:
 
 
 def _at(flights: list[Pieces], moment: float, dimension: int) -> Array:
-    """Positions of flights at a time in seconds: (agents, dim), metres."""
+    """Positions of trajectories at a time in seconds: (agents, dim), metres."""
     return np.stack([state_at(own, moment)[0, :dimension] for own in flights])
 
 
@@ -400,7 +415,7 @@ def _yaw(flight: Pieces, moment: float) -> float:
 
 
 def way_home(mission: Mission, flown: Mapping[str, str], ways: Ways | None) -> Certificate:
-    """Checks of the return transfer and the landing; empty without pads.
+    """Certificate of the return transfer and the landing; empty without pads.
 
     Args:
         flown: text of each agent's polynomials to the end of its mission, by agent name.

@@ -1,4 +1,4 @@
-"""Requests for a plan of a mission's rest, and their results, as values."""
+"""Requests to replan the remaining part of a mission, and their results, as values."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from missionc.verification.flight.way_missions import Ways
 from missionc.verification.monitoring.read_trace import FlownSoFar
 
 IN_TIME = Seconds(3.0)
-"""Default seconds until another plan has to be ready."""
+"""Default time in seconds until the next plan has to be ready."""
 
 
 class Flying(Record, eq=False):
-    """A plan in flight.
+    """Plan in flight, with its mission and trajectories.
 
     Args:
-        checked: its mission, with a choice of engines; the rest, if it was itself planned in flight.
+        checked: its mission, with a choice of engines; the remaining one, if it was itself planned in flight.
         trace: trace of the plan.
         flights: text of each agent's polynomials, by agent name.
-        ways: transfers before and after the mission, likewise; None if unknown.
+        ways: texts of the transfers before and after the mission, by stage; None if unknown.
     """
 
     checked: Checked
@@ -40,7 +40,7 @@ class Flying(Record, eq=False):
 
 
 class Request(Record, eq=False):
-    """Event and request for replanning.
+    """Request to replan after an event in flight, such as a lost or slow agent.
 
     Args:
         so_far: completed flight of the plan.
@@ -52,7 +52,7 @@ class Request(Record, eq=False):
         in_time: seconds after that until another plan has to be ready.
         clock: time limit of planning, seconds; default ``in_time``.
         ahead: seconds without contact if all agents continue, so that a later request has time for a stop.
-        hurried: True if a refusal by roadmaps counts as infeasible, to save time.
+        hurried: True if infeasibility on roadmaps counts as infeasibility, to save time.
         exports: names of additional formats of the new flight.
     """
 
@@ -72,7 +72,7 @@ class Request(Record, eq=False):
 
     @property
     def moment(self) -> float:
-        """Time of the stop command."""
+        """Time of the stop command, seconds of the plan."""
         return self.so_far.until if self.at is None else self.at
 
 
@@ -86,12 +86,12 @@ class Way(Enum):
 
 
 class Replanned(Record, eq=False):
-    """Result of replanning.
+    """Result of replanning: the kind of result, findings, and the new plan if there is one.
 
     Args:
         rest: remaining mission.
-        certificate: certificate of the rest of the plan, if it is kept.
-        compiled: plan of the rest; None if the old one is kept, or nothing was planned.
+        certificate: certificate of the rest of the old plan, if that plan remains valid.
+        compiled: plan of the rest; None if the old plan remains valid, or nothing was planned.
         begins: beginning of the rest, seconds of the flown plan.
         changed: agents with a changed path.
         stops: text of each agent's polynomials until the rest begins, by agent name.
@@ -128,5 +128,5 @@ class Replanned(Record, eq=False):
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """Folder of the new plan, without failed exports; empty without a plan."""
+        """Files of the new plan's folder, without failed exports; empty without a plan."""
         return self.compiled.files if self.compiled is not None and self.way is not Way.NONE else {}

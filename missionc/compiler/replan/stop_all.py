@@ -4,8 +4,8 @@
     out  Stopped: polynomials of all agents up to the step at which the next plan may begin; or the stops of some
          of them
 
-Polynomials are cut at common times, and joined: the continued part, then a stop instead of the rest. Sent polynomials
-have float32 numbers.
+Polynomials are cut at common times, and concatenated: the continued part, then a stop instead of the rest. Sent
+polynomials have float32 numbers.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from missionc.verification.certificate import Check
 from missionc.verification.flight.verify_stops import body_checks, vehicle_checks
 
 SLIVER = 1e-4
-"""Seconds within which joints are merged."""
+"""Time difference in seconds up to which two joints are merged."""
 
 
 def between(flight: Pieces, first: float, last: float = math.inf) -> Pieces:
-    """Part of the flight between two times, seconds, or to its end."""
+    """Part of a trajectory from one time to another, seconds, or to its end."""
     whole = refined(curves_of([flight], slice(None)), np.array([first, last]))
     middle = (whole.times[:-1] + whole.times[1:]) / 2
     chosen = (middle > first) & (middle < last)
@@ -37,7 +37,7 @@ def between(flight: Pieces, first: float, last: float = math.inf) -> Pieces:
 
 
 def in_two(flight: Pieces) -> Pieces:
-    """Flight in at least two pieces, as in files."""
+    """The trajectory with at least two pieces, as trajectory files require."""
     if flight.duration.size > 1:
         return flight
     half = float(flight.duration[0]) / 2
@@ -45,14 +45,16 @@ def in_two(flight: Pieces) -> Pieces:
 
 
 def joined(flights: Sequence[Pieces]) -> Pieces:
-    """Concatenate flights."""
+    """Concatenation of trajectories."""
     return Pieces(
         np.concatenate([own.duration for own in flights]), np.concatenate([own.coefficients for own in flights])
     )
 
 
 def with_stop(own: Pieces, stop: Pieces, moment: float, wait: float, lasting: float) -> Pieces:
-    """Flight until the stop begins, the stop, and the hover, with a total of ``lasting`` seconds."""
+    """Trajectory that follows ``own`` for ``wait`` seconds after ``moment``, then stops and hovers, for ``lasting``
+    seconds.
+    """
     hover = lasting - wait - float(stop.duration[0])
     parts = [between(own, moment, moment + wait), Pieces(stop.duration[:1], stop.coefficients[:1])]
     if hover > 1e-6:
@@ -62,7 +64,7 @@ def with_stop(own: Pieces, stop: Pieces, moment: float, wait: float, lasting: fl
 
 
 def aligned(flights: list[Pieces]) -> list[Pieces]:
-    """The same motions with common joints, so that their pieces have equal durations."""
+    """The same trajectories split at common joints, so that their pieces have equal durations."""
     if len({own.duration.tobytes() for own in flights}) == 1:
         return [Pieces(_float32(own.duration), _float32(own.coefficients)) for own in flights]
     joints = np.unique(np.concatenate([own.times for own in flights]))
@@ -73,7 +75,7 @@ def aligned(flights: list[Pieces]) -> list[Pieces]:
 
 
 def _with_joints(own: Pieces, joints: Array) -> Array:
-    """Coefficients of a flight between joints, seconds, that include its own: (pieces, 4, 8)."""
+    """Coefficients of a trajectory split at the given times, seconds, which include its own joints: (pieces, 4, 8)."""
     piece = (joints[:-1, None] > own.times[1:-1] - SLIVER).sum(axis=1)
     return np.asarray(shifted(own.coefficients[None, piece], joints[:-1] - own.times[piece])[0])
 
@@ -83,17 +85,17 @@ def _float32(numbers: Array) -> Array:
 
 
 SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""Shares of the time that agents may continue before a stop, in order of preference."""
+"""Fractions of the available time that agents may continue before a stop, in order of preference."""
 SPARE = 1.25
-"""Factor of a stop's present duration for its later duration."""
+"""Allowance for a later, longer stop, as a factor of the duration of a stop now."""
 
 
 class Stopped(Record, eq=False):
-    """Stops of a team.
+    """Stops of all remaining agents, up to the step at which the next plan begins.
 
     Args:
         pieces: polynomials of each remaining agent, from the stop time to ``until``; equal durations.
-        until: end, seconds of the flown plan: a whole number of steps.
+        until: end, seconds of the flown plan: a multiple of the time step.
         step: number of these steps.
         moving: indices among them of agents that continue in motion.
     """
@@ -108,7 +110,8 @@ class Stopped(Record, eq=False):
         return state_at(self.pieces[row], time)
 
     def states(self, moment: float, steps: Array, dimension: int) -> tuple[Array, Array, Array]:
-        """Positions and velocities, (agents, steps, dim), metres, m/s, and headings, (agents, steps), at later steps.
+        """Positions and velocities, (agents, steps, dim), metres, m/s, and headings, (agents, steps), rad, at later
+        times.
 
         Args:
             moment: beginning of the stops, seconds.
@@ -128,7 +131,7 @@ def stop_all(
     steps: int,
     stopping: Collection[int] | None = None,
 ) -> Stopped | tuple[Check, ...]:
-    """First stop of all agents without contact; else the failed checks of the last attempt.
+    """First stop of the agents without contact, or the failed checks of the last attempt.
 
     Args:
         mission_at: remaining agents, and the world with times from the stop time on.
@@ -176,7 +179,7 @@ def stop_some(
     late: Mapping[int, Pieces],
     ahead: float,
 ) -> dict[int, Pieces]:
-    """Fewest stops without contact for some time, while all others continue.
+    """Fewest stops that avoid contact for some time while all other agents continue, by agent index.
 
     If impossible, the stops with the latest contact; empty if continuing is best.
 
@@ -218,16 +221,20 @@ def stop_some(
 
 
 def _first_touch(failing: list[Check], lasting: float) -> float:
-    """Seconds until the first contact in flights of ``lasting`` seconds; check times count from the end."""
+    """Seconds until the first contact in trajectories of ``lasting`` seconds.
+
+    The times of the checks count from the end.
+    """
     return min((lasting + check.at for check in failing if check.at is not None), default=lasting)
 
 
 def _stop_at(
     flight: Pieces, moment: float, wait: float, lasting: float, off: Array | None, vehicle: Vehicle
 ) -> Pieces | None:
-    """Flight, stop and hover until ``lasting``; None if that is too short.
+    """Trajectory that continues for ``wait`` seconds, stops, and hovers until ``lasting``; None if that is too short.
 
-    ``off`` is a state (5, 4), metres.
+    Args:
+        off: state of an agent that deviates from its plan, (5, 4), metres; None for an agent on its plan.
     """
     stop = stop_and_hover(off if off is not None else state_at(flight, moment + wait), vehicle)
     if stop is None or wait + float(stop.duration[0]) > lasting:
@@ -236,14 +243,14 @@ def _stop_at(
 
 
 def bodies(mission: Mission, pieces: list[Pieces]) -> list[Check]:
-    """Body checks of flights of equal durations, with mission times from their beginning."""
+    """Checks that bodies do not touch on trajectories of equal durations, with mission times from their beginning."""
     pieces = aligned(pieces)
     later = float(pieces[0].duration.sum())
     return body_checks(counted_from(mission, later), pieces)
 
 
 def resting_state(position: Array, yaw: float, altitude: float) -> Array:
-    """State of an agent that stays at a place, (dim,), metres: (5, 4)."""
+    """State of an agent that hovers at a position, (dim,), metres, from position to snap: (5, 4)."""
     state = np.zeros((5, 4))
     state[0, : position.size], state[0, 3] = position, yaw
     if position.size == 2:

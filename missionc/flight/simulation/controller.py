@@ -19,17 +19,20 @@ from missionc.flight.simulation.disturbance import GRAVITY
 from missionc.flight.simulation.quadrotor import TURNS, Vehicle
 
 MASS_THRUST = 132_000.0
-"""PWM units of every motor per newton of total thrust."""
+"""Conversion of thrust: PWM units of every motor per newton of total thrust."""
 
 
 def _torque(about_xy: float, about_z: float, vehicle: Vehicle = Vehicle()) -> tuple[float, float, float]:  # noqa: B008
-    """Torque in N m from the firmware's PWM units: half of roll and pitch per motor, and all of yaw."""
+    """Torque about x, y and z in N m, from the firmware's PWM units.
+
+    The firmware applies half of roll and pitch to each motor, and all of yaw.
+    """
     level = about_xy / MASS_THRUST * vehicle.arm / 2
     return level, level, about_z / MASS_THRUST * vehicle.twist
 
 
 class Gains(Record):
-    """Gains of the controller for x, y and z; by default the firmware's.
+    """Gains of the position and attitude controller for x, y and z; the firmware's by default.
 
     Args:
         stiffness, damping, integral: N per m, m/s and m s.
@@ -54,7 +57,7 @@ class Gains(Record):
 
 
 class Controller:
-    """Controllers of several bodies with equal gains.
+    """Position and attitude controllers of several quadrotors with equal gains.
 
     Args:
         vehicle: controlled vehicle.
@@ -105,9 +108,14 @@ class Controller:
         return self._shared(push, _bounded(torque, self._torque), upside_down)
 
     def _shared(self, force: Array, torque: Array, upside_down: NDArray[np.bool_]) -> Array:
-        """Distribute force and torque over the motors, N and N m: (4, bodies).
+        """Motor thrusts that give a total force and a torque, N: (4, bodies).
 
-        Saturation reduces all, to keep the torque.
+        If a motor saturates, all thrusts are reduced, to preserve the torque.
+
+        Args:
+            force: (bodies,), N.
+            torque: (3, bodies), N m.
+            upside_down: (bodies,): True for bodies that get no thrust.
         """
         thrust: Array = force / 4 + self._shares @ torque
         thrust -= np.maximum(thrust.max(axis=0) - self.vehicle.strongest, 0.0)
@@ -124,9 +132,9 @@ def _column(values: tuple[float, float, float]) -> Array:
 
 
 def _aimed(force: Array, yaw: Array) -> tuple[Array, Array, Array]:
-    """Axes of the attitude with thrust along the force, N.
+    """Body axes of the attitude whose thrust axis is along the force and whose heading is the yaw.
 
-    Shape: (3, bodies), (bodies,) rad -> unit vectors, (3, bodies) thrice.
+    Shape: (3, bodies) N, (bodies,) rad -> unit vectors, (3, bodies) three times.
     """
     up = force / np.sqrt((force**2).sum(axis=0))
     ahead = np.array([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)])
@@ -136,9 +144,7 @@ def _aimed(force: Array, yaw: Array) -> tuple[Array, Array, Array]:
 
 
 def _apart(aimed: tuple[Array, Array, Array], body: tuple[Array, Array, Array]) -> Array:
-    """Attitude error on SO(3), twice the sine of the angle about each body axis, a dimensionless
-    number: (3, bodies).
-    """
+    """Attitude error on SO(3): twice the sine of the angle about each body axis, dimensionless, (3, bodies)."""
 
     def mixed(first: int, second: int) -> Array:
         return np.asarray((aimed[first] * body[second] - body[first] * aimed[second]).sum(axis=0))
@@ -147,9 +153,9 @@ def _apart(aimed: tuple[Array, Array, Array], body: tuple[Array, Array, Array]) 
 
 
 def _cross(first: Array, second: Array) -> Array:
-    """Cross products in the product of units: (3, bodies) twice -> (3, bodies).
+    """Cross products of vectors, (3, bodies) twice -> (3, bodies), in the product of the units.
 
-    Five times faster than numpy's own.
+    The function is five times faster than numpy's own.
     """
     return np.array(
         [

@@ -1,4 +1,4 @@
-"""Default simulation engine: all agents of several flights moved together, with estimates and downwash.
+"""Default simulation engine: all agents of several flights moved together, with state estimates and downwash.
 
     in   Pieces of each agent, the disturbances of each flight
     out  Flown
@@ -40,7 +40,7 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 
 class Estimate:
-    """Estimates of bodies. A state is position and velocity, (6, bodies), m and m/s.
+    """Delayed estimates of the bodies' positions and velocities, (6, bodies), m and m/s.
 
     Args:
         first: initial state, also for the time before.
@@ -76,18 +76,18 @@ class Estimate:
 ROTOR = 0.0231348
 """Radius of a rotor, m."""
 STRENGTH = 2267.18
-"""Force at one rotor radius below, N."""
+"""Downwash force at a distance of one rotor radius below a vehicle, N."""
 WIDTH = (-0.11, 0.16)
-"""Width of the stream at distance 0, metres, and per metre below."""
+"""Width of the downwash stream: at distance 0, metres, and increase per metre below."""
 NEAREST = 0.1
-"""Least distance below, metres: the model diverges at 0, and bodies touch."""
+"""Smallest vertical distance used for the downwash, metres: the model diverges at 0, and bodies touch."""
 
 
 def push(position: Array, together: int, still: NDArray[np.bool_] | None = None) -> Array:
-    """Downward force on each body from all bodies above it: (3, bodies), m -> (bodies,), N.
+    """Downwash force on each body from all bodies above it: (3, bodies), m -> (bodies,), N.
 
     Args:
-        together: number of neighbouring columns in the same flight.
+        together: number of adjacent columns in the same flight.
         still: (bodies,): True for stopped rotors; default none.
     """
     x, y, z = position.reshape(3, -1, together)
@@ -107,16 +107,15 @@ COMMANDS = 5
 COMMAND_SECONDS = 1 / (SETPOINTS_PER_SECOND * COMMANDS)
 """Seconds between two commands of the controller."""
 CHUNK = 100
-"""Number of ticks whose setpoints are evaluated together."""
+"""Number of ticks whose setpoints are evaluated together; a tick is the time between setpoints."""
 
 
 class Flown(Record, eq=False):
-    """Flown trajectories at ``SETPOINTS_PER_SECOND`` samples a second.
+    """Trajectories of simulated flights at ``SETPOINTS_PER_SECOND`` samples a second.
 
     Args:
         times: (samples,), s.
-        position: (flights, agents, samples, 3), m.
-        velocity: likewise, m/s.
+        position, velocity: (flights, agents, samples, 3), m and m/s.
         heading: (flights, agents, samples), rad.
     """
 
@@ -127,13 +126,13 @@ class Flown(Record, eq=False):
 
 
 def sample_times(seconds: float) -> Array:
-    """Times of all ticks until the end, (samples,), seconds."""
+    """Times of all setpoints from 0 to the end of a flight, (samples,), seconds."""
     ticks = int(np.ceil(seconds * SETPOINTS_PER_SECOND - 1e-9))
     return np.arange(ticks + 1) / SETPOINTS_PER_SECOND
 
 
 class Airborne:
-    """Bodies in the air, each with its controller, moved together from setpoint to setpoint.
+    """Flying quadrotors, each with its controller, simulated together from setpoint to setpoint.
 
     They begin hovering, or in motion. Setpoints may change at any time, for example after replanning in flight. A body
     is a column in all arrays.
@@ -144,9 +143,9 @@ class Airborne:
         mass: mass of each, (bodies,), kg; default: the controller's estimate.
         motors: efficiency of each motor, (4, bodies); default 1.
         latency: delay of position and velocity, s.
-        sag: decrease of a motor's maximum thrust per second, as a share.
-        downwash: factor of ``downwash.push``.
-        together: number of neighbouring bodies in the same flight; default all.
+        sag: decrease of a motor's maximum thrust per second, as a fraction.
+        downwash: factor of ``push``, the downwash force.
+        together: number of adjacent bodies in the same flight; default all.
         velocity: initial velocity, (3, bodies), m/s; default 0.
     """
 
@@ -180,17 +179,17 @@ class Airborne:
 
     @property
     def position(self) -> Array:
-        """Positions: (3, bodies), metres."""
+        """Present positions of all bodies: (3, bodies), metres."""
         return self._state[quadrotor.POSITION].copy()
 
     @property
     def velocity(self) -> Array:
-        """Velocities: (3, bodies), m/s."""
+        """Present velocities of all bodies: (3, bodies), m/s."""
         return self._state[quadrotor.VELOCITY].copy()
 
     @property
     def heading(self) -> Array:
-        """Headings: (bodies,), rad."""
+        """Present headings of all bodies: (bodies,), rad."""
         return quadrotor.heading(self._state[quadrotor.ATTITUDE])
 
     @property
@@ -199,7 +198,7 @@ class Airborne:
         return self._lost.copy()
 
     def lose(self, body: int) -> None:
-        """Stop a body's motors for good: it falls to height 0 and stays there.
+        """Stop a body's motors permanently: it falls to height 0 and stays there.
 
         Raises:
             IndexError: the body does not exist.
@@ -213,7 +212,7 @@ class Airborne:
         noise: Array | None = None,
         stale: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Advance by the time between two setpoints, ``1 / SETPOINTS_PER_SECOND`` s.
+        """Simulate the time between two setpoints, ``1 / SETPOINTS_PER_SECOND`` s.
 
         Args:
             reference: setpoints, (13, bodies), from ``firmware_setpoints.setpoints``.
@@ -238,13 +237,16 @@ class Airborne:
         self._land()
 
     def _pushed_down(self) -> Array | None:
-        """Downwash force from bodies above with turning rotors: (bodies,), newtons."""
+        """Downwash force on each body from bodies above it with turning rotors: (bodies,), newtons.
+
+        None if not simulated.
+        """
         if not self._downwash or self._together < 2:
             return None
         return self._downwash * push(self._state[quadrotor.POSITION], self._together, self._lost)
 
     def _land(self) -> None:
-        """Fix lost bodies at height 0."""
+        """Set the position of bodies with stopped motors to height 0 once they have fallen below it."""
         if not self._lost.any():
             return
         down = self._lost & (self._state[2] <= 0)
@@ -265,6 +267,8 @@ def fly(
     """Simulate flights from the start, at rest or in motion, until ``seconds``.
 
     Args:
+        pieces: polynomials of each agent.
+        drawn: random disturbances of each flight.
         disturbance: constant parts of the disturbance, except lost agents.
         lost: stop time of agents' motors in every flight, s.
     """
@@ -307,7 +311,12 @@ def fly(
 
 
 def _told(pieces: Sequence[Pieces], clock: Array, times: Array) -> Array:
-    """Setpoints of each body: (flights, agents), s and (ticks,), s -> (13, ticks, bodies), metres and rad."""
+    """Setpoints of each body at some times: (13, ticks, bodies), metres and rad.
+
+    Args:
+        clock: delay of each agent, (flights, agents), s.
+        times: (ticks,), s.
+    """
     flights, agents = clock.shape
     each = np.empty((13, times.size, flights, agents))
     for agent, own in enumerate(pieces):
@@ -318,5 +327,5 @@ def _told(pieces: Sequence[Pieces], clock: Array, times: Array) -> Array:
 
 
 def _rows(values: Array, tick: int) -> Array:
-    """One tick of (flights, agents, ticks, 3), metres or m/s: (3, bodies)."""
+    """Values of all bodies at one tick, (3, bodies), from an array (flights, agents, ticks, 3), metres or m/s."""
     return np.ascontiguousarray(values[:, :, tick].reshape(-1, 3).T)

@@ -1,4 +1,4 @@
-"""Disturbances of a flight: air, vehicle, estimates, and setpoints computed like the firmware.
+"""Disturbances of a flight (wind, vehicle, estimates), and setpoints computed like the firmware.
 
 Every flight has a separate generator from the seed and the flight's number, independent of other flights. Setpoints are
 computed from polynomials in float32, as on board of a Crazyflie.
@@ -19,13 +19,13 @@ from missionc.base.trace import Array
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 GRAVITY = 9.81
-"""m/s²"""
+"""Gravitational acceleration, m/s²."""
 
 SETPOINTS_PER_SECOND = 100
 """Rate at which the firmware evaluates a trajectory; in between it holds the last setpoint (RATE_HL_COMMANDER)."""
 
 POSITION, VELOCITY, ACCELERATION, RATES, YAW = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12), 12
-"""Rows of setpoints: m, m/s, m/s², body rates in rad/s, rad."""
+"""Rows of a setpoint array: position m, velocity m/s, acceleration m/s², body rates rad/s, yaw rad."""
 
 Float32 = NDArray[np.float32]
 
@@ -33,7 +33,7 @@ Float32 = NDArray[np.float32]
 def setpoints(pieces: Pieces, times: Array) -> Array:
     """Setpoints of the controller at times since the start, seconds: (...) -> (13, ...), metres and rad.
 
-    Before the start and after the end, the setpoint is the trajectory's first and last position.
+    Before the start and after the end, the setpoint is the trajectory's first or last position.
     """
     first, last = times < 0, times > pieces.duration.sum()
     index, local = _piece(pieces.duration.astype(np.float32), np.maximum(times, 0.0).astype(np.float32))
@@ -51,9 +51,9 @@ def setpoints(pieces: Pieces, times: Array) -> Array:
 
 
 def _piece(durations: Float32, times: Float32) -> tuple[NDArray[np.int64], Float32]:
-    """Index of the piece at each time, (...), seconds, and the time since its beginning.
+    """Index of the polynomial piece at each time, (...), and the time since the piece's beginning, seconds.
 
-    Clipped at the end.
+    Times after the end belong to the last piece.
     """
     index, local = np.zeros(times.shape, dtype=np.int64), times.copy()
     for piece, duration in enumerate(durations[:-1].tolist()):
@@ -64,7 +64,12 @@ def _piece(durations: Float32, times: Float32) -> tuple[NDArray[np.int64], Float
 
 
 def _horner(coefficients: Float32, local: Float32) -> Float32:
-    """Horner's rule: coefficients (4, powers, ...), times (...), seconds -> (4, ...), metres and rad."""
+    """Values of polynomials at given times, by Horner's rule: (4, ...), metres and rad.
+
+    Args:
+        coefficients: (4, powers, ...).
+        local: times since the beginning of the piece, (...), seconds.
+    """
     value = coefficients[:, -1]
     for power in range(coefficients.shape[1] - 2, -1, -1):
         value = value * local + coefficients[:, power]
@@ -77,7 +82,7 @@ def _derivative(coefficients: Float32) -> Float32:
 
 
 def _rates(acceleration: Float32, jerk: Float32, yaw: Float32, yaw_rate: Float32) -> Float32:
-    """Body rates by flatness, rad/s: (3, ...).
+    """Body rates by differential flatness, rad/s: (3, ...).
 
     Source:
         Mellinger and Kumar, "Minimum Snap Trajectory Generation and Control for Quadrotors" (2011), section III.
@@ -101,22 +106,22 @@ NOISE_SECONDS = 0.2
 
 
 class Disturbance(Record):
-    """Magnitudes of all disturbances; 0 by default.
+    """Magnitudes of all disturbances of a simulated flight; 0 by default.
 
     Args:
         wind: speed of the constant horizontal wind, m/s; random direction.
         gust: standard deviation of gusts along each axis, m/s; a separate Ornstein-Uhlenbeck process for each agent.
-        mass: greatest relative error of the controller's mass estimate.
-        start: greatest error of the start along x and along y, m.
-        clock: greatest delay of the start, s.
+        mass: maximum relative error of the controller's mass estimate.
+        start: maximum error of the start along x and along y, m.
+        clock: maximum delay of the start, s.
         noise: standard deviation of the position estimate's error along each axis, m; a separate Ornstein-Uhlenbeck
                 process for each agent.
         latency: delay of position and velocity, s.
-        packets: share of lost position updates; the controller extrapolates from the last one at constant velocity.
-        missed: share of the vehicles that miss the start command, and hover at their start.
-        battery: decrease of a motor's maximum thrust until the end of the flight, as a share.
-        motor: greatest loss of thrust in one motor of each vehicle, as a share.
-        downwash: factor of the force of a published model (``downwash.push``) on lower vehicles.
+        packets: fraction of lost position updates; the controller extrapolates from the last one at constant velocity.
+        missed: fraction of the vehicles that miss the start command, and hover at their start.
+        battery: decrease of a motor's maximum thrust until the end of the flight, as a fraction.
+        motor: maximum loss of thrust in one motor of each vehicle, as a fraction.
+        downwash: factor of the force of a published model (``default_engine.push``) on lower vehicles.
         lose: agents whose motors stop, with times, s.
     """
 
@@ -136,7 +141,7 @@ class Disturbance(Record):
 
     @property
     def random(self) -> bool:
-        """True if flights have random differences; otherwise all of them are equal."""
+        """True if flights differ randomly; otherwise all flights are equal."""
         drawn = self.wind, self.gust, self.mass, self.start, self.clock, self.noise, self.packets, self.missed
         return any((*drawn, self.motor))
 
@@ -145,7 +150,7 @@ UNDISTURBED = Disturbance()
 
 
 class Drawn(Record, eq=False):
-    """Random draws of some flights. A tick is the time between two setpoints.
+    """Random disturbances drawn for some flights; a tick is the time between two setpoints.
 
     Args:
         mass: (flights, agents), factors.
@@ -167,7 +172,7 @@ class Drawn(Record, eq=False):
 
 
 def drawn(disturbance: Disturbance, seed: int, flights: range, agents: int, ticks: int) -> Drawn:
-    """Draw the disturbances of the flights with these numbers."""
+    """Random disturbances of the flights with these numbers."""
     each = [np.random.default_rng([seed, flight]) for flight in flights]
     shape = (len(flights), agents)
 
@@ -203,6 +208,7 @@ def _wandering(each: list[np.random.Generator], agents: int, ticks: int, seconds
     """Ornstein-Uhlenbeck processes of variance one, exact at their ticks: (flights, agents, ticks, 3).
 
     Args:
+        each: random generator of each flight.
         seconds: time constant.
     """
     noise = np.empty((ticks, len(each), agents, 3))

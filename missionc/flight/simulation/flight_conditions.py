@@ -1,4 +1,4 @@
-"""Conditions of a simulated flight as a record that allows to repeat it.
+"""Conditions of a simulated flight, as a record from which the flight can be repeated.
 
 in   Trial, the mission's length; or such a record
 out  the record; or Trial
@@ -37,11 +37,11 @@ BROUGHT = {
     "rotorpy": ("rotorpy.vehicles.crazyflie_params", "rotorpy.controllers.quadrotor_control.SE3Control", 1),
     "crazyflow": ("Drone.cf2x_L250, Dynamics.first_principles", "Control.state, hovering before the start", COMMANDS),
 }
-"""Other engines: vehicle, controller, and its rate per setpoint."""
+"""Vehicle, controller, and number of commands per setpoint of each optional engine."""
 
 
 def conditions(trial: Trial, seconds: float) -> dict[str, object]:
-    """All inputs of a flight of ``seconds`` besides the polynomials; times in seconds."""
+    """All inputs of a simulated flight of ``seconds`` except the polynomials, as a record; times in seconds."""
     own = (asdict(Vehicle()), asdict(Gains()), COMMANDS)
     foreign = (trial.engine, trial.engine, 1)
     vehicle, controller, commands = own if trial.engine == QUADROTOR else BROUGHT.get(trial.engine, foreign)
@@ -65,7 +65,7 @@ def conditions(trial: Trial, seconds: float) -> dict[str, object]:
 
 
 def versions(engine: str) -> dict[str, str]:
-    """Version of this package, and of another engine; ``unknown`` if not reported."""
+    """Versions of this package and of another engine's package; ``unknown`` if not reported."""
     try:
         own = {engine: version(ENGINES.package(engine) or engine)} if engine != QUADROTOR else {}
     except PackageNotFoundError:
@@ -74,7 +74,7 @@ def versions(engine: str) -> dict[str, str]:
 
 
 def trial_of(record: Mapping[str, object]) -> Trial | str:
-    """Trial of a record; or the name of its first invalid entry."""
+    """Settings of trials from a record, or the name of its first invalid entry."""
     engine, flights, seed = record.get("engine"), record.get("flights"), record.get("seed")
     if not (isinstance(engine, str) and engine in ENGINES):
         return "engine"
@@ -102,7 +102,7 @@ def _disturbance(record: object) -> Disturbance | None:
 
 
 def _lose(record: object) -> tuple[tuple[str, float], ...] | None:
-    """Pairs of a name and a time, every name once."""
+    """Pairs of an agent's name and a time in seconds, every name once; None if the record is invalid."""
     if not isinstance(record, list) or len(record) > MOST_LOST:
         return None
     found = []

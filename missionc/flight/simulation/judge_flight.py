@@ -3,8 +3,8 @@
     in   Mission, its kernel, the planned and the flown positions
     out  Flight
 
-Requirements are judged at the mission's steps, like a plan's. Bodies are judged in continuous time, with straight
-motion between samples.
+Requirements are evaluated at the mission's steps, like a plan's. Clearances are evaluated in continuous time, with
+straight motion between samples.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from missionc.verification.monitoring.monitor import monitor
 from missionc.verification.plan.clearances import check_obstacles, relative_margins
 
 USUAL = 0.95
-"""Share of the time that counts as usual; larger errors are rare."""
+"""Quantile of the tracking error that counts as usual; larger errors are rare."""
 
 
 class Error(Record):
-    """Tracking error of an agent, m: mean, ``USUAL`` quantile, and maximum with its time."""
+    """Tracking error of an agent over a flight, m: mean, ``USUAL`` quantile, and maximum with its time."""
 
     mean: float
     usual: float
@@ -40,14 +40,14 @@ class Error(Record):
 
 
 class Flight(Record, eq=False):
-    """One flight.
+    """Evaluation of one simulated flight.
 
     Args:
         error: error of each agent while its motors turn.
         largest: (samples,), m: largest error of any agent over time.
         trace: states at the mission's steps.
-        requirements, preferences: judged on ``trace``.
-        room: least clearance between two bodies, and between bodies and each obstacle, m; negative if they overlap.
+        requirements, preferences: evaluated on ``trace``.
+        room: minimum clearance between two bodies, and between bodies and each obstacle, m; negative if they overlap.
     """
 
     error: tuple[Error, ...]
@@ -76,7 +76,7 @@ def judge(
     heading: Array,
     lost: Mapping[int, float] | None = None,
 ) -> Flight:
-    """Judge a flight.
+    """Evaluation of a simulated flight against its mission.
 
     Args:
         times: (samples,), s, from 0 to the end of the mission or past it.
@@ -101,9 +101,11 @@ def judge(
 def tracking_error(times: Array, planned: Array, position: Array, lost: Mapping[int, float]) -> Array:
     """Distance of each agent from its planned position: (agents, samples), metres.
 
-    NaN after its motors have stopped.
+    It is NaN after the agent's motors have stopped, but never in the first sample.
 
-    The arrays are as for ``judge``. A motor that stops at the start leaves the first sample.
+    Args:
+        planned, position: (agents, samples, 3), metres.
+        lost: stop times of agents' motors, s.
     """
     error = norm(position - planned)
     for agent, when in lost.items():
@@ -120,7 +122,10 @@ def _error(times: Array, error: Array) -> Error:
 def at_steps(mission: Mission, times: Array, position: Array, velocity: Array, heading: Array) -> Trace:
     """States at the mission's steps, interpolated between two samples.
 
-    The arrays are as for ``judge``: (samples,), s; (agents, samples, 3) twice, m and m/s; (agents, samples), rad.
+    Args:
+        times: (samples,), s.
+        position, velocity: (agents, samples, 3), m and m/s.
+        heading: (agents, samples), rad.
     """
     steps = mission.step * np.arange(mission.steps + 1)
     after = np.clip(np.searchsorted(times, steps - 1e-9), 1, times.size - 1)
@@ -134,8 +139,12 @@ def at_steps(mission: Mission, times: Array, position: Array, velocity: Array, h
 
 
 def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
-    """Checks of bodies and obstacles along sampled paths, (agents, samples, 3), metres; horizontal in a
-    plane mission.
+    """Checks of the minimum clearance between bodies and from obstacles along sampled paths.
+
+    Horizontal in a plane mission.
+
+    Args:
+        position: (agents, samples, 3), metres.
     """
     level = position[..., : mission.dimension]
     slope = np.diff(level, axis=1) / np.diff(times)[:, None]
@@ -145,7 +154,7 @@ def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
 
 
 def _between(mission: Mission, curves: Curves) -> Iterable[Check]:
-    """One check for the two nearest bodies, straight between samples; none for a single agent."""
+    """Check of the minimum clearance between two bodies, straight between samples; empty for a single agent."""
     radii = np.array([agent.radius for agent in mission.agents])
     nearest, pair, at = np.inf, (0, 1), 0.0
     for first in range(len(radii) - 1):

@@ -14,14 +14,14 @@ from missionc.base.trace import Array
 from missionc.flight.simulation.disturbance import GRAVITY
 
 POSITION, VELOCITY, ATTITUDE, RATES, THRUST = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13), slice(13, 17)
-"""Rows of a state."""
+"""Rows of a state array that contain each quantity."""
 
 TURNS = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0], [-1.0, 1.0, -1.0, 1.0]])
-"""Direction of rotation by each motor's thrust about x, y and z."""
+"""Sign of the torque about x, y and z by each motor's thrust: (3, motors)."""
 
 
 class Vehicle(Record):
-    """Figures of a quadrotor; by default those of a Crazyflie 2.1.
+    """Physical parameters of a quadrotor; those of a Crazyflie 2.1 by default.
 
     Args:
         mass: kg.
@@ -50,9 +50,11 @@ class Vehicle(Record):
 
 
 def at_rest(vehicle: Vehicle, position: Array, yaw: Array) -> Array:
-    """State of hovering bodies: (3, bodies), metres, (bodies,), rad -> (17, bodies).
+    """State of hovering bodies, (17, bodies), with thrust that balances the nominal mass.
 
-    Thrust balances the nominal mass.
+    Args:
+        position: (3, bodies), metres.
+        yaw: (bodies,), rad.
     """
     state = np.zeros((17, position.shape[1]))
     state[POSITION] = position
@@ -62,7 +64,7 @@ def at_rest(vehicle: Vehicle, position: Array, yaw: Array) -> Array:
 
 
 def axes(attitude: Array) -> tuple[Array, Array, Array]:
-    """Body axes x, y and z in the world, unit vectors: (4, bodies) -> (3, bodies) thrice."""
+    """Body axes x, y and z in world coordinates, unit vectors: attitude (4, bodies) -> (3, bodies) three times."""
     w, x, y, z = attitude
     ahead = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)])
     left = np.array([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)])
@@ -70,19 +72,19 @@ def axes(attitude: Array) -> tuple[Array, Array, Array]:
 
 
 def upward(attitude: Array) -> Array:
-    """Thrust axis in the world, a unit vector: (4, bodies) -> (3, bodies)."""
+    """Thrust axis in world coordinates, a unit vector: attitude (4, bodies) -> (3, bodies)."""
     w, x, y, z = attitude
     return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
 
 
 def heading(attitude: Array) -> Array:
-    """Heading of an attitude: (4, ...) -> (...), rad."""
+    """Heading that an attitude quaternion has: (4, ...) -> (...), rad."""
     w, x, y, z = attitude
     return np.asarray(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
 
 
 def change(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Array, down: Array | None = None) -> Array:
-    """Derivative of the state.
+    """Time derivative of the bodies' states by the equations of motion, (17, bodies).
 
     Args:
         mass: mass of each body, (bodies,), kg.
@@ -125,7 +127,7 @@ def moved(
     seconds: float,
     down: Array | None = None,
 ) -> Array:
-    """State after ``seconds`` by the midpoint method, with the attitude normalised: (17, bodies).
+    """States after ``seconds``, integrated by the midpoint method, with the attitude normalised: (17, bodies).
 
     The arrays are as for ``change``. At 500 steps a second, the difference to a fourth-order method is hundredths of a
     millimetre.

@@ -1,6 +1,4 @@
-"""Limits of simulated trials: engines, numbers of flights, and each disturbance with its flag.
-
-Values only.
+"""Limits of simulated trials, as plain values: engines, numbers of flights, and each disturbance with its flag.
 
 The command line and the repetition of records reject values beyond them.
 """
@@ -17,7 +15,7 @@ QUADROTOR = "quadrotor"
 """Name of the built-in engine."""
 
 OTHERS = ("rotorpy", "crazyflow")
-"""Optional engines; like those of extensions, they simulate one undisturbed flight."""
+"""Names of the optional engines; like those of extensions, they simulate one undisturbed flight."""
 
 
 def _engine(name: str, value: object) -> Callable[..., Any]:
@@ -40,17 +38,17 @@ MOST_FLIGHTS = 100_000
 LARGEST_SEED = 2**32 - 1
 
 MOST_WIND = 100
-"""Maximum of mean wind and gusts, m/s."""
+"""Maximum speed of mean wind and of gusts, m/s."""
 
 MOST_CLOCK_ERROR = 1
-"""Maximum clock error, seconds."""
+"""Maximum delay of the start by clock error, seconds."""
 
 MOST_LOST = 1000
-"""Maximum number of lost agents."""
+"""Maximum number of lost agents in a trial."""
 
 
 class Amount(Record):
-    """One disturbance, from 0 to its maximum.
+    """One numeric disturbance, with its command-line flag and its maximum.
 
     Args:
         field: field of a ``Disturbance``.
@@ -66,7 +64,7 @@ class Amount(Record):
     says: str
 
     def of(self, given: float) -> float:
-        """Value of the field from the given one: percentages become shares."""
+        """Value of the disturbance's field from the value given on the command line; percentages become fractions."""
         return given / (100 if self.unit == "PERCENT" else 1)
 
 
@@ -100,7 +98,7 @@ AMOUNTS = (
         "Downwash force on lower vehicles, as a multiple of a published model.",
     ),
 )
-"""All numeric disturbances; wind has two, and lost agents have a name and a time."""
+"""All disturbances given by a single number; wind is given by two, and a lost agent by a name and a time."""
 
 MOST = {"wind": float(MOST_WIND), "gust": float(MOST_WIND), **{each.field: each.of(each.most) for each in AMOUNTS}}
-"""Maximum of each field of a ``Disturbance`` except lost agents."""
+"""Maximum of each numeric field of a ``Disturbance``."""

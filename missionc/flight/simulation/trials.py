@@ -1,4 +1,4 @@
-"""Monte Carlo trials: flights judged one by one, confidence bounds of their success rate, and the headline.
+"""Monte Carlo trials: evaluation of every flight, confidence bounds of the success rate, and the headline.
 
     in   Mission, its kernel, each agent's Pieces, the flight conditions
     out  Trials
@@ -31,7 +31,7 @@ CONFIDENCE = 0.95
 
 
 class Fraction(Record):
-    """``held`` of ``flights``, with exact bounds of the true share at a confidence of 95 %.
+    """Success rate: ``held`` of ``flights``, with exact bounds of the true fraction at a confidence of 95 %.
 
     ``least`` is the one-sided lower bound. ``low`` and ``high`` are the two-sided interval.
     """
@@ -48,7 +48,7 @@ class Fraction(Record):
 
 
 def fraction(held: int, flights: int) -> Fraction:
-    """Exact (Clopper–Pearson) bounds: valid for any number of flights.
+    """Success rate with exact (Clopper–Pearson) confidence bounds, which are valid for any number of flights.
 
     Raises:
         ValueError: there are no flights, or fewer than ``held``.
@@ -69,21 +69,21 @@ def fraction(held: int, flights: int) -> Fraction:
 
 
 MOST_BYTES = 1 << 29
-"""Bytes for the paths of flights that are simulated together."""
+"""Memory limit for the trajectories of flights that are simulated together, bytes."""
 NUMBERS = 26
-"""Numbers per agent and sample: wind, noise, position, some of it twice."""
+"""Count of stored values per agent and sample: wind, noise, position, some of it twice."""
 TRACKING = 0.05
-"""Tracking tolerance without a vehicle, metres: that of a Crazyflie's profile."""
+"""Tracking tolerance of agents without a vehicle, metres: that of a Crazyflie's profile."""
 
 
 class Trial(Record):
-    """Settings of trials.
+    """Settings of Monte Carlo trials.
 
     Args:
         engine: one of ``trial_bounds.ENGINES``; all except the first simulate one undisturbed flight.
         flights: number of flights.
         seed: seed of all random draws.
-        kept: number of first flights whose paths are returned.
+        kept: number of first flights whose trajectories are returned.
         first: number of the first flight, which determines its random draws.
     """
 
@@ -96,12 +96,12 @@ class Trial(Record):
 
 
 class Trials(Record, eq=False):
-    """Results of trials.
+    """Results of Monte Carlo trials.
 
     Args:
         allowed: (agents,), m: tracking tolerance.
         planned: (agents, samples, 3), m: planned positions.
-        flown: paths of the first flights.
+        flown: trajectories of the first flights.
         flights: evaluation of every flight.
     """
 
@@ -113,37 +113,39 @@ class Trials(Record, eq=False):
 
     @property
     def passed(self) -> bool:
-        """True if every flight passes."""
+        """True if every flight satisfies all requirements, without contact, within the tracking tolerance."""
         return all(map(self.as_required, self.flights))
 
     @property
     def kept(self) -> Fraction:
-        """Fraction of passing flights."""
+        """Fraction of flights that satisfy all requirements, without contact, within the tracking tolerance."""
         return fraction(sum(map(self.as_required, self.flights)), len(self.flights))
 
     def as_required(self, flight: Flight) -> bool:
-        """Return whether every requirement holds, without contact, within the tracking tolerance."""
+        """Return whether a flight satisfies every requirement, without contact, within the tracking tolerance."""
         return flight.satisfied and flight.untouched and self.tracked(flight)
 
     def tracked(self, flight: Flight) -> bool:
         return all(error.most <= most for error, most in zip(flight.error, self.allowed, strict=True))
 
     def error(self, agent: int) -> Error:
-        """Tracking error over all flights: mean, worst usual error, and maximum with its time."""
+        """Tracking error of an agent over all flights: mean, largest ``USUAL`` quantile, and maximum with its time."""
         each = [flight.error[agent] for flight in self.flights]
         worst = max(each, key=lambda error: error.most)
         mean = sum(error.mean for error in each) / len(each)
         return Error(mean, max(error.usual for error in each), worst.most, worst.at)
 
     def room(self) -> tuple[Check, ...]:
-        """Least clearance of all flights, between two bodies and to each obstacle."""
+        """Checks of the minimum clearance over all flights, between two bodies and to each obstacle."""
         return tuple(
             min(same, key=lambda check: check.margin)
             for same in zip(*(flight.room for flight in self.flights), strict=True)
         )
 
     def fractions(self) -> dict[str, Fraction]:
-        """Fraction of flights that satisfied each requirement, then tracking, then clearance of bodies."""
+        """Fraction of flights that satisfied each requirement, then the tracking tolerance, then clearance of bodies,
+        by name.
+        """
         names = [each.name for each in self.flights[0].requirements]
         held = {
             name: [flight.requirements[index].satisfied for flight in self.flights] for index, name in enumerate(names)
@@ -154,11 +156,11 @@ class Trials(Record, eq=False):
 
 
 def nobody(done: int) -> None:
-    """Listener that ignores progress."""
+    """Do nothing; the default callback for progress."""
 
 
 def cannot_lose(mission: Mission, disturbance: Disturbance) -> str:
-    """Reason why an agent cannot be lost then; empty if all can be."""
+    """Reason why the disturbance cannot stop an agent's motors; empty if it can stop all that it names."""
     names = [agent.name for agent in mission.agents]
     for name, when in disturbance.lose:
         if name not in names:
@@ -169,7 +171,7 @@ def cannot_lose(mission: Mission, disturbance: Disturbance) -> str:
 
 
 def lost_agents(mission: Mission, disturbance: Disturbance) -> dict[int, float]:
-    """Stop times of agents' motors, by index, seconds.
+    """Stop time of each lost agent's motors, by agent index, seconds.
 
     Raises:
         ValueError: a lost agent is not in the mission.
@@ -185,7 +187,10 @@ def run(
     trial: Trial,
     listen: Callable[[int], None] = nobody,
 ) -> Trials:
-    """Simulate and judge flights; ``listen`` receives the number of finished flights.
+    """Simulate and evaluate flights.
+
+    Args:
+        listen: called with the number of finished flights.
 
     Raises:
         ValueError: a lost agent is not in the mission.
@@ -228,7 +233,7 @@ def _joined(parts: list[Flown]) -> Flown:
 
 
 def headline(trials: Trials) -> str:
-    """Lower bound of the share of passing flights; for equal flights, the result of one."""
+    """Text for the success rate: its lower confidence bound, or for equal flights the result of one."""
     kept = trials.kept
     if kept.flights == 1 or not trials.trial.disturbance.random:
         verdict = "passed" if kept.held else "failed"
@@ -241,5 +246,5 @@ def headline(trials: Trials) -> str:
 
 
 def shown(share: float) -> str:
-    """Lower bound in percent, rounded down to a tenth."""
+    """Text of a lower bound in percent, rounded down to a tenth."""
     return f"{int(share * 1000) / 10:.1f} %"

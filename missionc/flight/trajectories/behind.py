@@ -1,4 +1,4 @@
-"""Delayed agents: position along their polynomials, and speed, from samples.
+"""Delayed agents: their time along their polynomials, their speed and their state, from samples.
 
 in   an agent's polynomials, positions at times
 out  its present time on the flight; Progress; its state
@@ -17,17 +17,17 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces, curves_of
 from missionc.geometry.polylines import length
 
 LONGEST = 30.0
-"""Greatest delay, seconds."""
+"""Maximum delay that is considered, seconds."""
 PERIOD = 0.02
-"""Seconds between two tested times of a flight."""
+"""Interval between the times at which a trajectory is sampled to find the nearest point, seconds."""
 STRIDE = 0.2
-"""Seconds between two times of a delayed flight."""
+"""Interval between the joints of a delayed trajectory, seconds."""
 NEAR = 0.02
-"""Metres: times with at most this much more distance than the nearest count as equal."""
+"""Distance in metres: times whose distance exceeds the smallest by at most this count as equally near."""
 
 
 class Progress(Record):
-    """Progress of an agent on its path.
+    """Progress of a delayed agent along its path.
 
     Args:
         behind: path length from its position to the planned one, metres.
@@ -43,10 +43,11 @@ class Progress(Record):
 
 
 def own_moment(flight: Pieces, place: Array, time: float) -> tuple[float, float]:
-    """Last time of a flight, seconds, up to ``time``, at a place, and the distance from it, metres.
+    """Last time up to ``time`` at which the trajectory is nearest to a position, seconds, and its distance then,
+    metres.
 
     Args:
-        place: (dim,), metres.
+        place: position, (dim,), metres.
     """
     first = max(0.0, time - LONGEST)
     moments = np.linspace(first, time, math.ceil((time - first) / PERIOD) + 1)
@@ -56,7 +57,7 @@ def own_moment(flight: Pieces, place: Array, time: float) -> tuple[float, float]
 
 
 def progress(flight: Pieces, times: Array, places: Array) -> Progress:
-    """Progress of an agent on its path from samples.
+    """Progress of a delayed agent along its path, from samples of its position.
 
     Args:
         times: (samples,), seconds of its flight, ascending, at least two.
@@ -71,8 +72,11 @@ def progress(flight: Pieces, times: Array, places: Array) -> Progress:
 
 
 def state_behind(flight: Pieces, place: Array, time: float, speed: float) -> Array:
-    """State of a delayed agent at its sampled place, (dim,), metres, at most ``speed`` m/s: (5, 4), as
-    in ``state_at``.
+    """State of a delayed agent on its path, with at most ``speed`` m/s, from position to snap: (5, 4).
+
+    Args:
+        place: sampled position, (dim,), metres.
+        time: time of the sample, seconds of its flight.
     """
     moment, _ = own_moment(flight, place, time)
     state = state_at(flight, moment)
@@ -82,7 +86,7 @@ def state_behind(flight: Pieces, place: Array, time: float, speed: float) -> Arr
 
 
 def flown_late(flight: Pieces, place: Array, time: float, speed: float, lasting: float) -> Pieces:
-    """Rest of a delayed agent's flight, at most ``speed`` fast: straight pieces.
+    """Rest of a delayed agent's trajectory, with at most ``speed`` m/s, as straight pieces.
 
     Args:
         place: (dim,), metres: last position.
@@ -104,7 +108,7 @@ def flown_late(flight: Pieces, place: Array, time: float, speed: float, lasting:
 
 
 def _length(flight: Pieces, first: float, last: float, dimension: int) -> float:
-    """Path length between two times, metres."""
+    """Path length of a trajectory between two times, metres."""
     if last <= first:
         return 0.0
     moments = np.linspace(first, last, math.ceil((last - first) / PERIOD) + 1)

@@ -18,7 +18,7 @@ message states the longer time that the closest flight needs.
 
 Yaw is another coordinate on the flight's own pieces, within its rate limit. A single direction is a constant. Along the
 path, yaw is the spline nearest to the direction of the flown velocity whose control points keep the rate within the
-limit. It rests at both ends, or begins in a turn that is under way; if the agent hovers, yaw keeps to the last
+limit. It rests at both ends, or begins in a turn that is under way; if the agent hovers, yaw stays at the last
 direction of flight.
 """
 
@@ -70,17 +70,21 @@ from missionc.verification.flight.continuity_and_fidelity import check_flight, t
 from missionc.verification.flight.verify_polynomials import PIECE_BYTES, prove, verify_polynomials
 
 SAMPLES = 16
-"""Number of direction samples in each piece."""
+"""Number of samples of the flight direction in each piece."""
 HOVERING, DRIFTING = 0.05, 0.1
-"""Speed below which an agent hovers: m/s, and as a share of its own largest speed, since rounding makes stops drift."""
+"""Speed below which an agent hovers: in m/s, and as a fraction of its largest speed, since rounding makes stops
+drift.
+"""
 FAINT = 0.05
-"""Weight of a hovering sample relative to one in motion."""
+"""Weight of a direction sample while hovering, relative to a sample in motion."""
 CALM = 0.1
-"""Seconds: faster turns are smoothed."""
+"""Time constant in seconds: faster changes of yaw are smoothed."""
 
 
 def pointing(yaw: Yaw, most: float, flight: Curves, begin: Array | None = None) -> Array:
-    """Yaw in rad, ascending powers of the seconds since the piece began: (pieces, 8); float32 values.
+    """Yaw polynomials of an agent, rad, in ascending powers of the seconds since the piece began: (pieces, 8).
+
+    The values are float32.
 
     Args:
         most: rate limit, rad/s.
@@ -124,7 +128,11 @@ def _along(most: float, flight: Curves, begin: Array | None) -> Array:
 
 
 def _directions(flight: Curves, share: Array) -> tuple[Array, Array]:
-    """Unwrapped direction of the flown velocity, rad, and weights: (pieces * samples,) twice."""
+    """Unwrapped direction of the flown velocity at samples, rad, and weights of the samples: (pieces * samples,) twice.
+
+    Args:
+        share: times of the samples as fractions of a piece.
+    """
     velocity = flight.derivative().coefficients[0][:, None]
     flown = values(np.repeat(velocity, share.size, axis=1), share * flight.durations[:, None]).reshape(
         -1, velocity.shape[-2]
@@ -141,9 +149,10 @@ def _directions(flight: Curves, share: Array) -> tuple[Array, Array]:
 
 
 def _ends(points: csr_array, durations: Array, begin: Array | None) -> tuple[csr_array, Array]:
-    """Spline from the free coefficients, (coefficients, free), and those fixed by the beginning, (coefficients,), rad.
+    """Map from the free yaw coefficients to all, (coefficients, free), and the fixed initial ones, (coefficients,),
+    rad.
 
-    At rest, the last ones are equal, and so are the first ones.
+    At rest, the last coefficients are equal, and so are the first ones.
     """
     count = points.shape[1]
     known, first = np.zeros(count), REST - 1
@@ -158,9 +167,11 @@ def _ends(points: csr_array, durations: Array, begin: Array | None) -> tuple[csr
 
 
 def _rates(most: float, durations: Array, curve: csr_array, known: Array) -> Bounds:
-    """Bounds on the rate's control points, rad/s, in parts of every piece.
+    """Bounds on the control points of the yaw rate, rad/s, in parts of every piece.
 
     Args:
+        most: rate limit, rad/s.
+        curve: map from coefficients to control points.
         known: constant part of the control points, rad, (points,).
     """
     if math.isinf(most):
@@ -173,37 +184,39 @@ def _rates(most: float, durations: Array, curve: csr_array, known: Array) -> Bou
 
 
 ROUNDS = 12
-"""Refits with more planes before steps get more pieces."""
+"""Maximum number of refits with more planes before steps get more pieces."""
 CUTTING = 8
-"""Refits with more cuts before a vehicle's limits count as infeasible."""
+"""Maximum number of refits with more cuts before a vehicle's limits count as infeasible."""
 NEGLIGIBLE = 1e-9
-"""Metres: a parabola that deviates less from its chord is straight."""
+"""Deviation of a parabola from its chord below which it counts as straight, metres."""
 EXCESS = 1e-6
-"""Metres: a larger violation of the fit's bounds is not accepted."""
+"""Violation of the fit's bounds up to which a fit is accepted, metres."""
 COMPRESSED, COMPRESSED_YAW, COMPRESSED_ENDS = {2: 31, 3: 45}, 14, 11
-"""Bytes of a piece in the firmware's compressed format, by the mission's dimension; of its yaw; of the two ends."""
+"""Memory in the firmware's compressed format, bytes: of a piece, by the mission's dimension; of its yaw; of the two
+ends.
+"""
 SLACK = 0.98 * WAYPOINT
-"""Tolerance of a step's position for a piece of several steps, metres; the rest is for rounding."""
+"""Tolerance of a step's position if a piece spans several steps, metres; smaller than the full one, for rounding."""
 HALVINGS, SHORTEST = 3, 0.1
-"""Maximum number of halvings of a step's pieces; and their least duration, seconds, after the first time."""
+"""Maximum number of halvings of a step's pieces; and their minimum duration, seconds, after the first halving."""
 
 
 class Flyable(Record, eq=False):
-    """Text of each agent's file, by agent name, and its verification."""
+    """Text of each agent's trajectory file, by agent name, and the certificate of the trajectories."""
 
     files: dict[str, str]
     certificate: Certificate
 
 
 class _Stuck(Record):
-    """No polynomials were found: their violations, if any, and the steps with too little room."""
+    """Result of a fit without valid polynomials: the failed check, if any, and the steps with too little clearance."""
 
     failed: Check | None
     steps: tuple[int, ...]
 
 
 class _Beyond(Record):
-    """Polynomials beyond some vehicle limits, by agent name."""
+    """Result of a fit whose polynomials exceed some vehicle limits, by agent name."""
 
     peaks: tuple[tuple[str, Peak], ...]
 
@@ -213,7 +226,7 @@ class _Beyond(Record):
 
 
 class _Tight(Record, eq=False):
-    """Polynomials without contact, but ``short`` metres closer than required: used if there are no better ones."""
+    """Result of a fit without contact, but ``short`` metres closer than required; used if there is no better one."""
 
     flyable: Flyable
     short: float
@@ -221,7 +234,7 @@ class _Tight(Record, eq=False):
 
 
 def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1.0) -> Flyable | Diagnostic:
-    """Polynomials that satisfy the same as the plan, or the reason for none.
+    """Polynomials that satisfy the same requirements as the plan, or a diagnostic with the reason why there are none.
 
     Args:
         stretch: time-scaling factor of the plan, for messages only.
@@ -264,25 +277,28 @@ def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1
 
 
 def _chords(mission: Mission, trace: Trace) -> Indices:
-    """Number of chords per step such that a parabola leaves at least half of its tube's width: (steps,)."""
+    """Number of chords for each step such that a parabola leaves at least half of its tube's width: (steps,)."""
     count = np.ceil(np.sqrt(_bulge(mission, motion(mission, trace)) / (TUBE / 2))).astype(np.int64)
     return np.maximum(count, 1)
 
 
 def _mergers(mission: Mission, chords: Indices) -> list[int]:
-    """Possible numbers of pieces if fewer than legs are needed: limited by memory."""
+    """Possible total numbers of pieces that the memory allows and that are fewer than the number of chords."""
     turning = any(isinstance(agent.yaw, AlongPath) for agent in mission.agents)
     compressed = (_memory(mission) - COMPRESSED_ENDS) // (COMPRESSED[mission.dimension] + turning * COMPRESSED_YAW)
     return [count for count in (_memory(mission) // PIECE_BYTES, compressed) if 3 <= count < chords.sum()]
 
 
 def _memory(mission: Mission) -> int:
-    """Bytes of the smallest memory: all files have the same pieces."""
+    """Size of the smallest vehicle memory, bytes, since all files have the same pieces."""
     return min(agent.vehicle.memory for agent in mission.agents)
 
 
 def _generous(mission: Mission, pieces: Indices) -> Indices:
-    """Two pieces per step, or for the first and the last, if every memory allows: slower and smoother."""
+    """Number of pieces for each step: two, or two for the first and the last step, if every memory allows.
+
+    More pieces make the flight slower and smoother.
+    """
     ends = pieces.copy()
     ends[[0, -1]] = np.maximum(pieces[[0, -1]], 2)
     for more in (np.maximum(pieces, 2), ends):
@@ -292,9 +308,13 @@ def _generous(mission: Mission, pieces: Indices) -> Indices:
 
 
 def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float) -> Indices:
-    """Twice as many pieces where there is too little room, half of that beside it.
+    """Number of pieces for each step after an increase at the steps with too little clearance.
 
-    At the limit, two everywhere.
+    Those steps get twice as many pieces, adjacent steps half of that. At the limit, every step gets two.
+
+    Args:
+        steps: steps with too little clearance.
+        step: duration of a step, seconds.
     """
     more = pieces.copy()
     for index in steps:
@@ -311,7 +331,7 @@ def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float)
 def _attempt(
     mission: Mission, apart: Mission, kernel: Kernel, trace: Trace, legs: Indices, count: int = 0
 ) -> Flyable | _Tight | _Beyond | _Stuck:
-    """Fit with ``legs`` legs per step: each a separate piece, or ``count`` pieces in all.
+    """Result of a fit with ``legs`` legs per step: each a separate piece, or ``count`` pieces in all.
 
     The separation is that of ``apart``, the mission with the vehicles' clearance.
     """
@@ -373,7 +393,7 @@ def _attempt(
 
 
 def _course(mission: Mission, trace: Trace, legs: Indices, count: int) -> Course:
-    """Segments to follow, and times of the joints; all pieces of a step have equal float32 durations.
+    """Segments that the fit follows, and times of the joints; all pieces of a step have equal float32 durations.
 
     A step's legs share its segment; on a parabola, each has its own chord.
     """
@@ -412,7 +432,7 @@ def _in_motion(mission: Mission) -> bool:
 
 
 def _beginning(mission: Mission, course: Course) -> Array:
-    """First control points: (agents, dim, 5), metres; the course's first joint is moved to them."""
+    """First control points of each agent: (agents, dim, 5), metres; the course's first joint is moved to them."""
     states = np.zeros((len(mission.agents), JOIN + 1, mission.dimension))
     states[:, 0] = course.joint[:, 0]
     for agent in mission.agents:
@@ -424,16 +444,16 @@ def _beginning(mission: Mission, course: Course) -> Array:
 
 
 def _shared(legs: Indices, count: int) -> Indices:
-    """Piece of each leg among ``count``: (all legs,).
+    """Index of the piece that contains each leg, for ``count`` pieces: (all legs,).
 
-    The first and the last, at rest at one end, are separate.
+    The first and the last leg, at rest at one end, are separate pieces.
     """
     total = int(legs.sum())
     return np.searchsorted(np.round(np.linspace(1, total - 1, count - 1)), np.arange(total), side="right")
 
 
 def _bulge(mission: Mission, planned: Curves) -> Array:
-    """Greatest deviation of a step's parabolas from their chords: (steps,), metres."""
+    """Maximum deviation of each step's parabolas from their chords: (steps,), metres."""
     chosen = [agent.index for agent in mission.agents if agent.dynamics.has_momentum]
     if not chosen:
         return np.zeros(planned.durations.size)
@@ -443,8 +463,11 @@ def _bulge(mission: Mission, planned: Curves) -> Array:
 
 
 def _far(mission: Mission, trace: Trace, agent: Agent, coefficients: Array, knots: Array) -> Check | None:
-    """Failed check of waypoints or tube, if the flight is too far from the plan; coefficients (pieces,
-    dim, 8), metres.
+    """Failed check of waypoints or tube if the fitted trajectory is too far from the plan; None if it is not.
+
+    Args:
+        coefficients: (pieces, dim, 8), metres.
+        knots: joints of the pieces, seconds.
     """
     durations, planned = np.diff(knots), motion(mission, trace)
     own = Pieces(durations, _rows(mission, agent, coefficients, np.zeros((durations.size, DEGREE + 1))))
@@ -462,7 +485,7 @@ def _within_limits(
     limits: dict[int, list[Limit]],
     known_cuts: list[Cut],
 ) -> Fitted | NoFit:
-    """Refit with additional cuts while a flight of the group exceeds a limit; return the gentlest."""
+    """Fit with the smallest excess over vehicle limits, after refits with additional cuts while a limit is exceeded."""
     knots = course.times[course.knot]
     durations = np.diff(knots)
     best, least, most = None, math.inf, None
@@ -504,7 +527,7 @@ def _fit(
 
 
 def _turning(agent: Agent) -> Array | None:
-    """Yaw and its derivatives as the mission begins, if in motion: (5,), rad and seconds."""
+    """Yaw and its derivatives as the mission begins, (5,), rad and seconds; None if the agent begins at rest."""
     return np.array(agent.begins)[:, 3] if agent.begins else None
 
 
@@ -516,7 +539,7 @@ def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) 
 
 
 def _rows(mission: Mission, agent: Agent, coefficients: Array, yaw: Array) -> Array:
-    """Rows of x, y, z and yaw, (pieces, 4, 8), metres and rad, with the altitudes of a plane mission."""
+    """Coefficients of x, y, z and yaw, (pieces, 4, 8), metres and rad, with the altitude of a plane mission."""
     rows = np.zeros((len(coefficients), 4, DEGREE + 1))
     rows[:, : mission.dimension] = coefficients
     rows[:, 3] = yaw

@@ -25,17 +25,17 @@ from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.curves.smooth_splines import DEGREE, control_points_of, effort, part_of
 
 PENALTY = 1e5
-"""Penalty of a metre beyond a bound if not all bounds are feasible, in units of effort."""
+"""Penalty for a metre beyond a bound if not all bounds are feasible, in units of effort."""
 
 
 class NoFit(Record):
-    """The solver found no solution."""
+    """Result of a quadratic program for which the solver found no solution."""
 
     status: str
 
 
 class Rows:
-    """Bounds on weighted sums of control points, in order; each belongs to a leg."""
+    """Linear bounds on control points, added row by row; each belongs to a leg."""
 
     def __init__(self, columns: int) -> None:
         self.columns = columns
@@ -48,7 +48,13 @@ class Rows:
         self.leg: list[Indices] = []
 
     def add(self, column: Array, value: Array, low: Array, high: Array, leg: Indices) -> None:
-        """Add rows: (rows, entries) twice, indices and weights; bounds in metres and legs, (rows,) each."""
+        """Add bounds on weighted sums of control points.
+
+        Args:
+            column, value: indices of control points and their weights, (rows, entries).
+            low, high: bounds in metres, (rows,).
+            leg: leg of each bound, (rows,).
+        """
         rows = column.shape[0]
         self.row.append(np.repeat(np.arange(self.count, self.count + rows), column.shape[1]))
         self.column.append(column.ravel())
@@ -65,7 +71,9 @@ class Rows:
         return csr_array(coo_array((np.concatenate(self.value), index), shape=(self.count, self.columns)))
 
     def over(self, spread: csr_array, resting: Array) -> Bounds:
-        """Bounds in terms of the free coefficients; rows without them are left out.
+        """Bounds on the free spline coefficients instead of control points.
+
+        Rows without free coefficients are left out.
 
         Args:
             spread: (columns, coefficients): contribution of each to the control points.
@@ -81,7 +89,7 @@ class Rows:
 
 
 class Bounds(Record, eq=False):
-    """``low <= weight @ numbers <= high``; each row belongs to a ``leg``."""
+    """Linear bounds ``low <= weight @ numbers <= high``; each row belongs to a ``leg``."""
 
     weight: csr_array
     low: Array
@@ -90,7 +98,7 @@ class Bounds(Record, eq=False):
 
 
 class Solution(Record, eq=False):
-    """Solution vector; its excess over bounds: (legs,).
+    """Solution of a quadratic program, and its excess over bounds by leg: (legs,).
 
     ``kept`` is the number of fully satisfied groups of bounds.
     """
@@ -101,7 +109,8 @@ class Solution(Record, eq=False):
 
 
 class Program(Record, eq=False):
-    """Minimise ``numbers @ quadratic @ numbers / 2 + linear @ numbers`` with ``pins @ numbers == target``.
+    """Quadratic program: minimise ``numbers @ quadratic @ numbers / 2 + linear @ numbers``, ``pins @ numbers ==
+    target``.
 
     ``bounds`` come in groups; if not all are feasible, the last ones are exceeded first.
     """
@@ -113,7 +122,12 @@ class Program(Record, eq=False):
     bounds: tuple[Bounds, ...]
 
     def within(self, legs: int, most: int | None = None) -> Solution | NoFit:
-        """Minimum with as many satisfied groups of bounds as possible: at most ``most``, if more are known to fail."""
+        """Solution that satisfies as many groups of bounds as possible.
+
+        Args:
+            legs: number of legs.
+            most: upper limit of satisfied groups, if more are known to fail.
+        """
         none = NoFit("")
         for strict in range(len(self.bounds) if most is None else most, -1, -1):
             loose = self.bounds[strict:]
@@ -126,7 +140,7 @@ class Program(Record, eq=False):
         return none
 
     def _solved(self, strict: list[Bounds], loose: list[Bounds], legs: int) -> tuple[Array, Array] | NoFit:
-        """Solution vector, (numbers,), and excess, (legs,), metres.
+        """Solution vector, (numbers,), and excess over ``loose`` bounds, (legs,), metres.
 
         ``loose`` bounds may be exceeded at a high cost.
         """
@@ -163,18 +177,22 @@ class Program(Record, eq=False):
 
 
 SAFE = 1e-5
-"""Least reserve of every bound, metres: above float32 rounding in a hall."""
+"""Margin by which every bound is tightened, metres: more than float32 rounding in a hall."""
 ROUNDED = 2.0**-21
-"""Likewise, as a share of the largest coordinate: eight float32 numbers are added, each with error 2**-24."""
+"""Margin by which bounds are tightened, as a fraction of the largest coordinate: eight float32 numbers are added, each
+with error 2**-24.
+"""
 REST = 4
-"""Number of coefficients at an end of the spline that equal the resting place."""
+"""Number of coefficients at an end of the spline that are equal if the agent rests there."""
 ROUNDING_OFF = 0.02
-"""Weight of the squared jerk beside the squared acceleration, in steps: minimum jerk alone accelerates longer and is
-faster then."""
+"""Weight of the squared jerk relative to the squared acceleration, in steps.
+
+Minimum jerk alone accelerates longer and reaches higher speeds.
+"""
 
 
 class Course(Record, eq=False):
-    """Course of each agent.
+    """Segments and joints that the polynomials of each agent follow.
 
     Args:
         times: (legs + 1,), seconds: the joints.
@@ -199,7 +217,7 @@ class Course(Record, eq=False):
 
     @property
     def pinned(self) -> Flags:
-        """Flags of joints with the plan's exact position: (legs + 1,)."""
+        """Flags of the joints that have the plan's exact position: (legs + 1,)."""
         if self.slack == 0.0:
             return self.fixed
         ends = np.zeros_like(self.fixed)
@@ -208,15 +226,17 @@ class Course(Record, eq=False):
 
     @property
     def safe(self) -> float:
-        """Reserve of every bound, metres: above float32 rounding, also kilometres from the origin."""
+        """Margin by which every bound is tightened, metres: more than float32 rounding, even kilometres from the
+        origin.
+        """
         return max(SAFE, ROUNDED * float(np.abs(self.joint).max()))
 
 
 class Plane(Record, eq=False):
-    """Constraint ``normal @ (first - second) >= offset`` for each of the 8 control points of a part of ``leg``.
+    """Separating plane: ``normal @ (first - second) >= offset`` for the 8 control points of a part of ``leg``.
 
-    ``part`` has two shares of the leg's duration. If ``second`` equals ``first``, it stands for the origin: the plane
-    is for one agent.
+    ``part`` has two fractions of the leg's duration. If ``second`` equals ``first``, it stands for the origin: the
+    plane is for one agent.
     """
 
     leg: int
@@ -228,9 +248,9 @@ class Plane(Record, eq=False):
 
 
 class Cut(Record, eq=False):
-    """Constraint: ``weight``, (dim, 8), times the control points of an agent's piece is at most 1.
+    """Cutting plane: ``weight``, (dim, 8), times the control points of an agent's piece is at most 1.
 
-    Each axis of ``weight`` has sum 0: a cut is about a derivative, independent of the place.
+    Each axis of ``weight`` has sum 0: a cut is about a derivative, independent of the position.
     """
 
     agent: int
@@ -239,7 +259,7 @@ class Cut(Record, eq=False):
 
 
 class Fitted(Record, eq=False):
-    """Control points of an agent's pieces, with the satisfied bounds.
+    """Control points of the fitted polynomials, with the bounds that they satisfy.
 
     Args:
         points: (agents, pieces, dim, 8), metres.
@@ -253,7 +273,7 @@ class Fitted(Record, eq=False):
 
 
 class Splines(Record, eq=False):
-    """Common matrices of all coordinates and agents of a course, over a spline's coefficients.
+    """Matrices over a spline's coefficients that all coordinates and agents of a course share.
 
     Args:
         whole: (pieces * 8, coefficients): control points of every piece.
@@ -267,7 +287,7 @@ class Splines(Record, eq=False):
 
 
 def splines(course: Course) -> Splines:
-    """Splines between the course's joints, to be shared by several fits."""
+    """Spline matrices for the joints of a course, which several fits can share."""
     times = _in_steps(course)
     curve = control_points_of(times[course.knot])
     lasting = np.diff(times[course.knot])
@@ -278,7 +298,7 @@ def splines(course: Course) -> Splines:
 
 
 def _in_steps(course: Course) -> Array:
-    """Times of the joints in steps, dimensionless numbers near one: (legs + 1,)."""
+    """Times of the joints in time steps, (legs + 1,), so that durations are near one."""
     return np.asarray(course.times * ((int(course.fixed.sum()) - 1) / course.times[-1]))
 
 
@@ -291,14 +311,14 @@ def fit(
     shared: Splines | None = None,
     most: int | None = None,
 ) -> Fitted | NoFit:
-    """Least effort within all bounds.
+    """Polynomials of minimum effort within all bounds.
 
-    If infeasible, with the least excess over cuts, then planes, then tubes.
+    If the bounds are infeasible, the excess over cuts, then planes, then tubes is minimised.
 
     Args:
-        planes: agents by their index in ``course``; ``cuts`` likewise.
+        planes, cuts: bounds whose agents are indices in ``course``.
         low, high: (dim,) or (agents, legs, dim), metres: bounds of every control point.
-        shared: the course's ``splines``, if already made.
+        shared: the course's ``splines``, if already computed.
         most: number of groups satisfied in a fit with fewer bounds, an upper limit.
     """
     agents, legs, dim = course.start.shape
@@ -347,7 +367,7 @@ class _Spread:
         curve: (points, coefficients), for one coordinate of one agent.
         many: identity over all of them.
         first: (agents * dim, coefficients), metres: coefficients fixed by the beginning.
-        last: (agents * dim,), metres: final resting places.
+        last: (agents * dim,), metres: final positions, at rest.
     """
 
     def __init__(self, curve: csr_array, many: csr_array, first: Array, last: Array) -> None:
@@ -361,7 +381,11 @@ class _Spread:
 
 
 def _first_coefficients(course: Course, shared: Splines, origin: Array) -> Array:
-    """Initial coefficients, (agents * dim, coefficients), metres from each origin: at rest, or in motion."""
+    """Initial spline coefficients, (agents * dim, coefficients), metres from each origin: at rest, or in motion.
+
+    Args:
+        origin: (agents, dim), metres.
+    """
     if course.begin is None:
         return np.zeros((origin.size, REST))
     points = (course.begin - origin[..., None]).reshape(origin.size, -1)
@@ -370,7 +394,7 @@ def _first_coefficients(course: Course, shared: Splines, origin: Array) -> Array
 
 
 def begins_with(state: Array, duration: float) -> Array:
-    """First control points of a piece that begins in a state: (dim, 5), metres.
+    """First control points of a piece that begins in a given state: (dim, 5), metres.
 
     Args:
         state: (5, dim): the position and its derivatives by seconds up to the fourth.
@@ -385,7 +409,7 @@ def begins_with(state: Array, duration: float) -> Array:
 
 
 def _legs(course: Course) -> csr_array:
-    """Matrix from the pieces' control points to those of every leg.
+    """Matrix from the control points of the pieces to the control points of every leg.
 
     Shape: (legs * 8, pieces * 8), dimensionless weights.
     """
@@ -402,7 +426,11 @@ def _legs(course: Course) -> csr_array:
 
 
 def _world(rows: Rows, index: Array, course: Course, origin: Array, low: Array, high: Array) -> None:
-    """Add bounds for tubes beyond the world, whose control points must stay within it; (dim,), metres."""
+    """Add bounds that keep control points within the world where a tube extends beyond it.
+
+    Args:
+        low, high: corners of the world, (dim,), metres.
+    """
     reach = course.radius[..., None]
     low, high = (np.broadcast_to(side, course.start.shape) for side in (low, high))
     beyond = (np.minimum(course.start, course.end) - reach < low) | (
@@ -421,7 +449,11 @@ def _world(rows: Rows, index: Array, course: Course, origin: Array, low: Array, 
 
 
 def _tubes(rows: Rows, index: Array, course: Course, origin: Array) -> None:
-    """Add for each leg a box in its segment's frame inside the tube; origins are (agents, dim), metres."""
+    """Add bounds that keep each leg's control points in a box inside the tube, in the frame of its segment.
+
+    Args:
+        origin: (agents, dim), metres.
+    """
     dim = origin.shape[-1]
     along = course.end - course.start
     length = np.linalg.norm(along, axis=-1)
@@ -445,7 +477,11 @@ def _tubes(rows: Rows, index: Array, course: Course, origin: Array) -> None:
 
 
 def _waypoints(rows: Rows, index: Array, course: Course, origin: Array) -> None:
-    """Add tolerances of the steps' positions if they are not exact; origins are (agents, dim), metres."""
+    """Add bounds on the positions at steps that the trajectory need not pass exactly.
+
+    Args:
+        origin: (agents, dim), metres.
+    """
     dim = origin.shape[-1]
     inner = np.flatnonzero(course.fixed & ~course.pinned)
     if not inner.size:
@@ -463,7 +499,9 @@ def _waypoints(rows: Rows, index: Array, course: Course, origin: Array) -> None:
 
 
 def _keep(rows: Rows, cut: Cut, course: Course) -> None:
-    """Add a cut; all cuts share the excess of the first leg, which minimises the largest violation."""
+    """Add the bound of a cut; all cuts share the excess of the first leg, so that the largest violation is
+    minimised.
+    """
     dim, size = cut.weight.shape
     pieces = int(course.knot.sum()) - 1
     first = ((cut.agent * dim + np.arange(dim)[:, None]) * pieces + cut.piece) * size + np.arange(size)
@@ -472,14 +510,19 @@ def _keep(rows: Rows, cut: Cut, course: Course) -> None:
 
 
 def _loose(pinned: Flags) -> Flags:
-    """Flags of control points that are not exactly at a step's planned position: (legs, 8)."""
+    """Flags of the control points that are not fixed to a step's planned position: (legs, 8)."""
     loose = np.ones((pinned.size - 1, DEGREE + 1), dtype=bool)
     loose[:, 0], loose[:, DEGREE] = ~pinned[:-1], ~pinned[1:]
     return loose
 
 
 def _frames(along: Array, length: Array) -> Array:
-    """Orthonormal frames whose first direction is along the segment, metres: (..., axis, dim)."""
+    """Orthonormal frames whose first direction is along the segment: (..., axis, dim).
+
+    Args:
+        along: segment vectors, (..., dim), metres.
+        length: their lengths, (...), metres.
+    """
     dim = along.shape[-1]
     first = np.zeros_like(along)
     first[..., 0] = 1.0
@@ -495,8 +538,10 @@ def _frames(along: Array, length: Array) -> Array:
 
 
 def _hold(rows: Rows, index: Array, plane: Plane, pinned: Flags, origin: Array) -> None:
-    """Add a plane for the control points of its part of the leg, except exact ones; origins are
-    (agents, dim), metres.
+    """Add the bounds of a plane on the control points of its part of the leg, except those at exact positions.
+
+    Args:
+        origin: (agents, dim), metres.
     """
     offset = plane.offset - plane.normal @ origin[plane.first]
     columns, weight = [index[plane.first, plane.leg]], [plane.normal]

@@ -1,4 +1,4 @@
-"""Diagnostics for unflyable plans: no polynomials, or a longer time is needed.
+"""Diagnostics of unflyable plans: no polynomials, or a longer time is needed.
 
 says MC703 MC711
 """
@@ -15,16 +15,17 @@ from missionc.ir import PLAIN, Mission
 from missionc.verification.certificate import TUBE, Certificate, Check
 
 NEARLY_WHOLE = 1.25
-"""A whole stretch factor keeps the plan's corners, so it is proposed if it is larger by no more than this."""
+"""Ratio up to which an integer stretch factor is preferred to the needed one, since it preserves the plan's corners."""
 GRID = 20
-"""Other stretch factors are multiples of one over this number."""
+"""Denominator of proposed stretch factors that are not integers."""
 MOST_REASONS = 4
 
 
 def not_flyable(mission: Mission, tried: list[Check]) -> Diagnostic:
-    """Diagnostic of the nearest attempt's failure.
+    """Diagnostic of a plan for which no polynomials are valid, with the failure of the nearest attempt.
 
-    ``tried`` has the worst check of each attempt with polynomials.
+    Args:
+        tried: the worst check of each attempt with polynomials.
     """
     failed = max(tried, key=lambda check: (check.at is not None, check.margin), default=None)
     plain = all(agent.vehicle == PLAIN for agent in mission.agents)
@@ -59,7 +60,7 @@ def not_flyable(mission: Mission, tried: list[Check]) -> Diagnostic:
 
 
 def too_fast(mission: Mission, peaks: tuple[tuple[str, Peak], ...], stretch: float) -> Diagnostic:
-    """Diagnostic of exceeded limits by agent, in the flight with the smallest excess, and the needed stretch.
+    """Diagnostic of a flight that exceeds vehicle limits, with the stretch of the duration that it needs.
 
     Args:
         peaks: exceeded limits by agent name; at least one.
@@ -85,7 +86,7 @@ def too_fast(mission: Mission, peaks: tuple[tuple[str, Peak], ...], stretch: flo
 
 
 def proposed(needed: float) -> float:
-    """Stretch factor of at least ``needed`` with a short number."""
+    """Stretch factor of at least ``needed`` that is a short number."""
     whole = float(math.ceil(needed))
     return whole if whole <= NEARLY_WHOLE * needed else math.ceil(needed * GRID) / GRID
 
@@ -93,7 +94,7 @@ def proposed(needed: float) -> float:
 def not_slower(
     mission: Mission, certificate: Certificate, judgements: tuple[Judgement, ...], stretch: float
 ) -> Diagnostic:
-    """Diagnostic of requirements, or other conditions, that the stretched plan violates."""
+    """Diagnostic of a stretched plan that violates requirements or other conditions."""
     broken = [each for each in judgements if not each.satisfied]
     spans = {requirement.name: requirement.span for requirement in mission.requirements}
     names = " and ".join(f"`{each.name}`" for each in broken)

@@ -12,7 +12,10 @@ from missionc.verification.certificate import Certificate
 
 
 def required_performance(mission: Mission, certificate: Certificate) -> tuple[str, ...]:
-    """Note on the largest acceleration; limits of vehicles are always satisfied in flights."""
+    """Note on the largest acceleration if an agent without a vehicle exceeds every profile, as a tuple.
+
+    Empty if not.
+    """
     peak = next(figure for figure in certificate.figures if figure.name == "peak acceleration")
     most = max(vehicle.acceleration for vehicle in profiles().values() if vehicle != PLAIN)
     plain = any(agent.name == peak.subject and agent.vehicle == PLAIN for agent in mission.agents)

@@ -1,9 +1,9 @@
 """Safe ends of a flight: at many times a stop of all agents, a hover, and a landing in turns.
 
-    in   Mission, the whole of its flight
+    in   Mission, the complete flight
     out  Stops, each of which the verifier passes
 
-A time without a short and clear stop within the limits has no safe end: the flight continues to the next one.
+A time without a short and clear stop within the limits has no safe end: the flight continues to the next stop time.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from missionc.verification.flight.verify_safe_end import HOVER, failing_stops, l
 from missionc.verification.flight.verify_whole_flight import Stop
 
 EVERY, MOST = 0.5, 40
-"""Seconds between two stop times, and their maximum number: a long flight has larger intervals."""
+"""Interval between two stop times in seconds, and their maximum number: a long flight has larger intervals."""
 ROUNDED = 1e-3
 """Resolution of stop times, seconds."""
 
 
 def safe_ends(mission: Mission, whole: Mapping[str, Pieces], before: float, risen: float) -> tuple[Stop, ...]:
-    """Stops in the order of their times, the last at the flight's end.
+    """Stops from which all agents can land safely, in the order of their times; the last is at the flight's end.
 
     Arguments as for ``verify_safe_end``.
     """
@@ -44,7 +44,7 @@ def safe_ends(mission: Mission, whole: Mapping[str, Pieces], before: float, rise
 
 
 def _stops(mission: Mission, flown: list[Pieces], times: list[float], before: float) -> list[Stop]:
-    """Stops at those times of the flight that seem to be within the limits; without landings."""
+    """Stops at those of the given times from which all agents can stop within their limits; without landings."""
     vehicles = [agent.vehicle for agent in mission.agents]
     states = np.swapaxes(derivatives_at(curves_of(flown, slice(None)), np.array(times), ORDERS), 0, 1)
     # At the flight's end all agents hover.

@@ -1,8 +1,8 @@
-"""Separating planes for polynomials that come too close: each curve is constrained to its side.
+"""Separating planes for polynomials that come too close: each curve is constrained to its side of the plane.
 
 The verified motion of two agents within a step is straight, so there is a plane at its closest approach that it never
 crosses. If the control points respect it, the polynomials satisfy the separation too. The same holds for a convex
-obstacle. Only necessary planes are made.
+obstacle. Only necessary planes are added.
 
 Source:
     Hönig, Preiss, Kumar, Sukhatme, Ayanian, "Trajectory Planning for Quadrotor Swarms" (2018), section V.
@@ -27,17 +27,19 @@ from missionc.verification.plan.clearances import margins, near_pairs, pair_marg
 from missionc.verification.plan.obstacle_bodies import Distance, solid
 
 LENIENT = 2e-6
-"""Metres by which a plane is looser than the verified motion, so that bodies initially in contact have room."""
+"""Distance in metres by which a plane is looser than the verified motion, so that bodies initially in contact
+can move.
+"""
 
 
 NARROWEST = 1e-3
-"""Metres: least radius of a tube after halving."""
+"""Minimum radius to which a tube is halved, metres."""
 SMALLEST = 1 / 8
-"""Smallest part of a leg for a moving obstacle's planes, except parts from its own turns."""
+"""Smallest fraction of a leg with a plane of its own for a moving obstacle, except between the obstacle's own turns."""
 
 
 class Near(Record):
-    """Two agents, or an agent and an obstacle, too close in a leg, from ``begin`` to ``end`` (seconds)."""
+    """Conflict: two agents, or an agent and an obstacle, too close in a leg, from ``begin`` to ``end`` (seconds)."""
 
     leg: int
     begin: float
@@ -45,7 +47,7 @@ class Near(Record):
     first: int
     other: int | Obstacle
     short: float = field(compare=False)
-    """Lower bound of the missing distance, metres."""
+    """Lower bound on the missing distance, metres."""
 
     @property
     def agents(self) -> tuple[int, ...]:
@@ -57,11 +59,11 @@ class Near(Record):
 
 
 Held: TypeAlias = dict[Near, list[Plane]]
-"""Planes against each conflict."""
+"""Separating planes of each conflict."""
 
 
 def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
-    """All places where the curves violate the mission's separation or clearance.
+    """All conflicts in which the curves violate the mission's separation or clearance.
 
     Beside moving or growing obstacles, the tested parts of legs are those with planes.
 
@@ -95,7 +97,7 @@ def _close(lower: Array, upper: Array) -> Flags:
 
 
 def held_apart(mission: Mission, course: Course, held: Held, near_misses: list[Near], level: Curves) -> Held:
-    """Planes, including new ones against the conflicts.
+    """Separating planes, including new ones for the conflicts.
 
     They come from the verified motion. If these do not help beside a moving obstacle, their time intervals are halved;
     the shortest ones use the fitted curve instead.
@@ -122,7 +124,7 @@ def _contains(wide: Near, near: Near) -> bool:
 
 
 def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) -> list[Plane]:
-    """Planes from the verified motion, as far as it respects them; or from the fitted curve."""
+    """Planes of a conflict, from the verified motion if it respects them, or else from the fitted curve."""
     match near.other:
         case int(second):
             ends = np.stack([course.start[:, near.leg], course.end[:, near.leg]], axis=1)
@@ -146,9 +148,11 @@ def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) 
 
 
 def _between(mission: Mission, near: Near, second: int, relative: Array, safe: float) -> list[Plane]:
-    """Planes between two agents.
+    """Planes between two agents in a leg.
 
-    ``relative``: (2, dim), metres, their difference at both ends of straight motion.
+    Args:
+        relative: (2, dim), metres, their difference at both ends of straight motion.
+        safe: margin for rounding, metres.
     """
     spacing = mission.spacing(near.first, second)
     # If two agents have a separation ellipsoid, it is a ball in this metric, and the plane touches it.
@@ -174,9 +178,11 @@ def _beside(
     relax: bool,
     safe: float,
 ) -> list[Plane]:
-    """One plane for each part of the shape.
+    """Planes between an agent and an obstacle, one for each part of the obstacle's shape.
 
-    ``ends``, (2, dim), metres, are positions at two times, (2,), seconds.
+    Args:
+        ends: positions of the agent at two times, (2, dim), metres.
+        when: the two times, (2,), seconds.
     """
     need = mission.agents[near.first].radius + mission.clearance
     shift = np.array([displaced(obstacle, time, mission.dimension) for time in when])
@@ -206,8 +212,11 @@ def _parts(shape: Shape) -> list[Shape]:
 
 
 def _closest(distance: Distance, seen: Array, grown: Array) -> Array:
-    """Nearest point of the segment, (2, dim), metres, to the growing shape, to a ten-thousandth of its
-    length: (dim,).
+    """Point of a segment that is nearest to a growing shape, (dim,), to a ten-thousandth of the segment's length.
+
+    Args:
+        seen: end points of the segment, (2, dim), metres.
+        grown: growth of the shape at both ends, (2,), metres.
     """
     low, high = 0.0, 1.0
     for _ in range(2):
@@ -219,14 +228,14 @@ def _closest(distance: Distance, seen: Array, grown: Array) -> Array:
 
 
 def _gradient(distance: Distance, point: Array) -> Array:
-    """Unit vector away from the shape at a point, (dim,), metres."""
+    """Unit vector away from a shape at a point, (dim,), metres."""
     small = 1e-6 * np.eye(point.size)
     slope = distance(point + small) - distance(point - small)
     return np.asarray(slope / max(float(np.linalg.norm(slope)), 1e-300))
 
 
 def groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
-    """Groups of agents to fit together: ``stale`` ones, each with all agents tied by planes."""
+    """Groups of agents to fit together: each agent of ``stale`` with all agents that planes connect to it."""
     root = {index: index for index in stale}
     for plane in planes:
         for index in (plane.first, plane.second):
@@ -248,7 +257,7 @@ def groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
 
 
 def narrowed(radius: Array, again: list[Near]) -> Array:
-    """Tube radii, (agents, legs), metres, halved where planes did not remove conflicts (nonconvex shapes)."""
+    """Tube radii, (agents, legs), metres, halved at conflicts that planes did not remove (nonconvex shapes)."""
     radius = radius.copy()
     for near in again:
         for index in (near.first, near.other):

@@ -1,10 +1,10 @@
 """Stops: from any time of a flight to rest, within the vehicle limits, without a jump from position to snap.
 
-    in   the state at a moment, the Vehicle
+    in   the state at a time, the Vehicle
     out  Pieces: the stop, and a hover after it; None if no such stop satisfies the vehicle limits
 
 A polynomial of degree seven has eight coefficients. The state gives five of them, and zero velocity, acceleration and
-jerk at the end the other three; the resting place follows. Its duration is free; the shortest one that satisfies every
+jerk at the end the other three; the final position follows. Its duration is free; the shortest one that satisfies every
 limit is used.
 
 Source:
@@ -33,22 +33,19 @@ from missionc.ir import Vehicle
 from missionc.verification.plan.conservative_advancement import least
 
 ORDERS = 5
-"""Position, velocity, acceleration, jerk and snap."""
+"""Number of quantities in a state: position, velocity, acceleration, jerk and snap."""
 SHORTEST, LONGEST, LONGER = 0.25, 12.0, 1.12
-"""Seconds of a stop: the first tried, the longest, and the factor between two."""
+"""Durations of a stop that are tried: the first and the longest in seconds, and the factor from one to the next."""
 GLANCES = 33
-"""Number of tested times of a stop before its exact limits."""
+"""Number of times at which a stop is tested before its limits are verified exactly."""
 SURE = 0.995
-"""Share of a limit up to which these times suffice: in between the value may be larger."""
+"""Fraction of a limit that a stop may use at the tested times, since the value may be larger in between."""
 HOVER = 1.0
-"""Seconds of hovering after a stop."""
+"""Duration of the hover after a stop, seconds."""
 
 
 def _ending() -> Array:
-    """Matrix from the first five coefficients of a stop of 1 s to the others, for rest at its end.
-
-    Shape: (3, 5), numbers.
-    """
+    """Matrix from the first five coefficients of a stop of 1 s to the other three, for rest at its end: (3, 5)."""
     ends = np.array([[math.perm(power, order) for power in range(8)] for order in (1, 2, 3)], dtype=np.float64)
     return np.asarray(np.linalg.solve(ends[:, ORDERS:], -ends[:, :ORDERS]))
 
@@ -57,7 +54,7 @@ ENDING = _ending()
 
 
 def state_at(flight: Pieces, time: float) -> Array:
-    """State of x, y, z in metres and yaw in rad, with derivatives by seconds up to the fourth: (5, 4).
+    """State of a trajectory at a time: x, y, z in metres and yaw in rad, with derivatives up to the fourth: (5, 4).
 
     Args:
         time: seconds; clipped to the flight.
@@ -66,24 +63,25 @@ def state_at(flight: Pieces, time: float) -> Array:
 
 
 def stop_and_hover(state: Array, vehicle: Vehicle, hover: float = HOVER) -> Pieces | None:
-    """Shortest stop from a state, and the hover after it.
+    """Shortest stop from a state within the vehicle's limits, and the hover after it; None if there is none.
 
     Args:
         state: (5, 4), from ``state_at``.
         hover: seconds, more than 0.
 
     Returns:
-        Two pieces, float32 values, within the vehicle's limits of motion, yaw rate and height; the caller checks
-            obstacles and other agents.
+        Two pieces, float32 values, within the vehicle's limits of motion, yaw rate and altitude; the caller checks
+        obstacles and other agents.
     """
     stopped = stop_together([state], [vehicle], hover)
     return None if stopped is None else stopped[0]
 
 
 def stop_together(states: Sequence[Array], vehicles: Sequence[Vehicle], hover: float = HOVER) -> list[Pieces] | None:
-    """Stops of several vehicles with equal duration, the shortest for all.
+    """Stops of several vehicles with the same duration, the shortest that is possible for all; None if there is none.
 
-    States are (5, 4), metres, rad, seconds.
+    Args:
+        states: (5, 4) for each vehicle, metres, rad, seconds.
     """
     begin = np.stack(states)
     duration = SHORTEST
@@ -99,7 +97,8 @@ def stop_together(states: Sequence[Array], vehicles: Sequence[Vehicle], hover: f
 
 
 def quickest(states: Array, vehicles: Sequence[Vehicle]) -> Array:
-    """Common duration of all stops at each of many times: (moments,), seconds, if no limit seems exceeded.
+    """Common duration of all agents' stops, for each of many times, if no limit is exceeded at samples: (moments,),
+    seconds.
 
     Args:
         states: (moments, agents, 5, 4).
@@ -119,8 +118,10 @@ def quickest(states: Array, vehicles: Sequence[Vehicle]) -> Array:
 
 
 def stopping(states: Array, seconds: float) -> Array:
-    """Stops of a duration from states (..., 5, 4), metres and seconds: (..., 4, 8); limits are ignored;
-    float32 values.
+    """Polynomials of stops with a given duration, (..., 4, 8), float32 values; vehicle limits are ignored.
+
+    Args:
+        states: (..., 5, 4), metres, rad, seconds.
     """
     factorial = np.array([math.factorial(order) for order in range(ORDERS)])
     # In shares of the duration, so that the numbers have similar sizes.
@@ -131,14 +132,19 @@ def stopping(states: Array, seconds: float) -> Array:
 
 
 def with_hover(moving: Array, seconds: float, hover: float = HOVER) -> Pieces:
-    """A stop, (4, 8), of ``seconds``, metres and rad, and the hover after it."""
+    """A stop, followed by a hover at its end.
+
+    Args:
+        moving: polynomials of the stop, (4, 8), metres and rad.
+        seconds: duration of the stop.
+    """
     still = np.zeros_like(moving)
     still[:, 0] = values(moving, np.asarray(seconds)).astype(np.float32)
     return Pieces(np.array([seconds, float(np.float32(hover))]), np.stack([moving, still]))
 
 
 def _kept(stop: Pieces, vehicle: Vehicle) -> bool:
-    """Return whether all vehicle limits are satisfied."""
+    """Return whether a stop satisfies all limits of the vehicle."""
     place = Curves(stop.times, stop.coefficients[None, :, :3])
     if peaks(limits_of(vehicle), place):
         return False
@@ -147,11 +153,11 @@ def _kept(stop: Pieces, vehicle: Vehicle) -> bool:
 
 
 def _seen_beyond(moving: Array, seconds: float, vehicles: Sequence[Vehicle], most: float) -> Flags:
-    """Flags of agents with a violation at some tested times, (..., agents), which suffices for most durations.
+    """Flags of agents whose stops violate a limit at some tested times, (..., agents).
 
     Args:
         moving: (..., agents, 4, 8), metres and seconds.
-        most: allowed share of a limit after the beginning; all of it there.
+        most: allowed fraction of a limit after the beginning; all of it there.
     """
     shares = np.linspace(0.0, 1.0, GLANCES)
     allowed = np.where(shares > 0, most, max(most, 1.0))
@@ -173,7 +179,7 @@ def _seen_beyond(moving: Array, seconds: float, vehicles: Sequence[Vehicle], mos
 
 
 def _derived(own: Array, seconds: float, order: int, shares: Array) -> Array:
-    """Derivative of stops, (..., 4, 8), at shares of their duration.
+    """Derivative of stops, (..., 4, 8), at fractions of their duration.
 
     Shape: (..., shares, 4), metres, rad and seconds.
     """
@@ -183,7 +189,7 @@ def _derived(own: Array, seconds: float, order: int, shares: Array) -> Array:
 
 
 def _slow(rate: Curves, most: float) -> bool:
-    """Return whether one coordinate stays within ``most`` on both sides."""
+    """Return whether the magnitude of a rate stays within ``most``."""
     if math.isinf(most):
         return True
     own, changes = rate.coefficients[0], speed_bounds(rate)[0]
@@ -195,7 +201,7 @@ def _slow(rate: Curves, most: float) -> bool:
 
 
 def _in_band(place: Curves, vehicle: Vehicle) -> bool:
-    """Return whether it stays in its altitude band; initially outside, not further than it was."""
+    """Return whether a stop stays in the vehicle's altitude band; from outside, it may not move further away."""
     heights = Curves(place.times, place.coefficients[:, :, 2:])
     own, changes = heights.coefficients[0], speed_bounds(heights)[0]
     begin = float(own[0, 0, 0])

@@ -25,15 +25,15 @@ from missionc.verification.flight.verify_polynomials import GRAVITY
 from missionc.verification.plan.conservative_advancement import least
 
 SHARE = 0.98
-"""Share of a limit that a fit may use: the rest is for rounding, and for errors of the cuts."""
+"""Fraction of a limit that a fit may use: the rest is for rounding, and for errors of the cuts."""
 PARTS = 4
-"""Number of parts of a piece whose control points are tested: nearer to the curve than those of the whole."""
+"""Number of parts of a piece whose control points are tested; they are nearer to the curve than those of the piece."""
 EXACT = 1e-3
-"""Relative precision of a peak beyond a limit."""
+"""Relative precision to which the peak of an exceeded limit is computed."""
 
 
 class Limit(Record):
-    """One limit of a vehicle on a derivative of an order; vectors (..., 3) in SI units.
+    """Limit of a vehicle on a derivative of its position, as a convex gauge; vectors (..., 3) in SI units.
 
     Args:
         most: limit, in its unit.
@@ -63,12 +63,12 @@ class Peak(Record):
 
     @property
     def stretch(self) -> float:
-        """Factor of the flight's duration that would satisfy the limit."""
+        """Factor by which the flight must last longer to satisfy the limit."""
         return float(self.gauge ** (1 / self.limit.order))
 
 
 def limits_of(vehicle: Vehicle) -> list[Limit]:
-    """Finite limits of a vehicle's motion."""
+    """Finite limits of a vehicle's motion, as gauges."""
     level, height, full = np.array([1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.ones(3)
     limits = [
         _length("speed", "m/s", 1, vehicle.speed, level),
@@ -96,7 +96,7 @@ def _length(name: str, unit: str, order: int, most: float, axes: Array) -> Limit
 
 
 def _tilt(most: float) -> Limit:
-    """Limit of the thrust's tilt: ``|a sideways| - tan(angle) a_z <= tan(angle) g``."""
+    """Limit of the thrust's tilt, rad: ``|a sideways| - tan(angle) a_z <= tan(angle) g``."""
     level, up = np.array([1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
     tangent = math.tan(most)
 
@@ -115,7 +115,7 @@ def _tilt(most: float) -> Limit:
 
 
 def _strongest(most: float) -> Limit:
-    """``|a + g| <= most * g``: the gauge u solves ``|a / u + g| = most * g``."""
+    """Upper limit of the thrust, ``|a + g| <= most * g``: the gauge u solves ``|a / u + g| = most * g``."""
     up, room = np.array([0.0, 0.0, 1.0]), most**2 - 1
 
     def root(vector: Array) -> Array:
@@ -132,7 +132,7 @@ def _strongest(most: float) -> Limit:
 
 
 def _weakest(least: float) -> Limit:
-    """Lower limit of the thrust's upward part, which implies that of the thrust."""
+    """Lower limit of the thrust's upward component, which implies the lower limit of the thrust."""
     down, room = np.array([0.0, 0.0, -1.0]), GRAVITY * (1 - least)
 
     def gauge(vector: Array) -> Array:
@@ -156,10 +156,10 @@ def _unit(vector: Array) -> Array:
 
 
 def peaks(limits: list[Limit], flight: Curves) -> list[Peak]:
-    """Limits that one agent's flight exceeds.
+    """Limits that one agent's trajectory exceeds, each with its largest gauge.
 
     Args:
-        flight: flight of one agent: (1, pieces, dim, 8).
+        flight: trajectory of one agent: (1, pieces, dim, 8).
     """
     maxima = []
     for limit in limits:
@@ -183,7 +183,7 @@ def peaks(limits: list[Limit], flight: Curves) -> list[Peak]:
 
 
 def cuts(limits: list[Limit], agent: int, points: Array, durations: Array) -> list[Cut]:
-    """One cut for each control point of a derivative, in a part of a piece, beyond a limit.
+    """Cutting planes, one for each control point of a derivative, in a part of a piece, that is beyond a limit.
 
     Args:
         points: (pieces, dim, 8), metres.
@@ -212,15 +212,17 @@ def in_parts(order: int) -> Array:
 
 
 def _in_space(vectors: Array) -> Array:
-    """Three-dimensional vectors, such as m/s: (..., dim) to (..., 3); motion in a plane does not climb."""
+    """Vectors padded to three dimensions, (..., dim) to (..., 3), in the same unit, with 0 for the vertical
+    component.
+    """
     missing = 3 - vectors.shape[-1]
     return np.pad(vectors, [(0, 0)] * (vectors.ndim - 1) + [(0, missing)]) if missing else vectors
 
 
 def spare_performance(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
-    """Opposite corners of each leg's bounds, (agents, legs, dim), metres.
+    """Opposite corners of the box in which each leg must stay, (agents, legs, dim), metres.
 
-    If the plan itself exceeds them, the flight goes no further than the plan, and never out of the world.
+    If the plan itself exceeds a vehicle's fence, the flight goes no further than the plan, and never out of the world.
     """
     corners = np.array([mission.room(index) for index in group])
     low, high = corners[:, 0], corners[:, 1]

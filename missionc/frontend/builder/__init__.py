@@ -1,1 +1,1 @@
-"""Missions built in Python: parts with operators, the mission of them, and the lines that findings point at."""
+"""Missions built in Python: parts with operators, missions composed of parts, and the lines that findings refer to."""

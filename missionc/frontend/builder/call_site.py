@@ -16,9 +16,10 @@ PACKAGE = __name__.partition(".")[0]
 
 
 def call_site() -> Span:
-    """Return the expression that runs in the innermost function outside this package.
+    """Span of the Python expression that runs in the innermost function outside this package.
 
-    The span is empty, and its source has no text, if Python does not have the text: typed into a bare interpreter, say.
+    The span is empty, and its source has no text, if Python does not have the text, for instance in an interactive
+    interpreter.
     """
     frame = sys._getframe(1)
     while frame.f_globals.get("__name__", "").partition(".")[0] == PACKAGE and frame.f_back is not None:
@@ -40,7 +41,7 @@ def _expression(code: CodeType, instruction: int) -> Span:
 
 
 def _offset(source: Source, line: int, column: int) -> int:
-    """Character offset of a column, which Python counts in bytes of UTF-8."""
+    """Character offset in the source of a column, which Python counts in bytes of UTF-8."""
     return source.line_starts[line - 1] + len(source.line(line).encode()[:column].decode(errors="ignore"))
 
 

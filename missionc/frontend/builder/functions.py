@@ -1,4 +1,4 @@
-"""Functions that make parts of a mission: predicates, states, distances, headings, extremes and shapes."""
+"""Functions that build parts of a mission: predicates, states, distances, headings, extremes and shapes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from missionc.ir.language.predicates import PREDICATES
 
 
 def _predicate(name: str) -> Callable[..., Formula]:
-    """Build the function that makes a predicate of the language, written with its name and brackets."""
+    """Function that builds a predicate of the language, written as its name with arguments in brackets."""
 
     def called(*arguments: Part | QuantityLike) -> Formula:
         nodes = tuple(each.node if isinstance(each, Part) else quantity(each).node for each in arguments)
@@ -38,17 +38,17 @@ def _predicate(name: str) -> Callable[..., Formula]:
 
 
 inside = _predicate("inside")
-"""Predicate ``inside(field)``."""
+"""Predicate ``inside(field)``: the agent's body lies in the region."""
 touches = _predicate("touches")
-"""Predicate ``touches(field)``."""
+"""Predicate ``touches(field)``: the agent's body touches the region."""
 connected = _predicate("connected")
-"""Predicate ``connected(radio)``, ``connected(radio, east)``, ``connected(radio, east, 2)``."""
+"""Predicate that agents are connected in a graph: ``connected(radio)``, ``connected(radio, east, 2)``."""
 
 
 class _States:
-    """State of an agent for comparisons: ``state.speed <= 1``.
+    """States of an agent for comparisons, such as ``state.speed <= 1``.
 
-    ``x``, ``y``, ``z``, ``speed`` and ``altitude``.
+    The states are ``x``, ``y``, ``z``, ``speed`` and ``altitude``.
     """
 
     def __getattr__(self, word: str) -> Quantity:
@@ -74,12 +74,12 @@ def _end(value: Part | str) -> ast.Name | ast.Member:
 
 
 def heading(within: QuantityLike, of: QuantityLike | Part) -> Formula:
-    """Return a formula that is true of an agent if its heading is close to a direction or to that of a beacon.
+    """Formula that is true of an agent if its heading is close to a direction, or to the direction of a beacon.
 
     Args:
-        within: example ``heading within 10 deg of mast``: largest difference to either side, rad or a text such as
-            ``"10 deg"``.
-        of: direction, likewise, from the x axis to the left; or a beacon.
+        within: largest difference to either side, rad or a text such as ``"10 deg"`` (in the language ``heading within
+            10 deg of mast``).
+        of: direction, counterclockwise from the x axis, in the same form; or a beacon.
     """
     towards = of.node if isinstance(of, Part) else quantity(of).node
     return Formula(ast.Facing(call_site(), quantity(within).node, towards))
@@ -110,27 +110,45 @@ def _height(height: Range | None) -> ast.Height | None:
 
 
 def box(low: PointLike, high: PointLike, height: Range | None = None) -> Shape:
-    """Box between two corners; ``height`` is the lowest and highest point of a plane box in a volume, metres."""
+    """Box between two opposite corners, metres.
+
+    Args:
+        height: lowest and highest altitude, metres, for corners with two coordinates in a three-dimensional mission.
+    """
     return Shape(ast.Box(call_site(), point(low), point(high), _height(height)))
 
 
 def disc(centre: PointLike, radius: QuantityLike, height: Range | None = None) -> Shape:
-    """Disc in the plane, metres; ``height`` as for ``box``."""
+    """Disc in the plane; in three dimensions the vertical cylinder over it.
+
+    Args:
+        centre: centre, metres.
+        radius: radius, metres.
+        height: lowest and highest altitude, metres, in a three-dimensional mission.
+    """
     return Shape(ast.Disc(call_site(), point(centre), quantity(radius).node, _height(height)))
 
 
 def ball(centre: PointLike, radius: QuantityLike) -> Shape:
-    """Ball in a volume, metres."""
+    """Ball in a three-dimensional mission, metres."""
     return Shape(ast.Ball(call_site(), point(centre), quantity(radius).node))
 
 
 def cylinder(centre: PointLike, radius: QuantityLike, height: Range) -> Shape:
-    """Upright cylinder in a volume, metres."""
+    """Upright cylinder in a three-dimensional mission, metres.
+
+    Args:
+        height: lowest and highest altitude, metres.
+    """
     lowest, highest = height
     heights = ast.Height(call_site(), quantity(lowest).node, quantity(highest).node)
     return Shape(ast.Cylinder(call_site(), point(centre), quantity(radius).node, heights))
 
 
 def polygon(*corners: PointLike, height: Range | None = None) -> Shape:
-    """Simple polygon with its corners in either order, metres; ``height`` as for ``box``."""
+    """Simple polygon with its corners in either order, or in three dimensions the prism over it, metres.
+
+    Args:
+        height: lowest and highest altitude, metres, in a three-dimensional mission.
+    """
     return Shape(ast.Polygon(call_site(), tuple(map(point, corners)), _height(height)))

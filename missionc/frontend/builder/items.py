@@ -1,4 +1,4 @@
-"""Items of teams: dynamics, starts, finishes, vehicles, flights and yaw, made of Python values."""
+"""Items of teams: dynamics, starts, finishes, vehicles, flights and yaw, built from Python values."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from missionc.frontend.syntax import ast, show_tree
 from missionc.ir import FIGURES, PAD_FIGURES
 
 Setting: TypeAlias = "QuantityLike | parts.Range"
-"""A value, or a pair of the lowest and highest value."""
+"""Value of a setting, or a pair of its lowest and highest value."""
 Places: TypeAlias = "parts.Part | str | Iterable[parts.PointLike]"
-"""A region, a point for each agent, or a text."""
+"""Start or finish of a team: a region, a point for each agent, or a text."""
 VehicleLike: TypeAlias = "str | tuple[str, Mapping[str, Setting]]"
-"""The name of a profile, or a pair of a name and changed parameters."""
+"""Vehicle of a team: the name of a profile, or a pair of a name and changed parameters."""
 FlightLike: TypeAlias = "bool | str | Mapping[str, Any]"
-"""True if the team takes off and lands, or the parameters of both."""
+"""Takeoff and landing of a team: True, or the parameters of both."""
 
 
 class TeamItems(TypedDict, total=False):
@@ -34,20 +34,20 @@ class TeamItems(TypedDict, total=False):
 
 
 def _dynamics(word: str) -> Callable[..., str]:
-    """Build the function for a kind of dynamics, which takes the upper bound of each limit or a pair of bounds."""
+    """Function for a kind of dynamics, whose keyword arguments are upper bounds of limits, or pairs of bounds."""
     return lambda **limits: f"{word}({', '.join(_settings(limits, '<='))})"
 
 
 single_integrator = _dynamics("single_integrator")
-"""Dynamics ``single_integrator(speed=1)``, m/s."""
+"""Text of the dynamics ``single_integrator(speed=1)``, m/s."""
 double_integrator = _dynamics("double_integrator")
-"""Dynamics ``double_integrator(speed=1, acceleration=2)``, m/s and m/s²."""
+"""Text of the dynamics ``double_integrator(speed=1, acceleration=2)``, m/s and m/s²."""
 unicycle = _dynamics("unicycle")
-"""Dynamics ``unicycle(speed=(0, 2), turn="90 deg/s")``."""
+"""Text of the dynamics ``unicycle(speed=(0, 2), turn="90 deg/s")``."""
 
 
 def team_items(items: Mapping[str, Any]) -> tuple[ast.TeamItem, ...]:
-    """Items of a team that have a value.
+    """Syntax tree nodes for the items of a team that have a value.
 
     Raises:
         TypeError: an item is unknown, or dynamics or start are missing.
@@ -90,7 +90,11 @@ def _yaw(value: QuantityLike) -> str:
 
 
 def _settings(values: Mapping[str, Setting], relation: str = "") -> list[str]:
-    """Texts of the settings by keyword; ``relation`` is that of keywords in no table of parameters."""
+    """Texts of settings given by keyword.
+
+    Args:
+        relation: relation sign, such as ``<=``, for keywords without an entry in the tables of parameters.
+    """
     texts = []
     for word, value in values.items():
         figure = FIGURES.get(word) or PAD_FIGURES.get(word)
@@ -110,4 +114,4 @@ _TEXTS: dict[str, Callable[[Any], str]] = {
     "flight": _flight,
     "yaw": _yaw,
 }
-"""Text of each item after its keyword, in the order in which they are printed."""
+"""Function that prints the value of each item, in the order in which items are printed."""

@@ -1,7 +1,7 @@
-"""The mission as a Python object: its declarations, the parts that they name, and the printed text.
+"""The mission as a Python object: its declarations, the named parts, and the printed text.
 
-A declaration is a node of the syntax tree, made of Python values or read from text. The text of the mission is laid out
-as by ``missionc fmt``.
+A declaration is a node of the syntax tree, built from Python values or parsed from text. The text of the mission has
+the layout of ``missionc fmt``.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ NAMES: dict[type, type[Part]] = {
     ast.Flag: Formula,
     ast.Let: Formula,
 }
-"""Kind of part that each kind of declaration names."""
+"""Python class of the named part for each kind of declaration."""
 
 Named_ = TypeVar("Named_", bound=Part)
 Pairs: TypeAlias = "Mapping[tuple[AgentsLike, AgentsLike], QuantityLike]"
@@ -112,12 +112,15 @@ class Mission:
 
     @property
     def declarations(self) -> tuple[ast.Declaration, ...]:
-        """Declarations in the order of addition; each node has the place in Python or in a text that made it."""
+        """Declarations in the order of addition.
+
+        Each node has the span of the Python expression or text that built it.
+        """
         return tuple(self._declarations)
 
     @property
     def source(self) -> Source:
-        """Text of the mission, under the name of a file in its folder."""
+        """Text of the mission as a source, with the name of a file in its folder."""
         return Source(self._file or str(self.folder / f"{self.name}.mission"), str(self))
 
     def __str__(self) -> str:
@@ -131,7 +134,7 @@ class Mission:
         return f"<Mission {self.name}: {len(self._declarations)} declarations>"
 
     def __getitem__(self, name: str) -> Any:
-        """Return the part with a name: a region, a team, a parameter, ….
+        """The declared part with a name: a region, a team, a parameter, ….
 
         Raises:
             KeyError: nothing of that name is declared here; included files are not searched.
@@ -155,7 +158,7 @@ class Mission:
     # ------------------------------------------------------------ time and world
 
     def param(self, name: str, value: QuantityLike) -> Quantity:
-        """Declare a parameter, which ``overrides`` can replace."""
+        """Declare a parameter, whose value ``overrides`` can replace."""
         return self._named(Quantity, ast.Param(call_site(), declared_name(name), quantity(value).node))
 
     def include(self, path: str) -> None:
@@ -163,7 +166,7 @@ class Mission:
         self._add(ast.Include(call_site(), path))
 
     def time(self, step: QuantityLike, horizon: QuantityLike) -> None:
-        """Set the time between two steps and the time of the last step, in seconds."""
+        """Set the duration of a step and the time of the last step, in seconds."""
         self._add(ast.Time(call_site(), quantity(step).node, quantity(horizon).node))
 
     def world(self, low: PointLike, high: PointLike) -> None:
@@ -171,7 +174,7 @@ class Mission:
         self._add(ast.World(call_site(), point(low), point(high)))
 
     def region(self, name: str, shape_: parts.ShapeLike) -> Region:
-        """Declare a region."""
+        """Declare a region with a shape."""
         return self._named(Region, ast.Region(call_site(), declared_name(name), parts.shape(shape_).node))
 
     def obstacle(
@@ -225,7 +228,7 @@ class Mission:
         """Declare a team of ``size`` agents.
 
         Args:
-            dynamics: ``unicycle(speed=(0, 2))``, or a text.
+            dynamics: result of a function such as ``unicycle(speed=(0, 2))``, or a text.
             start: a region, a point for each agent, or a text such as ``"line (0, 0) to (8, 0)"``.
             finish: position at the horizon, in the same forms.
             radius: radius of each body, metres.
@@ -239,7 +242,7 @@ class Mission:
         return self._named(Agents, ast.Team(call_site(), declared_name(name), quantity(size).node, made))
 
     def agent(self, name: str, **items: Unpack[TeamItems]) -> Agents:
-        """Declare one agent with a name of its own; arguments as for ``team``."""
+        """Declare a single agent with its own name; arguments as for ``team``."""
         return self._named(Agents, ast.Team(call_site(), declared_name(name), None, team_items(items)))
 
     def group(self, name: str, *members: AgentsLike) -> Agents:
@@ -278,7 +281,12 @@ class Mission:
         set: NamedLike | list[NamedLike],
         cleared: NamedLike | list[NamedLike] | None = None,
     ) -> Formula:
-        """Declare a flag that each of some agents stores; ``set`` and ``cleared`` are regions."""
+        """Declare a flag, a stored truth value of each agent that is set and cleared by entering regions.
+
+        Args:
+            of: the agents that store the flag.
+            set, cleared: regions in which the flag is set and cleared.
+        """
         marks = [f"set in {_name(each)}" for each in _listed(set)]
         marks += [f"cleared in {_name(each)}" for each in _listed(cleared)]
         return self._read(Formula, f"flag {name} of {agents(of)} {{ {', '.join(marks)} }}")
@@ -295,7 +303,7 @@ class Mission:
         pairs: Mapping[tuple[AgentsLike, AgentsLike], QuantityLike] | None = None,
         weights: Mapping[str, QuantityLike | tuple[QuantityLike, Pairs]] | None = None,
     ) -> Part:
-        """Declare the links between agents at every time.
+        """Declare a communication graph: the links between agents at every time.
 
         Args:
             kind: ``proximity``, ``beacons`` or ``sight``.
@@ -352,30 +360,30 @@ class Mission:
         self._add(ast.Clearance(call_site(), quantity(distance).node))
 
     def tolerate_delay(self, delay: QuantityLike, of: AgentsLike) -> None:
-        """Require a plan that stays valid if any one of some agents is late by up to ``delay`` seconds."""
+        """Require a plan that stays valid if any single agent among ``of`` is late by up to ``delay`` seconds."""
         self._add(ast.Tolerate(call_site(), quantity(delay).node, agents(of).node))
 
     # ------------------------------------------------------------ requirements
 
     def let(self, name: str, body: parts.FormulaLike) -> Formula:
-        """Name a formula."""
+        """Declare a name for a formula."""
         return self._named(Formula, ast.Let(call_site(), declared_name(name), parts.formula(body).node))
 
     def require(self, body: parts.FormulaLike, label: str | None = None) -> None:
-        """Add a requirement, evaluated at step 0."""
+        """Add a requirement: a formula that must hold at step 0."""
         self._add(ast.Require(call_site(), _label(label), parts.formula(body).node))
 
     def prefer(self, body: parts.FormulaLike, label: str | None = None, *, weight: QuantityLike | None = None) -> None:
-        """Add a soft requirement, with its relative weight."""
+        """Add a preference (soft requirement) with its relative weight."""
         value = None if weight is None else quantity(weight).node
         self._add(ast.Prefer(call_site(), _label(label), parts.formula(body).node, value))
 
     def minimize(self, goal: str) -> None:
-        """Set the objective: ``distance``, ``duration`` or ``energy``."""
+        """Set the objective to minimise: ``distance``, ``duration`` or ``energy``."""
         self._add(ast.Minimize(call_site(), declared_name(goal) if goal != "distance" else ast.Name(call_site(), goal)))
 
     def maximize(self, goal: str) -> None:
-        """Set the objective: ``robustness``."""
+        """Set the objective to maximise: ``robustness``."""
         self._add(ast.Maximize(call_site(), declared_name(goal)))
 
     def solve(self, backend: str = "auto", **options: QuantityLike) -> None:
@@ -429,7 +437,7 @@ class Mission:
 
 
 def read_declarations(source: Source, limits: Limits | None = None) -> list[ast.Declaration]:
-    """Declarations in a text, without those in included files.
+    """Declarations that a text contains, without those in included files.
 
     Raises:
         ValueError: the text has errors of syntax.
@@ -441,7 +449,7 @@ def read_declarations(source: Source, limits: Limits | None = None) -> list[ast.
 
 
 def _formatted(source: Source, limits: Limits) -> str:
-    """Format a text without syntax errors in the layout of ``missionc fmt``."""
+    """A text without syntax errors in the layout of ``missionc fmt``."""
     program = ast.Program(Span(source, 0, len(source.text)), tuple(read_declarations(source, limits)))
     return format_mission(source, program, limits)
 
@@ -467,7 +475,7 @@ def _pairs(pairs: Pairs) -> str:
 
 
 def _option(word: str, value: Any) -> str:
-    """Text of the value that follows a keyword after ``from "FILE"``."""
+    """Text for the value of a keyword that follows ``from "FILE"``."""
     match word, value:
         case "layer", str():
             return f'"{value}"'

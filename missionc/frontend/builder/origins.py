@@ -1,7 +1,7 @@
-"""Origins of findings: maps places in the text of a mission built in Python to the expressions that built them.
+"""Origins of findings: maps from the text of a mission built in Python to the expressions that built each part.
 
 in   findings about the text, the mission
-out  the same findings at the lines of Python, each with its place in the text as well
+out  the same findings at the lines of Python, each with its location in the text as well
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MissionLike: TypeAlias = "str | Path | Source | Mission"
 
 
 def source_of(mission: MissionLike) -> str | Path | Source:
-    """Convert a mission to the form that the front end reads.
+    """The mission in the form that the front end reads: a path or a text.
 
     Raises:
         TypeError: the value is not a mission.
@@ -33,7 +33,7 @@ def source_of(mission: MissionLike) -> str | Path | Source:
 
 
 def at_origins(findings: Iterable[Diagnostic], mission: MissionLike) -> tuple[Diagnostic, ...]:
-    """Move findings about the text of a mission to the Python code of each part.
+    """Findings about the text of a mission, moved to the Python expression that built each part.
 
     Other findings stay unchanged.
     """
@@ -55,7 +55,9 @@ def _moved(finding: Diagnostic, origin: Callable[[Span], Span]) -> Diagnostic:
 
 
 def _origins(mission: Mission) -> Callable[[Span], Span]:
-    """Build the map from spans of the mission's text to the place that made the smallest enclosing part."""
+    """Function from a span of the mission's text to the span of the Python expression that built the smallest enclosing
+    part.
+    """
     source = mission.source
     places = [
         (printed, made) for printed, made in _pairs(mission.declarations, read_declarations(source)) if made.source.text
@@ -71,7 +73,7 @@ def _origins(mission: Mission) -> Callable[[Span], Span]:
 
 
 def _pairs(made: object, printed: object) -> Iterator[tuple[Span, Span]]:
-    """Pairs of spans of each part, in the text and in Python, from two trees that differ only in spans."""
+    """Yield the spans of each part, in the text and in Python, from two trees that differ only in spans."""
     waiting = [(made, printed)]
     while waiting:
         one, other = waiting.pop()

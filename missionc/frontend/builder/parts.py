@@ -1,8 +1,8 @@
 """Parts of a mission as Python objects: formulas, quantities, shapes and agents, with the operators of Python.
 
 A part contains a node of the syntax tree, whose span is the Python expression that built it. The operators of the
-language are methods of ``Formula``, made from ``language.operators``. Wherever a part is expected, its text in the
-mission language is accepted too: ``"2 m"``, ``"every drone: base"``.
+language are methods of ``Formula``, generated from ``language.operators``. Instead of a part, every function also
+accepts its text in the mission language: ``"2 m"``, ``"every drone: base"``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from missionc.ir.language.operator import Bounds, Fixity, Operator
 from missionc.ir.language.operators import OPERATORS
 
 LARGEST = Limits().formula_nodes
-"""Maximum number of operators in one part, with every use of a part counted."""
+"""Maximum number of operators in a part, with repeated subformulas counted repeatedly."""
 
 Node = TypeVar("Node")
 FormulaLike: TypeAlias = "Formula | bool | str"
@@ -38,29 +38,34 @@ AgentsLike: TypeAlias = "Agents | str"
 NamedLike: TypeAlias = "Part | str"
 PointLike: TypeAlias = "Sequence[QuantityLike] | str"
 Range: TypeAlias = "tuple[QuantityLike, QuantityLike]"
-"""Range of whole numbers, both ends included."""
+"""Range of integers, both ends included."""
 
 
 Made = TypeVar("Made", bound="Part")
 
 
 def _both_ways(join: Callable[[Any, Any], Made]) -> tuple[Callable[[Any, Any], Made], Callable[[Any, Any], Made]]:
-    """Build two methods of an operator: with the part on its left, and with the part on its right."""
+    """Two methods of a binary operator: with the part on its left, and with the part on its right."""
     return lambda self, other: join(self, other), lambda self, other: join(other, self)
 
 
 class Part:
-    """Part of a mission: a node of its syntax tree, with operators."""
+    """Part of a mission: a node of its syntax tree, with Python operators."""
 
     __slots__ = ("depth", "node", "size")
     __array_ufunc__ = None  # numpy delegates `array_scalar <= part` to the part
     template: ClassVar[str] = "group _ = {}"
-    """Declaration into which the text of such a part is inserted."""
+    """Declaration into which the text of a part is inserted for parsing."""
     show: ClassVar[Any] = staticmethod(show_tree.agents)
-    """Printer of the node."""
+    """Function that prints the node."""
 
     def __init__(self, node: object, *parts: Part, chained: Part | None = None) -> None:
-        """Create a part from its node; ``parts`` are its operands, and ``chained`` is a part that it replaces."""
+        """Create a part from its node.
+
+        Args:
+            parts: operands of the part.
+            chained: part that this one extends, as in ``a & b & c``.
+        """
         self.node: Any = node
         self.depth: int = 1 + max((part.depth for part in parts), default=0)
         self.size: int = 1 + sum(part.size for part in parts)
@@ -97,7 +102,7 @@ class Part:
 
 
 class Formula(Part):
-    """Formula about the team or one agent. Its methods are the operators of the language.
+    """Formula about the team or one agent; its methods are the operators of the language.
 
     ``f & g``, ``f | g``, ``~f`` and ``f >> g`` are ``and``, ``or``, ``not`` and ``implies``. Times are seconds or texts
     such as ``"5 steps"``; the last bound of a window may be ``"end"``.
@@ -119,11 +124,11 @@ class Formula(Part):
         return _applied("not", (self,))
 
     def for_each(self, **ranges: Range) -> Formula:
-        """Formula for every whole number in a range: ``f.for_each(i=(0, 9))`` is ``for i in 0..9: f``."""
+        """Conjunction over every integer in a range: ``f.for_each(i=(0, 9))`` is ``for i in 0..9: f``."""
         return self._for("every", ranges)
 
     def for_some(self, **ranges: Range) -> Formula:
-        """Formula for at least one whole number in a range: ``for some i in 0..9: f``."""
+        """Disjunction over every integer in a range: ``f.for_some(i=(0, 9))`` is ``for some i in 0..9: f``."""
         return self._for("some", ranges)
 
     def _for(self, kind: str, ranges: Mapping[str, Range]) -> Formula:
@@ -138,7 +143,7 @@ class Formula(Part):
 
 
 class Measure(Part):
-    """Value that can be compared with a quantity."""
+    """Part that can be compared with a quantity."""
 
     __slots__ = ()
 
@@ -160,7 +165,7 @@ class Measure(Part):
 
 
 class Quantity(Measure):
-    """Number with its unit, parameter, resource, state, distance, or arithmetic over these."""
+    """Number with its unit, parameter, resource, state, distance, or arithmetic expression."""
 
     __slots__ = ()
     template = "param _ = {}"
@@ -194,7 +199,7 @@ class Count(Measure):
 
 
 class Shape(Part):
-    """Set of points. ``a + b`` is the union, ``a * b`` the intersection, ``a - b`` the difference."""
+    """Set of points; ``a + b`` is the union, ``a * b`` the intersection, ``a - b`` the difference."""
 
     __slots__ = ()
     template = "region _ = {}"
@@ -206,14 +211,14 @@ class Shape(Part):
 
 
 class Region(Formula, Shape):
-    """Region; in a formula, true of an agent whose centre is inside; in a shape, its set of points."""
+    """Named region: as a formula, true of an agent whose centre is inside; as a shape, its set of points."""
 
     __slots__ = ()
     template = "region _ = {}"
 
 
 class Agents(Formula):
-    """Team, group, one agent, or members of a team; in a formula, true of the agents in it.
+    """Team, group, single agent, or members of a team; as a formula, true of the agents in it.
 
     ``drone[0]`` is an agent, ``drone[0:3]`` the first three: as in Python, the end is excluded.
     """
@@ -240,20 +245,20 @@ class Agents(Formula):
         return Agents(ast.Member(span, team, quantity(0 if index.start is None else index.start).node, last.node))
 
     def every(self, body: FormulaLike) -> Formula:  # type: ignore[override, unused-ignore]
-        """Return a formula that is true if ``body`` is true for each of these agents: ``every drone: f``."""
+        """Formula that is true if ``body`` is true for each of these agents: ``every drone: f``."""
         return self._quantified("every", None, body)
 
     def some(self, body: FormulaLike) -> Formula:
-        """Return a formula that is true if ``body`` is true for at least one of these agents: ``some drone: f``."""
+        """Formula that is true if ``body`` is true for at least one of these agents: ``some drone: f``."""
         return self._quantified("some", None, body)
 
     def at_least(self, number: QuantityLike, body: FormulaLike) -> Formula:
-        """Return a formula that is true if ``body`` is true for ``number`` of these agents: ``at least 2 drone: f``."""
+        """Formula that is true if ``body`` is true for ``number`` or more of these agents: ``at least 2 drone: f``."""
         return self._quantified("at least", number, body)
 
     def without_any(self, number: QuantityLike, body: FormulaLike) -> Formula:
-        """Return a formula that is true if ``body``, about the team, stays true after the loss of any ``number`` of
-        these agents.
+        """Formula that is true if ``body``, about the team, stays true after the loss of any ``number`` of these
+        agents.
         """
         return self._quantified("without any", number, body)
 
@@ -263,7 +268,7 @@ class Agents(Formula):
         return Formula(ast.Quantified(call_site(), kind, least, self.node, inner.node), inner)
 
     def satisfies(self, body: FormulaLike) -> Formula:
-        """Return a formula that is true if ``body`` is true for this one agent: ``drone[0]: f``."""
+        """Formula that is true if ``body`` is true for this single agent: ``drone[0]: f``."""
         inner = formula(body)
         return Formula(ast.OneAgent(call_site(), self.node, inner.node), inner)
 
@@ -330,7 +335,11 @@ def agents(value: AgentsLike) -> Agents:
 
 
 def point(value: PointLike) -> ast.Point:
-    """Convert two or three quantities to a point, metres."""
+    """Convert two or three quantities to a point, metres.
+
+    Raises:
+        TypeError: the value is not a sequence of coordinates.
+    """
     if isinstance(value, str):
         return cast(ast.Beacon, read_text("beacon _ = {}", value)).position
     if isinstance(value, Part) or not isinstance(value, Iterable):
@@ -340,7 +349,7 @@ def point(value: PointLike) -> ast.Point:
 
 
 def points(value: PointLike | Iterable[PointLike]) -> tuple[ast.Point, ...]:
-    """Points of a list, or a single point."""
+    """Convert a list of points, or a single point, to points."""
     if isinstance(value, str):
         return (point(value),)
     listed: list[Any] = list(value)
@@ -349,7 +358,11 @@ def points(value: PointLike | Iterable[PointLike]) -> tuple[ast.Point, ...]:
 
 
 def name_of(value: NamedLike) -> ast.Name:
-    """Name of a region, a graph or a beacon, declared or as text."""
+    """Name of a region, a graph or a beacon, given as the declared part or as text.
+
+    Raises:
+        TypeError: the value has no name.
+    """
     if isinstance(value, str):
         value = region(value)
     if not isinstance(value, Part) or not isinstance(value.node, ast.Name):
@@ -358,7 +371,7 @@ def name_of(value: NamedLike) -> ast.Name:
 
 
 def region(name: str) -> Region:
-    """Region by its name as written in a mission; a member of a family may have indices."""
+    """Reference to a region by its name as written in a mission; a member of a family may have indices."""
     return _part(Region, name, "a name")
 
 
@@ -392,10 +405,10 @@ def _part(kind: type[Kind], value: object, expected: str) -> Kind:
 
 
 def read_text(template: str, *texts: str) -> ast.Declaration:
-    """Parse the single declaration that a template makes of some texts, with the call site as its span.
+    """Parse the single declaration that a template and texts give; its span is the call site.
 
     Raises:
-        ValueError: the texts do not make exactly one declaration.
+        ValueError: the texts do not give exactly one declaration.
     """
     declarations, wrong = read_alone(Source("text", template.format(*texts)), Limits())
     shown = " ".join(texts)
@@ -407,7 +420,7 @@ def read_text(template: str, *texts: str) -> ast.Declaration:
 
 
 def read_alone(source: Source, limits: Limits) -> tuple[list[ast.Declaration], list[Diagnostic]]:
-    """Parse a text without the files that it includes; returns its declarations and all errors."""
+    """Declarations and all errors of a text, without the files that it includes."""
     read: list[ast.Declaration] = []
     wrong: list[Diagnostic] = []
     for passage in passages(source):
@@ -418,7 +431,7 @@ def read_alone(source: Source, limits: Limits) -> tuple[list[ast.Declaration], l
 
 
 def with_span(node: Node, span: Span) -> Node:
-    """Copy of a tree with one span in every node."""
+    """Copy of a tree in which every node has the same span."""
     if isinstance(node, tuple):
         return cast(Node, tuple([with_span(part, span) for part in node]))
     if not is_dataclass(node) or isinstance(node, type | Source):
@@ -434,7 +447,7 @@ def with_span(node: Node, span: Span) -> Node:
 
 
 def _chain(word: str, left: FormulaLike, right: FormulaLike) -> Formula:
-    """Combine ``a & b & c`` into one operator with three operands."""
+    """Formula that joins two operands by ``word``; ``a & b & c`` becomes one operator with three operands."""
     first, last = formula(left), formula(right)
     match first.node:
         case ast.Apply(operator=own, operands=operands) if own == word:
@@ -475,11 +488,11 @@ _BOUNDS: dict[Bounds, tuple[str, ...]] = {
     Bounds.PERIOD: ("period",),
     Bounds.LENGTH: (),
 }
-"""Parameters that bound an operator, except lengths."""
+"""Names of the parameters that bound an operator, for each kind of bounds except lengths."""
 
 
 def _method(operator: Operator) -> Callable[..., Formula]:
-    """Build the method of ``Formula`` for an operator of the language."""
+    """Method of ``Formula`` for an operator of the language."""
     other = ("other",) if operator.fixity is Fixity.INFIX else ()
     parameters = [
         Parameter(each, Parameter.POSITIONAL_OR_KEYWORD) for each in ("self", *other, *_BOUNDS[operator.bounds])

@@ -1,1 +1,1 @@
-"""Static checks of a mission as meant: IR to findings, without planning."""
+"""Static checks of a resolved mission: from IR to findings, without planning."""

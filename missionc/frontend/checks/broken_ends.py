@@ -1,7 +1,7 @@
-"""Interval robustness check for requirements that starts or finishes break for certain, with the broken part.
+"""Requirements that starts or finishes certainly violate, found by robustness intervals, with the violated part.
 
 The intervals of every formula are computed with arrays, so ``check_ends`` loads this module only if its cheaper test
-has not shown that nothing is broken.
+has not shown that nothing is violated.
 """
 
 from __future__ import annotations
@@ -28,15 +28,14 @@ from missionc.verification.monitoring.end_columns import FIRST
 from missionc.verification.monitoring.interval_robustness import Intervals, RobustnessInterval
 
 ROUNDING = 1e-9
-"""Violations below this distance, in metres, may be rounding, except exactly at the border of another place."""
+"""Violations below this distance, in metres, may be rounding; a value exactly on the border of a region is exempt."""
 
 
 class Culprit(Record):
-    """Smallest part that decides a formula, at an agent and a known step.
+    """Smallest part that decides a formula, at an agent and at the first or last step.
 
-    ``upper``: decided by its upper bound.
-
-    ``words``: the words that it came from, or those of the formula that contains it.
+    ``upper`` is True if the upper bound of its interval decides. ``words`` is the source span of the part, or of the
+    formula that contains it.
     """
 
     node: Node
@@ -47,7 +46,7 @@ class Culprit(Record):
 
 
 def broken_ends(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """One finding for each requirement that no plan can satisfy because of a start or finish."""
+    """Findings about the requirements that no plan can satisfy because of a start or finish, one for each."""
     intervals = Intervals(mission, ground.atlas)
     known = intervals.of(goal.formula for goal in kernel.requirements)
     return [
@@ -68,7 +67,7 @@ def _bound(known: dict[Node, RobustnessInterval], place: Culprit) -> float:
 
 
 def _culprit(intervals: Intervals, known: dict[Node, RobustnessInterval], root: Node) -> Culprit:
-    """Descend from a requirement to the part that determines its bound."""
+    """Smallest part of a requirement that determines the upper bound of its robustness."""
     place = Culprit(root, 0, FIRST, True, root.span)
     while True:
         wanted = -_bound(known, place) if isinstance(place.node, Not) else _bound(known, place)
@@ -80,7 +79,7 @@ def _culprit(intervals: Intervals, known: dict[Node, RobustnessInterval], root: 
 
 
 def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
-    """Places below a node that may determine its bound."""
+    """Yield the operands of a node that may determine its bound, each at an agent and a step."""
     node, upper = place.node, place.upper is not isinstance(place.node, Not)
     if graph_of(node) is not None:
         return
@@ -131,7 +130,7 @@ def _verdict(culprit: Culprit) -> str:
 
 
 def _whatever_the_motion(mission: Mission, goal: Goal, culprit: Culprit) -> Diagnostic:
-    """Finding for a requirement that does not depend on motion, such as one about the number of agents."""
+    """Finding about a requirement that does not depend on motion, such as one about the number of agents."""
     step = 0 if culprit.column == FIRST else mission.steps
     return Diagnostic(
         CONTRADICTION,
@@ -148,7 +147,7 @@ def _s(verb: str, names: list[str]) -> str:
 def _because(
     mission: Mission, culprit: Culprit, intervals: Intervals, amount: float
 ) -> tuple[tuple[int, ...], list[str]]:
-    """Agents whose places decide the culprit, and text of their distances."""
+    """Agents whose positions decide the culprit, and text on their distances."""
     position = intervals.position[:, culprit.column]
 
     def apart(first: int, second: int) -> str:

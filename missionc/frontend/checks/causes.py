@@ -2,7 +2,7 @@
 
 Causes are a goal that is too far, two sides of an `until` further apart than one step, a stay that the minimum speed
 does not allow, more agents than a set can contain, and a formation that fits nowhere. Each is proved on outer bounds of
-the places of centres.
+the possible positions of centres.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Areas: TypeAlias = frozenset[Area]
 
 
 class Cause(Record, eq=False):
-    """Reason why a formula cannot hold for some agents: headline, quantity at its words, other places, remedy.
+    """Reason why a formula cannot hold for some agents: headline, quantity at its source text, other labels, remedy.
 
     ``bits`` is the bit set of the agents.
     """
@@ -49,10 +49,10 @@ class Cause(Record, eq=False):
 
 @dataclass(slots=True, eq=False)
 class Causes:
-    """Search for the causes in a mission.
+    """Search for reasons why formulas of a mission cannot hold.
 
     Args:
-        suspecting: report each possible cause that sample places do not rule out, without geometry and without text.
+        suspecting: report each possible cause that sample positions do not rule out, without geometry and without text.
     """
 
     ground: FreeSpace
@@ -66,13 +66,13 @@ class Causes:
         return self.ground.mission
 
     def common(self, areas: Areas) -> Area:
-        """Points that are in all of the sets, of which there is at least one."""
+        """Intersection of the areas, of which there is at least one."""
         if areas not in self.sets:
             self.sets[areas] = reduce(common, areas)
         return self.sets[areas]
 
     def either(self, alternatives: Sequence[Areas]) -> Areas:
-        """Sets that contain a centre if it is in the sets of one of the alternatives."""
+        """Areas that contain a centre if it is in all areas of one of the alternatives."""
         key = tuple(alternatives)
         if not key or not all(key):
             return frozenset()
@@ -86,7 +86,9 @@ class Causes:
     # -------------------------------------------------------------- too far, too near
 
     def far(self, node: Node, area: Area, steps: Mapping[int, int]) -> Cause | None:
-        """Cause for the agents that cannot be there by their step, unless one is elsewhere only at the first step."""
+        """Cause for the agents that cannot reach an area by their step, unless some agent has to be there only at the
+        first step.
+        """
         if self.suspecting:
             return _suspect(self.away((area,), {agent: by for agent, by in steps.items() if by > 0}))
         journeys = []
@@ -109,7 +111,7 @@ class Causes:
         )
 
     def away(self, areas: Collection[Area], steps: Mapping[int, int]) -> int:
-        """Bits of the agents that cannot be in all of these sets by their step, not even at the first."""
+        """Bit set of the agents that cannot be in all of these areas by their step, not even at the first step."""
         if not areas:
             return 0
         area = self.common(frozenset(areas))
@@ -158,7 +160,7 @@ class Causes:
     # ------------------------------------------------------------------ stays
 
     def restless(self, node: Node, areas: Areas, moves: Mapping[int, int]) -> Cause | None:
-        """Cause for agents whose minimum speed takes them out of a set during the moves that each has to stay in it."""
+        """Cause for agents whose minimum speed takes them out of an area in which they have to stay for some moves."""
         fast = {each: count for each, count in moves.items() if count > 0 and self._least(each, 1) > 0}
         if not areas or not fast:
             return None
@@ -189,7 +191,7 @@ class Causes:
         )
 
     def _least(self, agent: int, moves: int) -> float:
-        """Minimum distance between the ends of ``moves`` moves, metres; 0 if the agent may turn back.
+        """Lower bound on the distance between the ends of ``moves`` moves, metres; 0 if the agent may turn back.
 
         If headings differ by at most ``turn`` between consecutive moves, each move advances along the direction of the
         middle move by at least the cosine of the angle between them, as long as all angles are below a right angle.
@@ -206,7 +208,7 @@ class Causes:
     # ------------------------------------------------------------------ room
 
     def crowded(self, node: Node, count: int, parts: Sequence[Mapping[int, Areas]]) -> Cause | None:
-        """Cause for a set that is too small for the agents that must be in it if ``count`` of the parts hold."""
+        """Cause for an area that is too small for the agents that must be in it if ``count`` of the parts hold."""
         agents = [frozenset(part) for part in parts]
         sets = {area: None for part in parts for areas in part.values() for area in areas}
         for area in sets:
@@ -248,7 +250,7 @@ class Causes:
         )
 
     def no_fit(self, node: Node, predicate: Predicate) -> Cause | None:
-        """Cause for a formation that has no place in the world."""
+        """Cause for a formation that does not fit anywhere in the world."""
         formation = predicate.formation
         if formation is None:
             return None
@@ -275,9 +277,9 @@ def _suspect(bits: int) -> Cause | None:
 
 
 def _least_spacing(mission: Mission, agents: Sequence[int]) -> float:
-    """Lower bound on the distance between any two of the agents.
+    """Lower bound on the required distance between any two of the agents, metres.
 
-    Smaller than the exact one if there are many.
+    For many agents, the bound is smaller than the exact value.
     """
     if len(agents) <= 32:
         return min(mission.spacing(*pair).least for pair in combinations(agents, 2))

@@ -4,8 +4,8 @@
     out  nothing but findings
     says MC510
 
-A requirement is evaluated as far as the first and the last step decide it. Whatever depends on the steps in between is
-left to planning.
+A requirement is evaluated as far as the first and the last step decide it. Planning decides what depends on the steps
+in between.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 def check_ends(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """One finding for each requirement that no plan can satisfy because of a start or finish."""
+    """Findings about the requirements that no plan can satisfy because of a start or finish, one for each."""
     if not mission.agents:
         return []
     formulas = [goal.formula for goal in kernel.requirements]

@@ -1,4 +1,4 @@
-"""Reachability of goals: those out of reach at maximum speed in time, and those without a wide enough passage.
+"""Reachability of goals: goals too far to reach in time at maximum speed, and goals behind too narrow passages.
 
     says MC509 MC551
 
@@ -33,10 +33,10 @@ WIDEN = "widen a passage"
 
 
 class Journey(Record):
-    """Agent that is at least ``distance`` metres from a required place.
+    """Distance of an agent's start from a region or point that it must reach: at least ``distance`` metres.
 
     Args:
-        bent: length of the path around obstacles; infinite if there is none.
+        bent: True if the shortest path leads around obstacles.
         passage: width in metres that the widest passage leaves for a centre, if it is too narrow.
     """
 
@@ -47,12 +47,12 @@ class Journey(Record):
 
     @property
     def barred(self) -> bool:
-        """True if there is no path at all."""
+        """True if there is no path to the goal at all."""
         return math.isinf(self.distance)
 
 
 def check_goals(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """Findings for finishes and requirements that are out of reach of the starts."""
+    """Findings about finishes and requirements that are out of reach of the starts."""
     return [*_finishes(mission, ground), *requirements_out_of_reach(mission, kernel, ground, mission.steps)]
 
 
@@ -88,7 +88,11 @@ def _late_to_point(ground: FreeSpace, agent: Agent, steps: int) -> Journey | Non
 
 
 def requirements_out_of_reach(mission: Mission, kernel: Kernel, ground: FreeSpace, last: int) -> list[Diagnostic]:
-    """Findings for goals that requirements need up to a step and no agent can reach by then."""
+    """Findings about goals that requirements need up to a step and no agent can reach by then.
+
+    Args:
+        last: last step of the mission.
+    """
     if not mission.agents:
         return []
     places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
@@ -158,7 +162,7 @@ def journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Jou
 
 
 def figures(mission: Mission, journey: Journey) -> str:
-    """Distance of an agent's start from its goal, and the time that it takes, as text."""
+    """Text on the distance of an agent's start from its goal, and on the time that the agent needs."""
     fastest = journey.agent.dynamics.top_speed
     if journey.barred:
         return _narrow(mission, journey)
@@ -177,7 +181,7 @@ def _narrow(mission: Mission, journey: Journey) -> str:
 
 
 def begins(journey: Journey) -> Label:
-    """Label at the start of a journey, with its description."""
+    """Label at the start position of a journey, which describes the path."""
     how = "" if journey.barred else ", around the obstacles" if journey.bent else ", on a straight line"
     return Label(journey.agent.start.span, f"path starts here{how}")
 

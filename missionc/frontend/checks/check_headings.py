@@ -1,4 +1,4 @@
-"""Check of headings: agents whose heading is compared must have one.
+"""Check that agents whose heading is compared have a heading.
 
     in   Mission
     out  nothing but findings
@@ -21,7 +21,7 @@ from missionc.ir.wording import all_listed, listed
 
 
 def check_headings(mission: Mission) -> list[Diagnostic]:
-    """One finding for each heading predicate that is evaluated for agents without a heading."""
+    """Findings about heading predicates that are evaluated for agents without a heading, one for each predicate."""
     return list(_without_heading(mission))
 
 

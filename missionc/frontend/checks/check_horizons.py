@@ -1,4 +1,4 @@
-"""Check of horizons: the look-ahead of each formula against the mission's duration, and a printer for it.
+"""Check of the look-ahead of each formula against the mission's duration, and a printer for the look-aheads.
 
     in   Mission
     out  nothing but findings
@@ -37,7 +37,7 @@ _HORIZON = re.compile(r"horizon\s+([0-9.eE+-]+\s*[a-z]*)\Z")
 
 
 class Look(Record):
-    """Number of steps that a formula looks ahead of the step at which it is evaluated.
+    """Look-ahead of a formula: the number of steps that it needs after the step at which it is evaluated.
 
     ``total`` is infinite if no horizon is long enough. ``own`` is the part from the formula's own window (up to ``a``
     of ``[a, end]``), and the rest is that of ``then``, the operand that looks furthest ahead.
@@ -49,7 +49,10 @@ class Look(Record):
 
 
 def check_horizons(mission: Mission) -> list[Diagnostic]:
-    """Outermost windows that look past the mission's last step; for repeated text, the furthest one first."""
+    """Findings about the outermost windows that look past the mission's last step.
+
+    If a source text is used repeatedly, its furthest window comes first.
+    """
     looks = {formula: _look(formula) for formula in formulas(mission)}
     seen: set[Formula] = set()
     late = [
@@ -75,7 +78,7 @@ def steps_ahead(roots: Iterable[Formula]) -> dict[Formula, Look]:
 def _look(formula: Formula) -> Look:
     """Look-ahead of one formula.
 
-    Needs those of its operands first, so that the recursion is one level deep.
+    The look-aheads of its operands must be computed first, so that the recursion is one level deep.
     """
     below = operands(formula)
     if not isinstance(formula, Apply) or formula.operator.spatial or len(below) > 2:  # a chain of `and` or `or`
@@ -93,7 +96,11 @@ def _look(formula: Formula) -> Look:
 
 
 def outermost_windows(root: Formula, looks: Mapping[Formula, Look], seen: set[Formula]) -> list[Apply]:
-    """Temporal operators under no other one, in the order of the text; skips ``seen`` and adds to it."""
+    """Temporal operators that are below no other temporal operator, in the order of the text.
+
+    Args:
+        seen: formulas to skip; visited formulas are added.
+    """
     windows: list[Apply] = []
     stack = [root]
     while stack:
@@ -109,14 +116,14 @@ def outermost_windows(root: Formula, looks: Mapping[Formula, Look], seen: set[Fo
 
 
 def _needed(node: Node, below: Mapping[Node, float]) -> float:
-    """Steps that a node needs ahead of its own step, given those that its placeholders need."""
+    """Number of steps that a node needs ahead of its own step, given the look-aheads of its placeholders."""
     if node in below:
         return below[node]
     return max([0, *(_under_window(_needed(ask.node, below), ask) for ask in asks(node))])
 
 
 def _under_window(needed: float, ask: Ask) -> float:
-    """Steps needed if something is evaluated throughout a window."""
+    """Number of steps that a window needs ahead, if its operand needs ``needed`` steps."""
     if ask.high is None:
         return ask.low if needed <= ask.before_last else math.inf
     return ask.high + needed
@@ -137,7 +144,7 @@ def _chain(formula: Formula, looks: Mapping[Formula, Look]) -> list[Apply]:
 
 
 def _opens_to_the_end(formula: Apply, looks: Mapping[Formula, Look]) -> bool:
-    """Return whether the formula is the window to the end at whose last step an operand looks past the end."""
+    """Return whether the formula is a window to the end whose operand looks past the end at the last step."""
     reaches = isinstance(formula.bounds, Period) or (isinstance(formula.bounds, Window) and formula.bounds.high is None)
     below = looks[formula].then
     return reaches and math.isinf(looks[formula].total) and below is not None and math.isfinite(looks[below].total)
@@ -168,7 +175,7 @@ def _past_the_end(
 
 
 def _lasting(mission: Mission, horizon: str) -> Fix | None:
-    """Fix with a longer horizon, or None if the horizon is not written as a number."""
+    """Fix that writes a longer horizon; None if the horizon is not written as a number."""
     span = mission.time_span
     number = _HORIZON.search(span.text) if span else None
     if span is None or number is None:
@@ -197,7 +204,7 @@ def _label(mission: Mission, window: Apply, looks: Mapping[Formula, Look], *, fi
 def _bounded(
     mission: Mission, chain: list[Apply], stuck: Apply, looks: Mapping[Formula, Look]
 ) -> tuple[str, Fix | None]:
-    """Remedy for a window to ``end`` whose operand looks further."""
+    """Remedy for a window to ``end`` whose operand looks further: text, and a fix if one can be written."""
     assert isinstance(stuck.bounds, Window | Period)
     before = sum(looks[window].own for window in chain[: chain.index(stuck)])
     further = sum(looks[window].own for window in chain[chain.index(stuck) + 1 :])
@@ -214,7 +221,7 @@ def _bounded(
 
 
 def _spelt_out(mission: Mission, stuck: Apply, latest: int) -> tuple[str, Fix | None]:
-    """Remedy for a recurrence whose operand looks further: one over the periods that end early enough."""
+    """Remedy for a recurrence whose operand looks further: a recurrence over the periods that end early enough."""
     assert isinstance(stuck.bounds, Period)
     period, word = stuck.bounds.steps, _quoted(stuck)
     if latest < period:
@@ -228,7 +235,7 @@ def _quoted(formula: Apply) -> str:
 
 
 def show_horizons(mission: Mission) -> str:
-    """One line for each requirement and preference: its name and the last step that can change its truth."""
+    """Text with a line for each requirement and preference: its name and the last step that can change its truth."""
     looks = steps_ahead(goal.formula for goal in goals(mission))
     rows = [(goal.name, looks[goal.formula].total) for goal in goals(mission)]
     width = max((len(name) for name, _ in rows), default=0)

@@ -1,4 +1,4 @@
-"""Check of pads: clearance for simultaneous takeoff, from obstacles, and within the flight volume.
+"""Check of pads: clearance between simultaneous takeoffs, from obstacles, and from the border of the flight volume.
 
     says MC544 MC545
 
@@ -18,11 +18,11 @@ from missionc.ir.wording import metres, number
 ROUNDING = 1e-6
 """Tolerance in metres for two pads that seem too close to each other."""
 SLACK = 5e-3
-"""Tolerance in metres for a column near an obstacle: flights need the clearance of plans only."""
+"""Tolerance in metres for a column near an obstacle: flights need only the clearance of plans."""
 
 
 def check_pads(mission: Mission) -> list[Diagnostic]:
-    """Findings about takeoff and landing; none for a mission that does not start from the floor."""
+    """Findings about takeoff and landing; empty for a mission that does not start from the floor."""
     if all(agent.pad is None for agent in mission.agents):
         return []
     above = {agent.index: point for agent in mission.agents if (point := _above(mission, agent)) is not None}
@@ -39,7 +39,7 @@ def check_pads(mission: Mission) -> list[Diagnostic]:
 
 
 def _above(mission: Mission, agent: Agent) -> Vector | None:
-    """Hover point of an agent in the world, or None if it depends on the plan."""
+    """Hover point of an agent above its pad, in world coordinates; None if it depends on the plan."""
     start, pad = agent.start.point, agent.pad
     if pad is None:
         return start
@@ -51,9 +51,9 @@ def _above(mission: Mission, agent: Agent) -> Vector | None:
 
 
 def _in_turns(mission: Mission, above: dict[int, Vector]) -> bool:
-    """Return whether all agents can take off in turn from pads too close for takeoff at once.
+    """Return whether all agents can take off in turns from pads that are too close for simultaneous takeoff.
 
-    False if it depends on the plan.
+    False if the answer depends on the plan.
     """
     if len(above) < len(mission.agents):
         return False
@@ -64,7 +64,7 @@ def _in_turns(mission: Mission, above: dict[int, Vector]) -> bool:
 
 
 def _apart(above: dict[int, Vector], pair: tuple[int, int]) -> float:
-    """Horizontal distance of a pair, metres."""
+    """Horizontal distance between the hover points of a pair of agents, metres."""
     return math.dist(above[pair[0]][:2], above[pair[1]][:2])
 
 

@@ -1,4 +1,4 @@
-"""Check of past windows: those that contain no step, or only step 0, wherever they are evaluated.
+"""Check of past windows that contain no step, or only step 0, at every step at which they are evaluated.
 
     in   Mission
     out  nothing but findings
@@ -19,7 +19,7 @@ from missionc.ir.wording import seconds
 
 
 def check_past(mission: Mission) -> list[Diagnostic]:
-    """One finding for each operator whose window lies before the mission's start."""
+    """Findings about the operators whose window lies before the mission's start, one for each."""
     latest = _latest(mission)
     findings = []
     for formula in formulas(mission):
@@ -46,7 +46,7 @@ def _latest(mission: Mission) -> dict[Formula, int]:
 
 
 def _below(formula: Formula, step: int, last: int) -> list[tuple[Formula, int]]:
-    """Operands of a formula that is evaluated up to a step, with the last step of each."""
+    """Operands of a formula that is evaluated up to a step, with the last step at which each operand is evaluated."""
     below = operands(formula)
     if not isinstance(formula, Apply) or formula.operator.spatial or len(below) > 2:  # a chain of `and` or `or`
         return [(operand, step) for operand in below]
@@ -59,7 +59,11 @@ def _below(formula: Formula, step: int, last: int) -> list[tuple[Formula, int]]:
 
 
 def _before_start(mission: Mission, formula: Apply, nearest: int, every: bool, step: int) -> Diagnostic:
-    """Finding; ``nearest`` is the last step of the window when it is evaluated at the last ``step``."""
+    """Finding about an operator whose window lies before the start.
+
+    Args:
+        nearest: last step of the window when it is evaluated at the last ``step``.
+    """
     word, last = formula.operator.name, formula.operands[-1]
     asked = "evaluated only at 0 s" if step == 0 else f"evaluated at {seconds(mission, step)} at the latest"
     if nearest < 0:

@@ -1,15 +1,15 @@
-"""Check of satisfiability: requirements that no motion satisfies, dead alternatives, narrow passages.
+"""Check of satisfiability: requirements that no motion satisfies, dead disjuncts, narrow passages.
 
     in   Mission, its Kernel, the FreeSpace
     out  nothing but findings
     says MC509 MC551 MC552 MC553 MC554 MC555 MC556 MC557
 
-A requirement is an error if it cannot be satisfied as a whole. An alternative of an `or`, or a preference, gets a
-warning if it can never be satisfied.
+A requirement is an error if it cannot be satisfied. A disjunct of an `or`, or a preference, gets a warning if it can
+never be satisfied.
 
-A formation that holds from the first step on, during a window or up to the end of an `until` is compared with the
-passages on its way to the places where its agents must be by then. Only what every plan has to satisfy counts, so
-nothing is reported about a choice.
+A formation that holds from the first step on, during a window or up to the end of an `until`, is compared with the
+passages on its path to the regions where its agents must be by then. Only conditions that every plan has to satisfy
+count, so nothing is reported about a disjunction.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ MOST_WAYS = 20
 
 
 class Convoy(Record):
-    """A formation that is kept from the first step on, and destination of the formation while it is, or a step later.
+    """A formation that holds from the first step on, and the goal that its agents must reach while it holds, or a step
+    later.
 
     Args:
         steps: steps from the last one of the formation to that of the agents' arrival.
@@ -52,7 +53,7 @@ class Convoy(Record):
 
 
 def check_passages(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """One finding for each formation that does not fit through the passages to its goal."""
+    """Findings about formations that do not fit through the passages to their goal, one for each."""
     if mission.dimension != 2 or not mission.formations or not ground.ways.shapes:
         return []
     findings, said = list[Diagnostic](), set[Formation]()
@@ -73,8 +74,8 @@ def _figure(mission: Mission, ground: FreeSpace, convoy: Convoy) -> str | None:
 
 
 def _throughout(mission: Mission, kernel: Kernel, ground: FreeSpace) -> Iterator[Convoy]:
-    """Formations in an `always` from the first step on, with places that one of their agents must reach
-    in its window.
+    """Yield formations required by an `always` from the first step on, each with a goal of one of its agents in the
+    window.
     """
     necessary, places = NecessaryConditions.of(mission, kernel), ground.places(mission.agents)
     facts = [fact for goal in kernel.requirements for fact in necessary.of_requirement(goal.formula).facts]
@@ -96,7 +97,7 @@ def _of_each(fact: Fact) -> bool:
 
 
 def _up_to_there(kernel: Kernel, ground: FreeSpace) -> Iterator[Convoy]:
-    """Formations on the left of an `until`, with the places that its right side needs."""
+    """Yield formations on the left of an `until`, each with the goal that its right side requires."""
     for goal in kernel.requirements:
         for conjunct in conjuncts((goal.formula,)):
             node = conjunct.formula
@@ -139,7 +140,7 @@ def _stuck(convoy: Convoy, figure: str) -> Diagnostic:
 def check_possible(
     mission: Mission, kernel: Kernel, ground: FreeSpace, before: Sequence[Diagnostic] = ()
 ) -> list[Diagnostic]:
-    """One finding for each goal that cannot hold, and for each dead alternative.
+    """Findings about goals that cannot hold, and about dead disjuncts, one for each.
 
     Args:
         before: earlier findings; requirements with an error there are skipped.
@@ -168,13 +169,13 @@ def check_possible(
 
 
 def _alternatives(kernel: Kernel) -> dict[Node, None]:
-    """Alternatives that the author wrote: the nodes of each `or`."""
+    """Disjunctions that the author wrote: the nodes of each `or`."""
     written = (node for each, node in kernel.meanings.items() if isinstance(each, Apply) and each.operator.name == "or")
     return dict.fromkeys(node for node in written if isinstance(node, Any))
 
 
 def _lost(ever: MayAnalysis, chosen: dict[Node, None]) -> Iterator[Node]:
-    """Alternatives that can never hold for any agent, where not all of them are dead."""
+    """Yield disjuncts that can never hold for any agent, of disjunctions with at least one other disjunct."""
     for node in chosen:
         if isinstance(node, Any) and node in ever.known:
             known = [part for part in node.parts if part in ever.known]

@@ -1,4 +1,4 @@
-"""Check of requirements: contradictions, tautologies, routes without meaning, and satisfaction at the first step.
+"""Check of requirements: contradictions, tautologies, routes without effect, and satisfaction at the first step.
 
     in   Mission, its Kernel, the FreeSpace
     out  nothing but findings
@@ -45,13 +45,13 @@ from missionc.ir.wording import listed, seconds
 from missionc.verification.monitoring.end_columns import MOST_NODES
 
 FEW = 256
-"""Maximum number of agents; larger teams are not checked."""
+"""Maximum number of agents for the check of the first step; larger teams are not checked."""
 
 
 def check_first_step(
     mission: ir.Mission, undecided: Iterable[tuple[ir.Requirement, k.Goal]], ground: FreeSpace
 ) -> Iterator[Diagnostic]:
-    """One finding for each part of a requirement that every start satisfies before any agent has moved.
+    """Yield a finding for each part of a requirement that every start satisfies before any agent has moved.
 
     Args:
         undecided: the requirements without another finding, with their meaning.
@@ -73,7 +73,7 @@ def check_first_step(
 
 
 def _awaited(goal: k.Goal) -> dict[Span, list[tuple[k.Node, int | None]]]:
-    """Awaited nodes from the first step on, by their place in the text, with the agents they are about."""
+    """Nodes that wait for an event from the first step on, by their source span, with the agents they are about."""
     awaited: dict[Span, list[tuple[k.Node, int | None]]] = {}
     for conjunct in conjuncts((goal.formula,)):
         node = conjunct.formula
@@ -84,13 +84,15 @@ def _awaited(goal: k.Goal) -> dict[Span, list[tuple[k.Node, int | None]]]:
 
 @dataclass(slots=True, eq=False)
 class Starts(Domain[int]):
-    """Domain of the agents for which a formula certainly holds at the first step, wherever they start."""
+    """Evaluation of formulas at the first step to the bit set of agents for which they certainly hold, for any
+    start.
+    """
 
     mission: ir.Mission
     ground: FreeSpace
     everyone: int
     joint: Joint
-    """Start of each agent, if it is given."""
+    """Start position of each agent, None if it is not given as a point."""
     known: dict[tuple[ir.Predicate, bool], int] = field(default_factory=dict)
 
     def atom(self, predicate: ir.Predicate, holds: bool) -> int:
@@ -169,7 +171,7 @@ def _asks_nothing(
 
 
 class RequiredFact(Record):
-    """Fact, its requirement, and the places that it allows for an agent."""
+    """Necessary fact with its requirement and the positions that it allows for an agent."""
 
     requirement: k.Goal
     fact: necessary_conditions.Fact
@@ -182,7 +184,7 @@ def contradictions(
     necessary: necessary_conditions.NecessaryConditions,
     requirements: list[k.Goal],
 ) -> Iterator[Diagnostic]:
-    """One finding for each requirement, or pair of requirements, that no plan can satisfy."""
+    """Yield a finding for each requirement, or pair of requirements, that no plan can satisfy."""
     facts: list[RequiredFact] = []
     instants: dict[necessary_conditions.Instant, k.Goal] = {}
     for requirement in requirements:
@@ -213,9 +215,9 @@ def _asked(
 
 
 def _clashes(facts: list[RequiredFact]) -> Iterator[tuple[RequiredFact, RequiredFact, tuple[int, int]]]:
-    """Pairs of facts that exclude each other, in the order of the text.
+    """Yield pairs of facts that exclude each other, in the order of the text.
 
-    Of many, a predicate with its negation.
+    If there are many facts, only pairs of a predicate with its negation are found.
     """
     before: dict[Literal, list[RequiredFact]] = {}
     for number, entry in enumerate(facts):
@@ -235,7 +237,7 @@ def _impossible_instants(
     instants: dict[necessary_conditions.Instant, k.Goal],
     reported: set[frozenset[k.Goal]],
 ) -> Iterator[Diagnostic]:
-    """Findings for formulas that must hold at some step and cannot hold at any."""
+    """Yield findings about formulas that must hold at some step and cannot hold at any."""
     queue = list(instants)
     for instant in queue:
         requirement = instants[instant]
@@ -256,10 +258,10 @@ def _impossible_instants(
 
 
 class BoundaryPositions(Record, eq=False):
-    """Agents and their places at one end of the mission; the other fields have one row for each agent.
+    """Agents and their start regions, or finish regions; the other fields select agents by row in ``placed``.
 
     Args:
-        points: points of the agents that have one.
+        points: start or finish points of the agents that have one.
     """
 
     placed: list[tuple[ir.Agent, ir.InitialSet]]
@@ -269,13 +271,13 @@ class BoundaryPositions(Record, eq=False):
 
 
 class RequirementEnds(Record, eq=False):
-    """Starts and finishes of agents, looked up once for all facts about the same agents."""
+    """Starts and finishes of agents, cached for all facts about the same agents."""
 
     mission: ir.Mission
     known: dict[tuple[tuple[int, ...], int], BoundaryPositions] = field(default_factory=dict)
 
     def there(self, agents: tuple[int, ...], step: int) -> BoundaryPositions:
-        """Places of these agents at the first step, or of those that have one at the last step."""
+        """Starts of these agents at the first step, or finishes of those that have one at the last step."""
         if (agents, step) not in self.known:
             self.known[agents, step] = self._there(agents, step)
         return self.known[agents, step]
@@ -295,7 +297,7 @@ class RequirementEnds(Record, eq=False):
 
 
 def _against_places(ends: RequirementEnds, places: LiteralPlaces, entry: RequiredFact) -> Iterator[Diagnostic]:
-    """Findings for starts or finishes that make a fact about that step impossible."""
+    """Yield findings about starts or finishes that make a fact about that step impossible."""
     fact, mission = entry.fact, ends.mission
     if not fact.who.agents:
         return
@@ -311,7 +313,7 @@ def _against_places(ends: RequirementEnds, places: LiteralPlaces, entry: Require
 def _impossible_at(
     places: LiteralPlaces, literal: Literal, there: BoundaryPositions
 ) -> list[tuple[ir.Agent, ir.InitialSet]]:
-    """Agents whose places certainly break the literal."""
+    """Agents whose starts or finishes certainly violate the literal."""
     rows = [there.exact[point] for point in _impossible_points(places, literal, there.points)]
     for region, within in there.regions.items():
         if exclude(places.rule(Literal(ir.Inside(region, False), True)), places.rule(literal)):
@@ -396,7 +398,7 @@ def _text(fact: necessary_conditions.Fact) -> str:
 
 
 def _says(mission: ir.Mission, fact: necessary_conditions.Fact) -> str:
-    """Text such as ``asks `not fire` of every `drone`, from 0 s to 20 s``."""
+    """Text on a fact, such as ``asks `not fire` of every `drone`, from 0 s to 20 s``."""
     of = "" if fact.who == necessary_conditions.THE_TEAM else f" of {fact.who.words}"
     when = fact.when
     if when.low == when.high:
@@ -416,16 +418,17 @@ def _steps(mission: ir.Mission, low: int, high: int) -> str:
 
 
 class CulpritRequirement(Record):
-    """Smallest part that decides a requirement, and the reason."""
+    """Smallest part that decides the truth of a requirement, and the reason as text."""
 
     formula: ir.Formula
     why: str
 
 
 def check_requirements(mission: ir.Mission, kernel: k.Kernel, ground: FreeSpace | None = None) -> list[Diagnostic]:
-    """All findings about the requirements that need no planning.
+    """Findings about the requirements that need no planning.
 
-    ``ground`` is the mission's free space, if known.
+    Args:
+        ground: the mission's free space, if known.
     """
     if not mission.agents or mission.world.flat:
         return []
@@ -446,7 +449,7 @@ def check_requirements(mission: ir.Mission, kernel: k.Kernel, ground: FreeSpace 
 
 
 def _dead_comparisons(mission: ir.Mission, known: MustAnalysis) -> Iterator[Diagnostic]:
-    """Findings for comparisons that no agent can satisfy and that do not decide the formula they are in."""
+    """Yield findings about comparisons that no agent can satisfy, in formulas that they do not decide."""
     dead = {formula for formula in formulas(mission) if known.of(formula).number == FALSE and _compares(formula)}
     if dead:
         decided = {goal.formula for goal in mission.requirements if known.of(goal.formula).number in (TRUE, FALSE)}
@@ -459,7 +462,7 @@ def _compares(formula: ir.Formula) -> bool:
 
 
 def _culprit(known: MustAnalysis, root: ir.Formula) -> CulpritRequirement:
-    """Descend from a formula that is certainly true or false to the part that makes it so."""
+    """The smallest part that makes a formula certainly true or false."""
     formula = root
     while True:
         decided = [operand for operand in operands(formula) if known.of(operand).true | known.of(operand).false]
@@ -492,7 +495,7 @@ def _why(known: MustAnalysis, formula: ir.Formula) -> str:
 
 
 def _range(known: MustAnalysis, comparison: ir.Compare, bits: int) -> Range | None:
-    """Range of the difference of a comparison's sides for one of these agents, or None if it decides nothing."""
+    """Range of the difference of a comparison's sides for one of the agents in ``bits``; None if it decides nothing."""
     agent = next(agent for agent, kind in known.kinds if kind & bits)
     values = of_comparison(known.ground, agent, comparison)
     return None if values.low < 0 < values.high else values

@@ -1,4 +1,4 @@
-"""Check of resources: agents that are tested have the resource, and it lasts from each refill to the next goal.
+"""Check of resources: agents whose resource is compared have it, and it lasts from each refill to the next goal.
 
     in   Mission, its Kernel
     out  nothing but findings
@@ -31,7 +31,7 @@ ROUNDING = 1e-9
 
 
 class Demand(Record):
-    """Requirement that agents keep a minimum of a resource throughout these steps."""
+    """Requirement that agents keep a minimum level of a resource from the step ``first`` to ``last``."""
 
     resource: Resource
     least: float
@@ -42,7 +42,9 @@ class Demand(Record):
 
 
 def check_resources(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
-    """Findings for comparisons of a resource that an agent lacks, and for resources that must fall below a bound."""
+    """Findings about comparisons of a resource that an agent lacks, and about resources that must fall below a
+    bound.
+    """
     if not mission.resources:
         return []
     necessary, findings = NecessaryConditions.of(mission, kernel), [*_strangers(mission)]
@@ -54,7 +56,7 @@ def check_resources(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list
 
 
 def _strangers(mission: Mission) -> Iterator[Diagnostic]:
-    """One finding for each comparison that is evaluated for agents without the resource."""
+    """Yield a finding for each comparison that is evaluated for agents without the resource."""
     said: set[tuple[Span, Resource]] = set()
     for formula, agents in asked_agents(mission):
         match formula:
@@ -84,7 +86,7 @@ def _demands(mission: Mission, facts: Sequence[Fact]) -> Iterator[Demand]:
 
 
 def _runs_out(mission: Mission, ground: FreeSpace, demand: Demand) -> Diagnostic | None:
-    """Finding if no agent reaches a refill before the drain over time uses up the resource."""
+    """Finding if no agent reaches a refill before the drain over time uses up the resource; else None."""
     resource, spare = demand.resource, demand.resource.start - demand.least
     used = resource.per_second * mission.step
     step = max(demand.first, math.floor(spare / used + ROUNDING) + 1) if used > 0 else mission.steps + 1
@@ -101,7 +103,10 @@ def _runs_out(mission: Mission, ground: FreeSpace, demand: Demand) -> Diagnostic
 
 
 def _too_far(mission: Mission, ground: FreeSpace, demand: Demand, facts: Sequence[Fact]) -> Diagnostic | None:
-    """Finding if an agent must be at a place that neither its initial nor a full resource reaches."""
+    """Finding if an agent must be in a region that it can reach neither with its initial nor with a full resource.
+
+    None otherwise.
+    """
     places, resource = ground.places(mission.agents), demand.resource
     sources = [ground.atlas.outer(refill.region.shape) for refill in resource.refills if refill.per_second > 0]
     for fact in facts:
@@ -120,13 +125,13 @@ def _too_far(mission: Mission, ground: FreeSpace, demand: Demand, facts: Sequenc
 
 
 def _distance(ground: FreeSpace, agent: Agent, area: Area) -> float:
-    """Lower bound on the distance from the agent's start, metres."""
+    """Lower bound on the distance from the agent's start to an area, metres."""
     found = journeys(ground, [agent], area)
     return found[0].distance if found else 0.0
 
 
 def _used(resource: Resource, agent: Agent, distance: float) -> float:
-    """Lower bound on the consumption over ``distance`` metres."""
+    """Lower bound on the consumption of a resource over ``distance`` metres."""
     if distance == 0 or not math.isfinite(distance):
         return 0.0 if distance == 0 else math.inf
     fastest = agent.dynamics.top_speed

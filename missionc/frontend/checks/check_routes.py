@@ -1,4 +1,4 @@
-"""Check of routes: those that need more agents than there are, and those without length.
+"""Check of routes: those that need more agents than there are, and those of length zero.
 
 says MC307 MC514 MC515
 """
@@ -17,7 +17,7 @@ from missionc.ir.pair_ranges import heaviest
 
 
 def check_routes(mission: Mission, known: MustAnalysis) -> list[Diagnostic]:
-    """One finding for each spatial operator whose bounds make no sense."""
+    """Findings about spatial operators whose bounds are meaningless, one for each."""
     asked = _asked(mission)
     findings = []
     for formula in formulas(mission):
@@ -41,7 +41,7 @@ def length_of(formula: Apply) -> Length:
 
 
 def too_few_agents(formula: Formula) -> bool:
-    """Return whether no route is as long as a spatial operator needs."""
+    """Return whether a spatial operator requires routes with more agents than its graph has."""
     if not isinstance(formula, Apply) or not formula.operator.spatial:
         return False
     return 1 < len(length_of(formula).graph.agents) < fewest_agents(formula)
@@ -57,7 +57,7 @@ def fewest_agents(formula: Apply) -> int:
 
 
 def _asked(mission: Mission) -> dict[Formula, int]:
-    """Bits of the agents for which each formula may be evaluated."""
+    """Bit set of the agents for which each formula may be evaluated."""
     asked = dict.fromkeys(formulas(mission), 0)
     for formula in reversed(formulas(mission)):
         match formula:
@@ -121,7 +121,7 @@ def _reaches_itself(mission: Mission, formula: Apply, end: Formula, whom: int) -
 
 
 def _fix(formula: Apply) -> Fix | None:
-    """Fix for the bounds, or None if they are not written next to their operator."""
+    """Fix for the bounds of a spatial operator; None if they are not written next to the operator."""
     words = operator_words(formula)
     return None if words == formula.span else Fix(words, _from_one(formula))
 

@@ -3,7 +3,7 @@
     says MC501 MC502 MC503 MC516
 
 An agent is in the world if its centre is. Obstacles are taken at their positions at time 0 for starts and at the
-horizon for finishes. Two agents never touch: exactly the separation apart is too close.
+horizon for finishes. Two agents never touch: a distance of exactly the separation is too small.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from missionc.ir.agents import ends_by_region
 from missionc.ir.wording import at_least_metres, listed, metres, number, spaced
 
 MOST_PAIRS = 2_000
-"""Maximum number of pairs that are too close; one finding names the first and counts the others."""
+"""Maximum number of pairs of agents that are too close; one finding names the first pair and counts the others."""
 
 
 class Stage(Record):
-    """Starts or finishes: the place of each agent and the time in seconds."""
+    """All starts, or all finishes: the region or point of each agent, and the time in seconds."""
 
     verb: str
     verbs: str
@@ -75,7 +75,7 @@ def _in_obstacles(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Dia
 
 
 def _too_near(mission: Mission, stage: Stage, obstacle: Obstacle) -> dict[int, float]:
-    """Agents at exact places closer to an obstacle than allowed, with their distance."""
+    """Agents at exact positions closer to an obstacle than allowed, by index, with their distance in metres."""
     places = [point for *_, point in stage.exact]
     margins = [agent.radius + mission.clearance for agent, *_ in stage.exact]
     open_ = near_to(obstacle, stage.time, places, margins)
@@ -131,8 +131,9 @@ def _no_room_for_one(
 def _no_room_for_all(
     ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, InitialSet]]
 ) -> list[Diagnostic]:
-    """Findings for regions that are smaller, with their rim, than the bodies in them with half the separation around
-    each.
+    """Findings about start or finish regions that are too small for their agents.
+
+    The area of the region and its rim is compared with the area of the bodies, each with half the separation around it.
     """
     mission = ground.mission
     sizes = [agent.radius + mission.separation / 2 for agent, _ in there]
@@ -149,7 +150,7 @@ def _no_room_for_all(
 
 
 def _by_span(entries: Iterable[tuple[Agent, InitialSet]]) -> list[list[tuple[Agent, InitialSet]]]:
-    """Entries grouped by the place at which they were written."""
+    """Entries grouped by the source span at which their start or finish was written."""
     groups: dict[Span, list[tuple[Agent, InitialSet]]] = {}
     for agent, place in entries:
         groups.setdefault(place.span, []).append((agent, place))

@@ -1,11 +1,11 @@
-"""Check of vehicles: flight volume, places within it, reachable speeds, time in the air, tracking margins.
+"""Check of vehicles: flight volume, positions within it, reachable speeds, time in the air, tracking margins.
 
     in   Mission, its Kernel
     out  nothing but findings
     says MC509 MC518 MC519 MC520 MC522 MC551 MC731
 
-The flight volume of a vehicle is the world minus its fence inset, within its band of heights. Only the bounding box of
-a region is compared with it, so a region that passes may still lie outside.
+The flight volume of a vehicle is the world minus its fence inset, within its altitude band. Only the bounding box of a
+region is compared with it, so a region that passes may still lie outside.
 
 A tracking margin holds for flights within the limits of the vehicle's profile, at which `bench/tracking.py` measured
 it. A vehicle with higher limits has to state a margin of its own.
@@ -34,11 +34,13 @@ from missionc.ir.vehicle_profiles import profiles
 from missionc.ir.wording import listed, metres, number, speed
 
 LIMITS = ("speed", "vertical_speed", "acceleration", "jerk")
-"""Parameters of a vehicle that its tracking error grows with."""
+"""Parameters of a vehicle that increase its tracking error."""
 
 
 def check_tracking(mission: Mission) -> list[Diagnostic]:
-    """One finding for each team whose vehicle has a higher limit than its profile but the profile's margin."""
+    """Findings about teams whose vehicle has higher limits than its profile but the profile's tracking margin, one for
+    each.
+    """
     teams = {agent.team: agent for agent in reversed(mission.agents)}
     return [finding for agent in reversed(teams.values()) for finding in _tracking_beyond(agent)]
 
@@ -69,7 +71,7 @@ def _words(name: str) -> str:
 
 
 def _enough(agent: Agent) -> str:
-    """Text of a margin in proportion to the speed, if the speed limit was raised."""
+    """Text on the tracking margin in proportion to the speed; empty if the speed limit was not raised."""
     profile = profiles()[agent.vehicle.name]
     times = max(getattr(agent.vehicle, name) / getattr(profile, name) for name in ("speed", "vertical_speed"))
     if times <= 1 or times > 10:
@@ -78,9 +80,9 @@ def _enough(agent: Agent) -> str:
 
 
 def check_flown_speeds(mission: Mission, kernel: Kernel) -> list[Diagnostic]:
-    """Findings for goals out of reach at flown speeds.
+    """Findings about goals that are out of reach at the speeds that vehicles fly.
 
-    For missions with vehicles slower than their dynamics only.
+    Only missions with vehicles slower than their dynamics are checked.
     """
     agents = tuple(
         replace(agent, dynamics=at_most(agent.dynamics, _most(mission, agent), math.inf)) for agent in mission.agents
@@ -104,11 +106,11 @@ def _most(mission: Mission, agent: Agent) -> float:
 
 
 ROUNDING = 1e-9
-"""Tolerance in metres for a place that seems to lie outside."""
+"""Tolerance in metres for a position that seems to lie outside."""
 
 
 def check_vehicles(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
-    """Findings for everything that the vehicles of the mission cannot do in it."""
+    """Findings about everything in a mission that its vehicles cannot do."""
     findings: list[Diagnostic] = []
     for team in _teams(mission):
         findings += _slower_than_planned(team[0])
@@ -163,7 +165,7 @@ def _outside(mission: Mission, ground: FreeSpace, team: list[Agent]) -> list[Dia
 
 
 def _beyond(mission: Mission, ground: FreeSpace, agent: Agent, place: InitialSet) -> bool:
-    """Return whether the place meets the world but not the flight volume of the vehicle."""
+    """Return whether a start or finish meets the world but not the flight volume of the vehicle."""
     if place.point is not None:
         low = high = place.point
     else:

@@ -1,18 +1,18 @@
-"""Check of a mission against its world: starts, goals, resources, places, graphs, formations and roadmap.
+"""Check of a mission against its world: starts, goals, resources, regions, graphs, formations and roadmap.
 
     in   Mission, its Kernel
     out  nothing but findings
     says MC037 MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC530 MC531
          MC536 MC541 MC542 MC543 MC558 MC731
 
-Only what makes every plan impossible is an error: outer bounds prove every report of a goal out of reach or a place too
-small.
+Only what makes every plan impossible is an error: outer bounds prove every report of a goal out of reach or a region
+that is too small.
 
 A graph and a formation need enough agents. Sight must not depend on a moving obstacle, and the bodies of a formation
 must not touch.
 
 An obstacle lies outside the world if it is too far away to touch a body in it. A beacon, and a region whose distance is
-measured, may lie beside the world, up to the length of its diagonal away.
+measured, may lie outside the world, up to the length of its diagonal away.
 
 The user's own roadmap is checked once for each size and dynamics of agents. A finding names the first such agent that
 is blocked.
@@ -71,7 +71,7 @@ FEWEST = 2
 
 
 def check_graphs(mission: Mission) -> list[Diagnostic]:
-    """Findings for graphs and formations that make no sense."""
+    """Findings about graphs and formations that are meaningless, such as a graph of a single agent."""
     findings = [_small_graph(graph) for graph in mission.graphs if len(graph.agents) < FEWEST]
     moving = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
     if moving:
@@ -89,7 +89,7 @@ def check_graphs(mission: Mission) -> list[Diagnostic]:
 
 
 def _connected(mission: Mission) -> list[Graph]:
-    """Graphs that formulas test for connectivity, as declared."""
+    """Graphs, as declared, whose connectivity some formula tests."""
     asked = {
         formula.predicate.graph.name
         for formula in formulas(mission)
@@ -99,7 +99,7 @@ def _connected(mission: Mission) -> list[Graph]:
 
 
 def _tight(mission: Mission, formation: Formation) -> Iterator[tuple[int, int, float]]:
-    """Pairs that the formation keeps too close, with their maximum distance in metres."""
+    """Yield pairs of agents that a formation holds too close, with their maximum distance in metres."""
     for first, second, target, tolerance in _reaches(formation):
         spacing = mission.spacing(first, second)
         if isinstance(target, tuple):
@@ -111,7 +111,7 @@ def _tight(mission: Mission, formation: Formation) -> Iterator[tuple[int, int, f
 
 
 def _reaches(formation: Formation) -> Iterator[tuple[int, int, float | tuple[float, ...], float]]:
-    """Pairs of agents at the edges of a formation, each with its length or offset and tolerance, metres."""
+    """Yield pairs of agents at the edges of a formation, each with its length or offset and tolerance, metres."""
     tolerance = formation.tolerance
     offsets: list[tuple[tuple[float, ...], int]] = []
     for edge in formation.edges:
@@ -196,10 +196,13 @@ Place: TypeAlias = "Obstacle | Region | Beacon"
 
 
 def check_places(mission: Mission, kernel: Kernel, entered: set[str]) -> tuple[list[Diagnostic], frozenset[str]]:
-    """One finding for each place outside the world, or one for all places in a file.
+    """Findings about obstacles, regions and beacons outside the world; those of one file get a single finding.
 
     Args:
         entered: regions that an agent must enter or avoid, which are an error outside the world (MC504).
+
+    Returns:
+        The findings, and the names of the regions with an error.
     """
     measured = _measured(kernel)
     places: tuple[Place, ...] = (*mission.obstacles, *mission.regions, *mission.beacons)
@@ -230,7 +233,9 @@ def _outside(mission: Mission, place: Place, measured: bool) -> bool:
 
 
 def _away(mission: Mission, place: Place) -> float:
-    """Maximum distance from the world in metres, for an obstacle over all its motion."""
+    """Maximum distance of an obstacle, region or beacon from the world in metres, for an obstacle over all its
+    motion.
+    """
     low, high = mission.world.low, mission.world.high
     if isinstance(place, Beacon):
         return between((place.position, place.position), (low, high))
@@ -243,7 +248,7 @@ def _away(mission: Mission, place: Place) -> float:
 
 
 def _measured(kernel: Kernel) -> set[str]:
-    """Regions whose distance a formula measures."""
+    """Names of the regions to which a formula measures the distance."""
     atoms = [node.predicate for node in postorder(kernel.meanings.values()) if isinstance(node, Atom)]
     features = [feature for atom in atoms if isinstance(atom, Compare) for _, feature in atom.terms]
     targets = [feature.target for feature in features if isinstance(feature, DistanceTo)]
@@ -298,7 +303,7 @@ def _one_outside(mission: Mission, place: Place) -> Diagnostic:
 
 
 def check_lanes(mission: Mission) -> list[Diagnostic]:
-    """Findings for a roadmap in its mission; none without a roadmap."""
+    """Findings about a user's roadmap in the mission; empty without one."""
     lanes = mission.solve.roadmap
     if lanes is None:
         return []
@@ -418,7 +423,11 @@ def _too_few(lanes: Lanes, region: Region, crowd: list[tuple[Agent, InitialSet]]
 
 
 def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = None) -> list[Diagnostic]:
-    """All findings about the world and its contents; ``ground`` is the mission's free space, if known."""
+    """Findings about the world and its contents.
+
+    Args:
+        ground: the mission's free space, if known.
+    """
     if mission.world.flat:
         return [_flat_world(mission)]
     ground = ground or FreeSpace.of(mission)
@@ -482,7 +491,7 @@ def _asked(
 
 
 def _around(mission: Mission, ground: FreeSpace, region: Region) -> list[Obstacle]:
-    """Static obstacle that covers the region, or else all that intersect it."""
+    """The static obstacle that covers a region, or else all static obstacles that intersect it."""
     atlas = ground.atlas
     area = atlas.outer(region.shape)
     still = [obstacle for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]

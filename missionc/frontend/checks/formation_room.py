@@ -1,4 +1,6 @@
-"""Space for formations: tests of whether one fits in the world around static obstacles, and through its passages."""
+"""Space for formations: tests whether a formation fits in the world around static obstacles, and through its
+passages.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +26,14 @@ Layout: TypeAlias = dict[int, tuple[float, ...]]
 ROUNDING = 1e-9
 
 HEADINGS = 8
-"""Number of headings that are tried to place a formation without arrays."""
+"""Number of headings that are tried for a formation in a region without arrays."""
 
 
 def no_room(ground: FreeSpace, formation: Formation, *, suspecting: bool) -> str | None:
-    """Reason why a formation has no place, or None if it may have one.
+    """Reason why a formation fits nowhere in the world; None if it may fit.
 
-    ``suspecting``: search only for places that prove that it has one, and give no reason if there are none.
+    Args:
+        suspecting: only try to prove that it fits, and return an empty reason if that fails.
     """
     mission = ground.mission
     if not formation.edges:
@@ -54,11 +57,13 @@ def parted(
     goal: Mapping[int, Area],
     grown: float,
 ) -> str | None:
-    """Reason why agents that keep a formation cannot get from a start to a goal, each a set of places by agent.
+    """Reason why agents in a formation cannot get from a start to a goal; None if they may.
 
-    Tests only a formation that keeps its heading: for one that turns, bounds over all headings rule out almost nothing.
+    Only formations with a fixed heading are tested: for one that turns, bounds over all headings exclude almost
+    nothing.
 
     Args:
+        start, goal: area of each agent.
         grown: distance in metres from the goal that is allowed.
     """
     mission = ground.mission
@@ -99,7 +104,7 @@ def _flat(ground: FreeSpace, area: Area) -> Any:
 
 
 def _places(ground: FreeSpace, formation: Formation, *, first: bool) -> Any:
-    """Outer bound of the places of the first agent of a formation, as a geometry of the plane."""
+    """Outer bound on the positions of a formation's first agent, as a plane geometry."""
     from missionc.geometry.formation_placements import placements  # with shapely, if no place has been found
 
     mission = ground.mission
@@ -112,14 +117,14 @@ def _places(ground: FreeSpace, formation: Formation, *, first: bool) -> Any:
 
 
 def _spots(mission: Mission, formation: Formation) -> tuple[list[int], list[Spot]]:
-    """Agents of a formation, the first one its base, and outer bounds of their places relative to the base."""
+    """Agents of a formation, its base first, and outer bounds on their positions relative to the base."""
     if isinstance(formation.edges[0].target, tuple):
         return _offsets(formation)
     return _about_longest(formation)
 
 
 def _offsets(formation: Formation) -> tuple[list[int], list[Spot]]:
-    """Formation as offsets from its first agent, each within the tolerance."""
+    """Agents of a formation, and their offsets from the first agent, each within the tolerance."""
     from missionc.geometry.formation_placements import Spot
 
     order, spots = [formation.edges[0].first], [Spot(((0.0, 0.0),), 0.0)]
@@ -132,11 +137,11 @@ def _offsets(formation: Formation) -> tuple[list[int], list[Spot]]:
 
 
 def _about_longest(formation: Formation) -> tuple[list[int], list[Spot]]:
-    """Positions relative to one end of the longest edge, along it, for agents with edges to both ends.
+    """Agents with edges to both ends of the longest edge, and their positions relative to one end, along the edge.
 
-    An agent with an edge to one end only is kept if it is bounded by that edge. By the law of cosines an agent at ``r``
-    and ``s`` from the ends of an edge of length ``d`` is ``(r² - s² + d²) / 2d`` along it; each with the range that the
-    tolerance allows.
+    An agent with an edge to one end only is included if that edge bounds it. By the law of cosines an agent at
+    distances ``r`` and ``s`` from the ends of an edge of length ``d`` is ``(r² - s² + d²) / 2d`` along it; each with
+    the range that the tolerance allows.
     """
     from missionc.geometry.formation_placements import Spot
 
@@ -172,7 +177,9 @@ def _about_longest(formation: Formation) -> tuple[list[int], list[Spot]]:
 
 
 def _between(here: tuple[float, float], there: tuple[float, float], least: float, most: float) -> Iterator[float]:
-    """Lengths of the edge within its range at which an agent is nearest along it: where r² - s² is its square."""
+    """Yield lengths of the edge within its range at which an agent is nearest along it: where r² - s² is their
+    square.
+    """
     for r, s in product(here, there):
         square = r * r - s * s
         if square > 0 and least < math.sqrt(square) < most:
@@ -191,7 +198,7 @@ def _target(target: float | Sequence[float]) -> float:
 
 
 def _layout(mission: Mission, formation: Formation) -> Layout | None:
-    """Layout with every edge at its length, agent by agent, or None if none was found."""
+    """Positions with every edge at its length, found agent by agent; None if none were found."""
     if isinstance(formation.edges[0].target, tuple):
         layout: Layout = {formation.edges[0].first: (0.0,) * mission.dimension}
         for edge in formation.edges:
@@ -216,7 +223,7 @@ def _layout(mission: Mission, formation: Formation) -> Layout | None:
 
 
 def _candidates(layout: Layout, known: Sequence[tuple[int, float]]) -> Iterator[tuple[float, float]]:
-    """Places at the right distance from the first two known neighbours of an agent."""
+    """Yield positions at the right distance from the first two known neighbours of an agent, metres."""
     if not known:
         yield (0.0, 0.0)
         return
@@ -243,8 +250,8 @@ def _fits(layout: Layout, known: Sequence[tuple[int, float]], place: tuple[float
 
 
 def _placed(mission: Mission, formation: Formation, layout: Layout) -> bool:
-    """Return whether a layout has a place in the world where every agent is certainly clear of obstacles and the
-    others.
+    """Return whether the layout fits somewhere in the world with every agent certainly clear of obstacles and other
+    agents.
     """
     standing = [each.shape for each in mission.obstacles if isinstance(each.motion, Still)]
     fixed = isinstance(formation.edges[0].target, tuple) or mission.dimension != 2
@@ -279,7 +286,7 @@ def _clear(mission: Mission, standing: Sequence[Any], agent: int, place: tuple[f
 
 
 def _too_long(mission: Mission, formation: Formation) -> str | None:
-    """Text about an edge that is longer than the world, even with its tolerance."""
+    """Text about an edge that is longer than the world, even with its tolerance; None if there is none."""
     sides = [high - low for low, high in zip(mission.world.low, mission.world.high, strict=True)]
     for edge in formation.edges:
         if isinstance(edge.target, tuple):

@@ -1,4 +1,4 @@
-"""Free space: outer bounds of agents' places, the world minus the obstacles, and conclusions from them alone."""
+"""Free space: outer bounds on agents' positions, the world minus the obstacles, and conclusions from them alone."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ HAIR = 0.01
 """Margin in metres around an obstacle that counts as its inside, if all bodies are larger."""
 
 SLACK = 1e-6
-"""Shrinkage of obstacles in metres, so that a place that just touches one still counts as free."""
+"""Shrinkage of obstacles in metres, so that a position that just touches an obstacle still counts as free."""
 
 
 class Containment(Enum):
-    """Location of a shape that no agent can be in, or that some agent may be in."""
+    """Location of a shape relative to the world and the obstacles; only ``OPEN`` shapes may contain an agent."""
 
     NOWHERE = "it is empty"
     ELSEWHERE = "outside the world"
@@ -30,14 +30,16 @@ class Containment(Enum):
 
 
 class FreeSpace(Record, eq=False):
-    """Outer bounds of the places of an agent's centre, by its radius; each query is computed once."""
+    """Outer bounds on the positions of an agent's centre, by its radius; the result of each query is cached."""
 
     mission: Mission
     atlas: Atlas
     standing: Area
-    """Inner bound of the obstacles that never move; growing ones at their initial size."""
+    """Inner bound of the obstacles that never move, with growing obstacles at their initial size."""
     filled: Area
-    """The same with a small margin around them; no agent's centre can be in it either."""
+    """Inner bound of the obstacles that never move, with a small margin around them that no agent's centre can be in
+    either.
+    """
     ways: LeastWays
     known_free: dict[tuple[float, float | None], Area] = field(default_factory=dict)
     known_lies: dict[Shape, Containment] = field(default_factory=dict)
@@ -45,7 +47,7 @@ class FreeSpace(Record, eq=False):
 
     @staticmethod
     def of(mission: Mission) -> FreeSpace:
-        """Free space of a mission whose world is not flat."""
+        """Free space of a mission, whose world must not be flat."""
         dimension = mission.dimension
         shapes = [region.shape for region in mission.regions]
         for obstacle in mission.obstacles:
@@ -63,7 +65,7 @@ class FreeSpace(Record, eq=False):
         return covers(self.atlas.grown(body, _hair(self.mission), outer=False), area)
 
     def lies(self, shape: Shape) -> Containment:
-        """Return whether any agent's centre may be in a static shape."""
+        """Location of a static shape, which states whether any agent's centre may be in the shape."""
         if shape not in self.known_lies:
             self.known_lies[shape] = self._lies(shape)
         return self.known_lies[shape]
@@ -77,7 +79,7 @@ class FreeSpace(Record, eq=False):
         return Containment.COVERED if covers(self.filled, area) else Containment.OPEN
 
     def places(self, agents: Sequence[Agent]) -> LiteralPlaces:
-        """Places that literals allow for the centre of any of these agents."""
+        """Positions that literals allow for the centre of any of these agents."""
         radii = [agent.radius for agent in agents]
         between = min(radii), max(radii)
         if between not in self.known_places:
@@ -85,7 +87,11 @@ class FreeSpace(Record, eq=False):
         return self.known_places[between]
 
     def free(self, radius: float, time: float | None = None) -> Area:
-        """Places of an agent's centre at any time, or at a time in seconds if moving obstacles count too."""
+        """Outer bound on the positions of an agent's centre, for a body with this radius in metres.
+
+        Args:
+            time: time in seconds, to take moving obstacles into account; None for all times.
+        """
         if (radius, time) not in self.known_free:
             self.known_free[radius, time] = self._free(radius, time)
         return self.known_free[radius, time]
@@ -100,7 +106,7 @@ class FreeSpace(Record, eq=False):
         return common(without(atlas.whole(), blocked), atlas.whole())
 
     def _then(self, obstacle: Obstacle, time: float) -> Area:
-        """Inner bound of an obstacle at a time, in seconds."""
+        """Inner bound of a moving obstacle at a time, in seconds."""
         there = self.atlas.inner(moved(obstacle.shape, displaced(obstacle, time, self.mission.dimension)))
         grown = obstacle.grown(time)
         return self.atlas.grown(there, grown, outer=False) if grown else there

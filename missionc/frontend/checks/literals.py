@@ -1,4 +1,4 @@
-"""Literals (predicates and their negations): the places that each allows, and pairs that exclude each other."""
+"""Literals (predicates and their negations): the positions that each allows, and pairs that exclude each other."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Literal(Record):
 
 
 class Unbounded(Record):
-    """Result for a predicate that does not constrain an agent's centre."""
+    """Bound of a predicate that does not constrain an agent's centre."""
 
 
 UNBOUNDED = Unbounded()
@@ -37,7 +37,7 @@ Bound: TypeAlias = Area | Unbounded
 
 
 def comparison_literal(literal: Literal) -> Compare | Unbounded:
-    """Literal of a comparison as a comparison: ``not (e >= 0)`` is ``-e > 0``."""
+    """The literal as a comparison, such as ``-e > 0`` for ``not (e >= 0)``; ``UNBOUNDED`` if it is not one."""
     predicate = literal.predicate
     if not isinstance(predicate, Compare):
         return UNBOUNDED
@@ -50,8 +50,8 @@ def comparison_literal(literal: Literal) -> Compare | Unbounded:
 class LiteralRule(Record, eq=False):
     """Constraint of a literal on an agent's centre.
 
-    ``within`` is an outer bound of the places where the literal can be true, ``beyond`` an inner bound of those where
-    it is false; ``said`` is the literal as a comparison.
+    ``within`` is an outer bound of the positions where the literal can be true, ``beyond`` an inner bound of those
+    where it is false; ``said`` is the literal as a comparison.
     """
 
     literal: Literal
@@ -61,7 +61,7 @@ class LiteralRule(Record, eq=False):
 
 
 def nowhere_literal(rule: LiteralRule, free: Area) -> bool:
-    """Return whether the literal is false at every place in an outer area."""
+    """Return whether the literal is false at every position in an area, which is an outer bound."""
     outside = not isinstance(rule.within, Unbounded) and disjoint(rule.within, free)
     return outside or (not isinstance(rule.beyond, Unbounded) and covers(rule.beyond, free))
 
@@ -80,7 +80,7 @@ def _all_beyond(rule: LiteralRule, area: Area) -> bool:
 
 
 class LiteralPlaces(Record, eq=False):
-    """Places that literals allow for the centre of an agent with a radius between two bounds in metres."""
+    """Positions that literals allow for the centre of an agent with a radius between two bounds in metres."""
 
     atlas: Atlas
     least: float
@@ -111,7 +111,7 @@ class LiteralPlaces(Record, eq=False):
                 return UNBOUNDED
 
     def _where(self, inequality: Compare) -> Bound:
-        """Places that a comparison allows: a half space, or those within a distance."""
+        """Outer bound on the positions that a comparison allows: a half space, or the points within a distance."""
         match inequality.terms:
             case ((weight, DistanceTo(target)),) if weight < 0 and not isinstance(target, int):
                 return self._up_to(target, inequality.constant / -weight)
@@ -142,7 +142,7 @@ class LiteralPlaces(Record, eq=False):
                 return UNBOUNDED
 
     def _nearer_than(self, inequality: Compare) -> Bound:
-        """Places too near for a comparison that requires a distance above 0."""
+        """Inner bound on the positions that are too near for a comparison that requires a positive distance."""
         atlas = self.atlas
         match inequality.terms:
             case ((weight, DistanceTo(target)),) if weight > 0 and not isinstance(target, int):
@@ -165,7 +165,10 @@ def _weights(terms: tuple[tuple[float, Feature], ...], dimension: int) -> Vector
 
 
 def _apart(one: Compare | Unbounded, other: Compare | Unbounded) -> bool:
-    """Return whether ``f + a >= 0`` and ``-f + b >= 0`` have ``a + b < 0`` (or 0, if one of them is strict)."""
+    """Return whether two comparisons of opposite linear terms exclude each other.
+
+    ``f + a >= 0`` and ``-f + b >= 0`` do if ``a + b < 0`` (or 0, if one of them is strict).
+    """
     if isinstance(one, Unbounded) or isinstance(other, Unbounded) or not one.terms or not other.terms:
         return False
     first, second = dict(_merged(one)), dict(_merged(other))
@@ -181,7 +184,7 @@ def _apart(one: Compare | Unbounded, other: Compare | Unbounded) -> bool:
 
 
 def _merged(inequality: Compare) -> Iterator[tuple[Feature, float]]:
-    """Each feature once with its total weight; those that cancel are omitted."""
+    """Each feature of a comparison once with its total weight, without features whose weights cancel."""
     weights: dict[Feature, float] = {}
     for weight, feature in inequality.terms:
         weights[feature] = weights.get(feature, 0.0) + weight

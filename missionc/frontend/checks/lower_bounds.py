@@ -1,11 +1,11 @@
 """Lower bounds on the metres and steps of every plan of a mission, for any engine, roadmap or seed.
 
-An agent that must visit several places moves at least along the shortest tour of them from its start, around the
+An agent that must visit several regions moves at least along the shortest tour of them from its start, around the
 obstacles that are always there. Other agents and times in between only make the tour longer, so each bound is proved,
 but may be far from the optimum.
 
-The least tour is computed over sets of stops, from the time at which each stop is due and the distances between stops.
-It gives, for each set, the least metres and the fewest steps after which the agent need not move.
+The minimum tour is computed over sets of stops, from the time at which each stop is due and the distances between
+stops. It gives, for each set, the minimum metres and the fewest steps after which the agent need not move.
 
 Source:
     Held and Karp, "A dynamic programming approach to sequencing problems", 1962, here with windows of time.
@@ -30,24 +30,21 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 class Due(Record):
-    """Steps at one of which a stop is due."""
+    """Time window of a stop: the agent must be there at some step from ``low`` to ``high``."""
 
     low: int
     high: int
 
 
 class Legs(Record):
-    """Minimum length of each leg, in metres or steps: from the start to each stop, and between stops."""
+    """Minimum length of each leg of a tour, in metres or steps: from the start to each stop, and between stops."""
 
     first: Sequence[float]
     between: Sequence[Sequence[float]]
 
 
 def least_metres(due: Sequence[Due], legs: Legs) -> list[float]:
-    """Length in metres of the shortest path through each set of stops (bit mask).
-
-    Infinite if no order works.
-    """
+    """Length in metres of the shortest path through each set of stops (index: bit mask); infinite if no order works."""
     count, before = len(due), _before(due)
     best = [[math.inf] * count for _ in range(1 << count)]
     for mask in range(1, 1 << count):
@@ -61,9 +58,9 @@ def least_metres(due: Sequence[Due], legs: Legs) -> list[float]:
 
 
 def fewest_steps(due: Sequence[Due], legs: Legs) -> list[float]:
-    """Steps after which an agent that visited each set of stops in time can stay; infinite if too late.
+    """Fewest steps in which each set of stops (index: bit mask) can be visited in time; infinite if impossible.
 
-    The agent is at places at whole steps only, and leaves a stop at the earliest when that is due.
+    The agent is at stops at whole steps only, and leaves a stop at the earliest when the stop is due.
     """
     count, before = len(due), _before(due)
     visit = [[math.inf] * count for _ in range(1 << count)]
@@ -95,7 +92,7 @@ def _before(due: Sequence[Due]) -> list[int]:
 
 
 def _misplaced(rest: int, last: int, before: Sequence[int]) -> bool:
-    """Return whether a remaining stop comes after the last one."""
+    """Return whether a stop of the set ``rest`` has to come after the stop ``last``."""
     return any(before[stop] >> last & 1 for stop in _members(rest, len(before)))
 
 
@@ -104,37 +101,39 @@ def _members(mask: int, count: int) -> list[int]:
 
 
 SLACK, BENT, FASTER = 2e-5, 1e-3, 1e-5
-"""Reductions of a leg in metres, straight and bent, and of speed as a ratio: more than the tolerances of
-verification."""
+"""Reductions for sound bounds: of a straight leg and of a leg around obstacles in metres, and of speed as a ratio.
+
+They exceed the tolerances of verification.
+"""
 
 ROUNDING = 1e-6
-"""Steps subtracted from a leg before rounding up."""
+"""Number of steps subtracted from a leg before rounding up."""
 
 STOPS, TOGETHER = 7, 5
-"""Maximum number of stops in a tour, and of stops shared by several agents: time doubles with each."""
+"""Maximum number of stops in a tour, and of stops shared by several agents; run time doubles with each stop."""
 
 TOURS = 300_000
 """Approximate maximum number of legs in all tours; with many agents, each has fewer stops."""
 
 DECIMALS = 9
-"""Decimals of a bound, in seconds or metres."""
+"""Number of decimals of a bound, in seconds or metres."""
 
 UNITS = {Objective.DURATION: "s", Objective.DISTANCE: "m"}
 """Unit of the bounds, by objective."""
 
 ROUND = 150
-"""Number of legs computed around obstacles; the others are straight."""
+"""Number of legs that are computed around obstacles; further legs are straight."""
 
 
 class LowerBounds(Record):
-    """Lower bounds for every plan: ``metres`` of all agents together, and ``steps`` until all agents stay."""
+    """Lower bounds for every plan: ``metres`` of all agents together, and ``steps`` until no agent moves any more."""
 
     metres: float
     steps: int
 
 
 class _Task(Record):
-    """Number of agents that must be in an area, each at one of the ``due`` steps."""
+    """Requirement that ``number`` of the agents visit an area, each at a step within ``due``."""
 
     number: int
     agents: tuple[int, ...]
@@ -143,9 +142,9 @@ class _Task(Record):
 
 
 class _Tour(Record):
-    """Minimum metres and steps of an agent, by the set of ``tasks`` that it does.
+    """Minimum metres and steps of an agent's tour, by the set of ``tasks`` that it does.
 
-    It always does those in ``own``.
+    The tasks in ``own`` (bit mask) are always included.
     """
 
     tasks: tuple[_Task, ...]
@@ -154,16 +153,16 @@ class _Tour(Record):
     steps: Sequence[float]
 
     def doing(self, tasks: Sequence[_Task]) -> tuple[float, float]:
-        """Metres and steps with these tasks in addition to its own; tasks that it has no part in are ignored."""
+        """Metres and steps of the tour with further tasks; tasks of other agents are ignored."""
         mask = self.own | sum(1 << number for number, task in enumerate(self.tasks) if task in tasks)
         return self.metres[mask], self.steps[mask]
 
 
 def lower_bounds(mission: Mission, kernel: Kernel, *, bent: bool = False) -> LowerBounds:
-    """Lower bounds of a mission whose world is not flat.
+    """Lower bounds on the metres and steps of every plan of a mission, whose world must not be flat.
 
-    Each agent makes the tour of its required places in the best order. A task for one of several agents goes to the
-    best one. For a task that needs several agents, the nearest go and the most expensive one counts.
+    Each agent makes the tour of its required areas in the best order. A task for one of several agents goes to the best
+    agent. For a task that needs several agents, the nearest go and the most expensive one counts.
 
     Args:
         bent: if true, compute paths around obstacles as well.
@@ -193,9 +192,9 @@ def lower_bounds(mission: Mission, kernel: Kernel, *, bent: bool = False) -> Low
 
 
 def least_by_tours(mission: Mission, kernel: Kernel) -> float | None:
-    """Lower bound of the objective of the mission, in seconds or metres.
+    """Lower bound on the objective of every plan of a mission, in seconds or metres.
 
-    None if the objective is another one, or the world is flat.
+    None if the objective has no such bound, or the world is flat.
     """
     if mission.objective not in UNITS or mission.world.flat:
         return None
@@ -204,10 +203,10 @@ def least_by_tours(mission: Mission, kernel: Kernel) -> float | None:
 
 
 def beside(mission: Mission, trace: Trace, least: float, by: str) -> Proven:
-    """Compare a lower bound, in seconds or metres, with the value of a plan, which caps it.
+    """A lower bound, in seconds or metres, together with the value of a plan, which caps it.
 
     Args:
-        by: as in ``Proven``.
+        by: method of the bound, as in ``Proven``.
     """
     lasts = mission.objective is Objective.DURATION
     value = round(trace.lasts * mission.step, DECIMALS) if lasts else trace.metres
@@ -215,7 +214,7 @@ def beside(mission: Mission, trace: Trace, least: float, by: str) -> Proven:
 
 
 def _shared_out(tours: dict[int, _Tour], few: list[_Task]) -> tuple[float, float]:
-    """Metres and steps if each of a few tasks is done by one agent: the minimum over all assignments."""
+    """Minimum metres and steps over all assignments of the few shared tasks to one agent each."""
     whole = (1 << len(few)) - 1
     metres, steps = [0.0] + [math.inf] * whole, [0.0] + [math.inf] * whole
     for agent, tour in tours.items():
@@ -237,7 +236,11 @@ def _all(whole: int) -> range:
 
 
 def _tour(legs: _LegsOf, agent: int, own: Sequence[_Task], few: Sequence[_Task], most: int) -> _Tour:
-    """Tour of an agent through its furthest own tasks, and those of the few shared tasks that it can do."""
+    """Tour of an agent through its furthest own tasks, and the few shared tasks that it can do.
+
+    Args:
+        most: maximum number of tasks.
+    """
     mine = [task for task in own if agent in task.agents]
     shared = [task for task in few if agent in task.agents][:most]
     mine = sorted(mine, key=lambda task: (-legs.first(agent, task.area), -task.due.low))[: most - len(shared)]
@@ -257,7 +260,7 @@ def _tour(legs: _LegsOf, agent: int, own: Sequence[_Task], few: Sequence[_Task],
 
 @dataclass(slots=True, eq=False)
 class _LegsOf:
-    """Legs between areas in metres, each computed once, up to a limit around static obstacles."""
+    """Lower bounds on the legs between areas in metres, cached, a limited number of them around static obstacles."""
 
     ground: FreeSpace
     left: int
@@ -265,7 +268,7 @@ class _LegsOf:
     found: dict[tuple[float, Area, Area], float] = field(default_factory=dict)
 
     def known(self, task: _Task) -> bool:
-        """Return whether all agents of the task move and have a path to it."""
+        """Return whether all agents of the task can move, and have a path to its area."""
         agents = [self.ground.mission.agents[agent] for agent in task.agents]
         if empty(task.area) or any(agent.dynamics.top_speed <= 0 for agent in agents):
             return False
@@ -277,12 +280,12 @@ class _LegsOf:
         return at.keys() >= set(task.agents)
 
     def first(self, agent: int, area: Area) -> float:
-        """Length of the leg from an agent's start."""
+        """Lower bound on the leg from an agent's start to an area, metres."""
         mover = self.ground.mission.agents[agent]
         return self._leg(mover, self.ground.ways.start(mover), area, self.starts[area][agent])
 
     def between(self, agent: int, one: Area, other: Area) -> float:
-        """Length of the leg between two areas."""
+        """Lower bound on the leg between two areas, metres."""
         if one is other:
             return 0.0
         return self._leg(self.ground.mission.agents[agent], one, other, None)
@@ -306,7 +309,7 @@ class _LegsOf:
 
 
 def _tasks(ground: FreeSpace, kernel: Kernel) -> Iterator[_Task]:
-    """Tasks that the requirements and the finishes give to agents at some step."""
+    """Yield the visits that the requirements and the finishes demand of agents."""
     mission = ground.mission
     places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
     facts = [fact for goal in kernel.requirements for fact in necessary.of_requirement(goal.formula).facts]
@@ -320,7 +323,7 @@ def _tasks(ground: FreeSpace, kernel: Kernel) -> Iterator[_Task]:
 
 
 def _dues(fact: Fact) -> Iterator[Due]:
-    """First and last due steps of a fact."""
+    """Yield the time windows of a fact at its first and at its last repetition."""
     when = fact.when
     yield Due(when.low, when.high)
     if when.repeats:

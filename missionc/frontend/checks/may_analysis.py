@@ -1,4 +1,4 @@
-"""May analysis: the agents for which a formula may hold by the step at which it is evaluated, and their places.
+"""May analysis: the agents for which a formula may hold by the step at which it is evaluated, and their positions.
 
     in   a goal's formula, the FreeSpace
     out  for each node the agents for which it cannot hold, and why
@@ -30,7 +30,7 @@ MOST_ASKED = 20_000
 
 Bits: TypeAlias = int
 Areas: TypeAlias = frozenset[Area]
-"""Sets that all contain a centre."""
+"""Areas that all contain an agent's centre."""
 
 NOWHERE_KNOWN: Areas = frozenset()
 
@@ -38,7 +38,8 @@ NOWHERE_KNOWN: Areas = frozenset()
 class May(Record):
     """Agents for which a formula is ``dead``: it holds at no step up to the one at which it is evaluated.
 
-    If it holds at a step, the agent is in ``places`` then, and each agent in ``others`` in its own places.
+    If the formula holds at a step, the agent is in all of ``places`` then, and each agent in ``others`` in its own
+    areas.
     """
 
     dead: Bits = 0
@@ -54,7 +55,7 @@ Asked: TypeAlias = dict[k.Node, dict[int, int]]
 
 @dataclass(slots=True, eq=False)
 class MayAnalysis:
-    """May analysis of one goal's formula.
+    """May analysis of one goal's formula: which subformulas cannot hold, for which agents, and why.
 
     Args:
         telling: the nodes that may be dead (``telling``); all others may hold.
@@ -69,7 +70,7 @@ class MayAnalysis:
     asked: Asked = field(default_factory=dict)
     known: dict[k.Node, May] = field(default_factory=dict)
     why: dict[k.Node, Cause | tuple[k.Node, ...]] = field(default_factory=dict)
-    """Cause of each dead node, or the nodes below that make it dead."""
+    """Cause of each dead formula, or the operands that make it dead."""
 
     def __post_init__(self) -> None:
         order = postorder((self.root,), self._parts)
@@ -80,7 +81,7 @@ class MayAnalysis:
 
     @property
     def dead(self) -> bool:
-        """True if the formula holds in no plan."""
+        """True if no plan satisfies the formula."""
         return self.root in self.known and bool(self.known[self.root].dead & 1)
 
     def reasons(self, node: k.Node) -> list[Cause]:
@@ -102,7 +103,10 @@ class MayAnalysis:
         return self.causes.ground.mission
 
     def _ask(self, order: list[k.Node]) -> bool:
-        """Compute by when and for which agents each node is evaluated; returns False if that is too much."""
+        """Compute by which step and for which agents each node is evaluated.
+
+        Return False if that exceeds ``MOST_ASKED``.
+        """
         self.asked[self.root] = {0: 0}
         left, last = MOST_ASKED, self.mission.steps
         for node in reversed(order):
@@ -127,7 +131,7 @@ class MayAnalysis:
         return tuple(child for child, *_ in self._below(node) if child in self.telling)
 
     def _below(self, node: k.Node) -> Iterator[tuple[k.Node, int | None, int | None]]:
-        """Nodes below, each with its steps ahead (None: to the last) and its agents (None: the same ones)."""
+        """Operands of a node, each with its steps ahead (None: to the last) and its agent (None: the same agents)."""
         match node:
             case k.LeafNode() | k.Not() | k.NeighbourNode() | k.ReachNode() | k.RouteNode():
                 return
@@ -189,7 +193,7 @@ class MayAnalysis:
         return self.known.get(node, ANYTHING).dead
 
     def _die(self, node: k.Node, dead: Bits, why: Cause | tuple[k.Node, ...], alive: May = ANYTHING) -> May:
-        """Value of a node that is dead for these agents; its places are those of ``alive``."""
+        """Value of a node that is dead for these agents, with the positions of ``alive``; record the reason."""
         if dead:
             self.why.setdefault(node, why)
         return May(dead, alive.places, alive.others)
@@ -255,7 +259,7 @@ class MayAnalysis:
         return self._die(node, dead, (node.body,), here)
 
     def _release(self, node: k.UntilNode) -> May:
-        """Value of a release: its end holds now if now is in the window; everything else is a choice."""
+        """Value of a release: its ``end`` must hold now if now is in the window; everything else is a choice."""
         if node.low != 0:
             return ANYTHING
         end = self.known.get(node.end, ANYTHING)
@@ -283,7 +287,7 @@ class MayAnalysis:
 
 
 def telling(roots: Iterable[k.Node]) -> frozenset[k.Node]:
-    """Nodes that may be dead or contain such a node: those about an agent's place or identity."""
+    """Nodes that the analysis can find dead, or that contain one: those about an agent's position or identity."""
     found = set[k.Node]()
     for node in postorder(roots):
         match node:
@@ -299,7 +303,7 @@ def telling(roots: Iterable[k.Node]) -> frozenset[k.Node]:
 
 
 def _merged(values: list[May] | tuple[May, ...]) -> dict[int, Areas]:
-    """Places of the named agents if all of these hold."""
+    """Areas of each named agent if all of the given formulas hold."""
     merged: dict[int, Areas] = {}
     for value in values:
         for agent, areas in value.others.items():
@@ -308,7 +312,7 @@ def _merged(values: list[May] | tuple[May, ...]) -> dict[int, Areas]:
 
 
 def _fewer_than(everyone: Bits, count: int, dead: list[Bits]) -> Bits:
-    """Bits of the agents for which fewer than ``count`` parts may hold."""
+    """Bit set of the agents for which fewer than ``count`` parts may hold."""
     spare = len(dead) - count
     if spare <= 0:
         return everyone if spare < 0 else reduce(or_, dead, 0)

@@ -1,7 +1,7 @@
 """Must analysis: agents for which a formula is certainly true or false at every step of every plan.
 
-Constants are folded: a formula and its negation, a region that covers the world, a speed no agent has. Formulas with
-the same meaning on their face get the same number, a formula and its negation opposite ones. Sets of agents are the
+Constants are folded: a formula and its negation, a region that covers the world, a speed that no agent has. Formulas
+that are equal syntactically get the same number, a formula and its negation opposite numbers. Sets of agents are the
 bits of a number.
 """
 
@@ -21,16 +21,16 @@ from missionc.ir.kernel.walk import children, postorder
 from missionc.ir.language.walk_formulas import bits_of
 
 TRUE, FALSE = 1, -1
-"""Numbers of formulas that are simply true and false."""
+"""Numbers of formulas that are constantly true and constantly false."""
 
 MOST_MEMBERS = 64
 """Maximum number of operands of a conjunction that are compared with one another."""
 
 
 class MustTruth(Record):
-    """Agents for which a formula is certainly true, and certainly false.
+    """Bit sets of the agents for which a formula is certainly true, and certainly false.
 
-    Equal ``number`` means equal formulas.
+    Formulas with equal ``number`` are equal.
     """
 
     number: int
@@ -44,25 +44,25 @@ class MustTruth(Record):
 
 @dataclass(slots=True, eq=False)
 class MustAnalysis:
-    """Certain truth of the formulas in a mission; ``everyone`` has the bits of all agents."""
+    """Certain truth of the formulas in a mission; ``everyone`` is the bit set of all agents."""
 
     ground: FreeSpace
     kernel: k.Kernel
     everyone: int
     kinds: tuple[tuple[Agent, int], ...]
-    """One agent of each kind (equal except for the name), and the bits of all agents of that kind."""
+    """One agent of each kind (equal except for the name), and the bit set of all agents of that kind."""
     sure: dict[k.Node, MustTruth] = field(default_factory=dict)
     numbers: dict[Hashable, int] = field(default_factory=dict)
     members: dict[int, frozenset[int]] = field(default_factory=dict)
     predicates: dict[Predicate, tuple[int, int]] = field(default_factory=dict)
 
     def of(self, formula: Formula) -> MustTruth:
-        """Certain truth of a formula as meant."""
+        """Certain truth of a formula of the resolved mission."""
         return self.sure[self.kernel.meanings[formula]]
 
 
 def must_analysis(kernel: k.Kernel, ground: FreeSpace) -> MustAnalysis:
-    """The must analysis of every formula in the mission's goals."""
+    """Certain truth of every formula in the mission's goals."""
     agents = ground.mission.agents
     kinds: dict[Hashable, tuple[Agent, int]] = {}
     for agent in agents:
@@ -77,9 +77,9 @@ def must_analysis(kernel: k.Kernel, ground: FreeSpace) -> MustAnalysis:
 
 
 def _connected(known: MustAnalysis) -> dict[k.Node, MustTruth]:
-    """Certain truth of connectivity: only that too small graphs are connected.
+    """Certain truth of connectivity predicates: only that graphs with too few agents are connected.
 
-    Graphs of too few agents get their own finding.
+    Such graphs get their own finding.
     """
     found: dict[k.Node, MustTruth] = {}
     for formula, node in known.kernel.meanings.items():
@@ -122,7 +122,7 @@ def _of_node(known: MustAnalysis, node: k.Node, below: list[MustTruth]) -> MustT
 
 
 def _of_pair(itself: bool, below: list[MustTruth], sure: Callable[[list[MustTruth]], MustTruth]) -> MustTruth:
-    """Certain truth of a node whose dual ``sure`` handles: of ``itself``, or by duality."""
+    """Certain truth of a node or of its dual, where ``sure`` handles the node itself."""
     return sure(below) if itself else sure(_opposites(below)).opposite
 
 
@@ -131,7 +131,13 @@ def _opposites(parts: Iterable[MustTruth]) -> list[MustTruth]:
 
 
 def _made(known: MustAnalysis, number: int, true: int, false: int) -> MustTruth:
-    """Truth with the number of a formula that is simply true or false, if it is so for all agents."""
+    """Formula's certain truth with its number; the constants' own numbers if it is true, or false, for all agents.
+
+    Args:
+        known: analysis of the mission.
+        number: number of the formula.
+        true, false: bit sets of agents for which it is certainly true, or certainly false.
+    """
     if number == TRUE or true == known.everyone:
         return MustTruth(TRUE, known.everyone, 0)
     if number == FALSE or false == known.everyone:
@@ -147,7 +153,7 @@ def _number(known: MustAnalysis, key: Hashable) -> int:
 
 
 def _conjunction(known: MustAnalysis, parts: list[MustTruth]) -> MustTruth:
-    """Truth of a flattened conjunction without true parts; false if it contains a part and its negation."""
+    """Certain truth of a flattened conjunction without true parts; false if it contains a part and its negation."""
     true, false = known.everyone, 0
     numbers: set[int] = set()
     for part in parts:
@@ -168,14 +174,14 @@ def _conjunction(known: MustAnalysis, parts: list[MustTruth]) -> MustTruth:
 
 
 def _denied(known: MustAnalysis, number: int, numbers: set[int]) -> bool:
-    """Return whether a part's negation is among the others, whole or split into its parts."""
+    """Return whether a part's negation is among ``numbers``, as one formula or split into its conjuncts."""
     return -number in numbers or (number < 0 and known.members.get(-number, frozenset((0,))) <= numbers)
 
 
 def _enough(known: MustAnalysis, count: int, parts: list[MustTruth]) -> MustTruth:
-    """Truth of "at least ``count`` parts", for parts that are equal for all agents.
+    """Certain truth of "at least ``count`` parts", for parts that are equal for all agents.
 
-    Small counts use the negations.
+    Small counts are computed by the negations.
     """
     if 2 * count <= len(parts):
         return _enough(known, len(parts) - count + 1, _opposites(parts)).opposite
@@ -221,8 +227,9 @@ def _neighbour(known: MustAnalysis, body: MustTruth, graph: Graph) -> MustTruth:
 
 
 def _route(known: MustAnalysis, parts: list[MustTruth], graph: Graph, low: float, high: float) -> MustTruth:
-    """Truth of a route: if no links are long enough, the agent is its own end; otherwise it continues
-    to a neighbour.
+    """Certain truth of a route operator.
+
+    If no link is long enough, the agent is the end of its own route; otherwise the route continues to a neighbour.
     """
     through, end = parts
     number = _number(known, ("route", graph, through.number, end.number, low, high))
@@ -233,7 +240,7 @@ def _route(known: MustAnalysis, parts: list[MustTruth], graph: Graph, low: float
 
 
 def _not_on_from(known: MustAnalysis, end: MustTruth, graph: Graph) -> int:
-    """Bits of the agents that cannot get to another one for which the formula may be true."""
+    """Bit set of the agents that are linked to no agent for which the formula may be true."""
     linked = bits_of(graph.agents)
     return known.everyone if linked & ~end.false == 0 else known.everyone & ~linked
 
@@ -268,7 +275,7 @@ def _bits(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
 
 
 def _of_kind(known: MustAnalysis, predicate: Predicate, agent: Agent) -> tuple[bool, bool]:
-    """Return whether the predicate is certainly true, and certainly false, for agents of this kind."""
+    """Return whether the predicate is certainly true, and whether it is certainly false, for agents of this kind."""
     ground = known.ground
     if isinstance(predicate, Compare):
         values = of_comparison(ground, agent, predicate)

@@ -1,6 +1,6 @@
 """Necessary conditions of a formula: the facts about agents and steps that hold in every plan that satisfies it.
 
-A fact is kept only if it is certain, so facts may be missing, but each holds in every plan that satisfies the formula.
+Facts may be missing, but each fact holds in every plan that satisfies the formula.
 """
 
 from __future__ import annotations
@@ -19,14 +19,17 @@ from missionc.ir.kernel.walk import children
 from missionc.ir.language.walk_formulas import bits_of
 
 EVER = 1 << 40
-"""A step later than any mission's last."""
+"""Step number that is later than any mission's last step."""
 
 MOST_VISITS = 20_000
-"""Maximum number of formula visits, each with agents and steps; further ones are omitted."""
+"""Maximum number of visits to formulas, each with agents and steps; further visits are omitted."""
 
 
 class AtLeastAgents(Record):
-    """At least ``number`` of the agents; ``bits`` is the bit set of the agents, and ``words`` the text."""
+    """Statement about at least ``number`` of some agents.
+
+    ``bits`` is the bit set of the agents, and ``words`` the text.
+    """
 
     number: int
     bits: int
@@ -36,14 +39,15 @@ class AtLeastAgents(Record):
 
 THE_TEAM = AtLeastAgents(0, 0, "the team")
 ITSELF = AtLeastAgents(1, 0, "the agent")
-"""The single agent, whichever it is, for which a formula is evaluated."""
+"""The single agent for which a formula is evaluated, whichever agent it is."""
 
 
 class StepWindow(Record):
-    """For every ``s`` from 0 to ``repeats``, at some step from ``low + s`` to ``high + s``.
+    """Steps at which a fact holds: for every ``s`` from 0 to ``repeats``, at some step from ``low + s`` to ``high +
+    s``.
 
-    So ``low == high`` says "at every step from low to low + repeats", and no
-    repeats "at some step from low to high".
+    So ``low == high`` means "at every step from low to low + repeats", and ``repeats == 0`` means "at some step from
+    low to high".
     """
 
     low: int
@@ -51,7 +55,9 @@ class StepWindow(Record):
     repeats: int
 
     def throughout(self, low: int, high: int | None, last: int | None) -> Iterator[StepWindow]:
-        """Windows of something that holds at all steps from ``low`` to ``high`` ahead of each of these."""
+        """Yield windows of an operand that holds at all steps from ``low`` to ``high`` ahead of each step of this
+        window.
+        """
         if high is None:
             high = low if last is None else max(last - self.high - self.repeats, low)
         yield StepWindow(self.low + low, self.high + low, self.repeats + high - low)
@@ -59,13 +65,13 @@ class StepWindow(Record):
             yield StepWindow(self.high + low, self.high + low, self.repeats + self.low + high - self.high - low)
 
     def sometime(self, low: int, high: int | None, last: int | None) -> StepWindow:
-        """Window of something that holds at some step from ``low`` to ``high`` ahead of one of these."""
+        """Window of an operand that holds at some step from ``low`` to ``high`` ahead of a step of this window."""
         if high is not None:
             return StepWindow(self.low + low, self.high + high, self.repeats)
         return StepWindow(self.low + self.repeats + low, EVER if last is None else last, 0)
 
     def in_the_past(self, low: int, high: int, every: bool) -> Iterator[StepWindow]:
-        """Windows of a formula with a past window without steps before 0; none if it has such steps."""
+        """Yield windows of a past operator's operand; none if its window includes steps before 0."""
         if every and self.low == self.high:
             first, last = max(self.low + low, 0), self.low + self.repeats + high
             if first <= last:
@@ -78,9 +84,9 @@ AT_ONCE = StepWindow(0, 0, 0)
 
 
 class Order(Record):
-    """Order in which agents and steps are chosen.
+    """Order of the quantifiers over agents and steps in a fact.
 
-    ``anew``: the agents may differ from step to step. ``each``: each of them has a step of its own.
+    ``anew`` is True if the agents may differ from step to step, ``each`` if every agent has a step of its own.
     """
 
     anew: bool = False
@@ -88,7 +94,7 @@ class Order(Record):
 
 
 class Fact(Record):
-    """Literal that holds for those agents then; ``span`` is its place in the text."""
+    """Literal that holds for the agents ``who`` at the steps ``when``; ``span`` is its source text."""
 
     literal: Literal
     who: AtLeastAgents
@@ -119,7 +125,7 @@ class Visit(Record):
 
 @dataclass(slots=True, eq=False)
 class NecessaryConditions:
-    """The necessary conditions of the formulas of a mission.
+    """Computes the necessary conditions of the formulas of a mission.
 
     ``quantified`` and ``held`` are the nodes and negations that came from a quantifier and from a predicate.
     """
@@ -164,7 +170,7 @@ class NecessaryConditions:
         return gathered
 
     def _below(self, visit: Visit, last: int | None, gathered: Necessary) -> Iterator[Visit]:
-        """Visits of the formulas below that must hold if the visited one holds."""
+        """Yield visits of the operands that must hold if the visited formula holds; a literal is recorded as a fact."""
         node, who, when, order = visit.formula, visit.who, visit.when, visit.order
         if node in self.held:
             literal, span = self.held[node]
@@ -197,7 +203,7 @@ class NecessaryConditions:
 
 
 def _needs(node: k.Node, when: StepWindow, last: int | None) -> Iterator[tuple[k.Node, StepWindow]]:
-    """Nodes that must hold for the same agent if the node holds then, with their windows."""
+    """Yield nodes that must hold for the same agent if the node holds in a window, each with its window."""
     match node:
         case k.All(parts):
             yield from ((part, when) for part in parts)
@@ -238,14 +244,18 @@ def _needs(node: k.Node, when: StepWindow, last: int | None) -> Iterator[tuple[k
 
 
 def _of_route(node: k.ReachNode | k.RouteNode) -> Iterable[k.Node]:
-    """Nodes that must hold for the first agent: the end of a route without links, otherwise its first part."""
+    """Nodes that must hold for the first agent of a route.
+
+    A route that may have no links requires the common conjuncts of ``through`` and ``end``, any other route
+    ``through``.
+    """
     if node.low > 0:
         return (node.through,)
     return _in_each((_parts(node.through), _parts(node.end)))
 
 
 def _in_each(alternatives: Iterable[Mapping[k.Node, None]]) -> Iterable[k.Node]:
-    """Nodes in all of the alternatives, in the order of the first."""
+    """Nodes that occur in all of the alternatives, in the order of the first."""
     first, *others = alternatives
     return [node for node in first if all(node in other for other in others)]
 
@@ -263,7 +273,7 @@ def _parts(node: k.Node) -> dict[k.Node, None]:
 
 
 def _conjuncts(node: k.Node) -> dict[k.Node, None]:
-    """Conjuncts of a formula, including what routes need."""
+    """The formula and all of its conjuncts, including conditions that routes imply."""
     found = _parts(node)
     routes = [part for part in found if isinstance(part, k.ReachNode | k.RouteNode) and not part.every]
     return found | dict.fromkeys(chain.from_iterable(map(_of_route, routes)))
@@ -276,7 +286,10 @@ def _words(number: int, size: int, name: str) -> str:
 
 
 def meeting(one: Fact, other: Fact) -> tuple[int, int] | None:
-    """Range of steps that certainly contains one at which both facts hold for one agent."""
+    """Range of steps that certainly contains a step at which both facts hold for one agent.
+
+    None without such a range.
+    """
     if not _same_agent(one.who, other.who) or _may_miss(one, other) or _may_miss(other, one):
         return None
     return same_step(one.when, other.when)
@@ -290,12 +303,12 @@ def _same_agent(one: AtLeastAgents, other: AtLeastAgents) -> bool:
 
 
 def _may_miss(one: Fact, other: Fact) -> bool:
-    """Return whether one fact may hold for other agents at each agent's own step of the other."""
+    """Return whether the first fact may hold for other agents at the steps of the second, which differ by agent."""
     return one.order.anew and other.order.each and other.when.low < other.when.high
 
 
 def same_step(one: StepWindow, other: StepWindow) -> tuple[int, int] | None:
-    """Range of steps that certainly contains one at which both hold."""
+    """Range of steps that certainly contains a step at which both facts hold; None without such a range."""
     for steady, any_of in ((one, other), (other, one)):
         if steady.low == steady.high:
             first, last = steady.low, steady.low + steady.repeats

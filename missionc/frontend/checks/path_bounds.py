@@ -1,4 +1,4 @@
-"""Lower bounds on path lengths of an agent's centre between sets of places, around obstacles.
+"""Lower bounds on path lengths of an agent's centre between areas, around obstacles.
 
 In the plane the bound is the geodesic around the obstacles that never move, at their initial size; in a volume it is
 the straight line. Both bound any motion, at the steps and between them.
@@ -22,18 +22,21 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9
 
 PLACES = 9
-"""Number of places in a set between which paths are computed without arrays."""
+"""Number of sample points in an area between which paths are computed without arrays."""
 
 MOST_SEARCHES = 400
 """Maximum number of searches around obstacles; beyond that, straight lines are used."""
 
 
 MANY_CORNERS = 400
-"""Number of obstacle corners from which a grid is faster than their geometry, once that is loaded."""
+"""Number of obstacle corners from which a grid is faster than exact geometry, once the grid's library is loaded."""
 
 
 class Way(Record):
-    """Lower bound in metres, infinite if there is no path; ``bent``: because of obstacles."""
+    """Lower bound on a path length in metres, infinite if there is no path.
+
+    ``bent`` is True if obstacles determine it.
+    """
 
     length: float
     bent: bool = False
@@ -41,7 +44,7 @@ class Way(Record):
 
 @dataclass(slots=True, eq=False)
 class LeastWays:
-    """Shortest paths of a mission's agents, each computed once.
+    """Lower bounds on the shortest paths of a mission's agents, cached.
 
     Args:
         standing: inner bound of the obstacles that never move.
@@ -53,7 +56,7 @@ class LeastWays:
     starts: dict[Region | Vector | None, Area] = field(default_factory=dict)
     known: dict[tuple[float, Area, Area, float], Way | None] = field(default_factory=dict)
     found: dict[tuple[float, Area, Area, float], bool] = field(default_factory=dict)
-    """Results of the searches without arrays."""
+    """Cached results of the searches without arrays."""
     straight: dict[tuple[Area, Area, float], bool] = field(default_factory=dict)
     """Cached answers of ``_near``."""
     clear: dict[float, ClearWays] = field(default_factory=dict)
@@ -61,18 +64,21 @@ class LeastWays:
     searches: int = 0
 
     def start(self, agent: Agent) -> Area:
-        """Outer bound of an agent's start."""
+        """Outer bound of an agent's start region."""
         key = agent.start.point or agent.start.region
         if key not in self.starts:
             self.starts[key] = self.atlas.initial(agent.start)
         return self.starts[key]
 
     def too_long(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:
-        """Shortest path between two sets if it is longer than ``longest``; None if it may be shorter."""
+        """Lower bound on the shortest path between two areas if it exceeds ``longest`` metres.
+
+        None if the path may be shorter.
+        """
         return self._straight(start, goal, longest) or self.bent(agent, start, goal, longest)
 
     def shown(self, agent: Agent, start: Area, goal: Area, longest: float) -> bool:
-        """Return whether sample places show, without geometry, that a path of at most ``longest`` exists."""
+        """Return whether sample points prove, without geometry, that a path of at most ``longest`` metres exists."""
         asked = start, goal, longest
         if asked not in self.straight:
             self.straight[asked] = _near(*asked)
@@ -81,7 +87,10 @@ class LeastWays:
         return not self.shapes or self._clear_way(self._room(agent), start, goal, longest)
 
     def bent(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:
-        """The same for two sets within ``longest`` on a straight line: the path around the obstacles."""
+        """Lower bound on the path around obstacles if it exceeds ``longest`` metres; None if the path may be shorter.
+
+        The straight distance of the two areas is at most ``longest``.
+        """
         if not self.shapes:
             return None
         asked = self._room(agent), start, goal, longest
@@ -111,7 +120,9 @@ class LeastWays:
         return self.found[asked]
 
     def passage(self, agent: Agent, start: Area, goal: Area) -> float:
-        """Width for a centre in the widest passage between two sets, metres, if the agent has no path."""
+        """Width in metres that the widest passage between two areas leaves for the agent's centre, if the agent has no
+        path.
+        """
         from missionc.geometry.geodesic_bounds import widest_passage  # with shapely
 
         ends = (self._flat(start), self._flat(goal))
@@ -131,17 +142,17 @@ class LeastWays:
         return self.graphs[room].geodesic(self._flat(start), self._flat(goal), longest)
 
     def _flat(self, area: Area | None) -> Any:
-        """Geometry of an area of the plane, clipped to the world; None is the world."""
+        """Plane geometry of an area, clipped to the world; for None, of the world."""
         whole = self.atlas.whole()
         return (whole if area is None else common(area, whole)).geometry()[0]
 
     def _room(self, agent: Agent) -> float:
-        """Distance in metres that an agent's centre keeps from every obstacle."""
+        """Required distance of an agent's centre from every obstacle, metres."""
         return agent.radius + self.mission.clearance
 
     @property
     def shapes(self) -> tuple[Shape, ...]:
-        """Obstacles that paths go around: the static ones, in the plane."""
+        """Shapes that paths avoid: static obstacles of a plane mission."""
         mission = self.mission
         if mission.dimension != 2:
             return ()
@@ -149,15 +160,15 @@ class LeastWays:
 
 
 def reach(mission: Mission, agent: Agent, steps: int) -> float:
-    """Maximum distance in metres that an agent covers in ``steps`` steps, including rounding."""
+    """Maximum distance in metres that an agent covers in ``steps`` steps, rounded up."""
     return agent.dynamics.top_speed * steps * mission.step * (1 + ROUNDING) + ROUNDING
 
 
 def _near(start: Area, goal: Area, longest: float) -> bool:
-    """Return whether a place in one set is certainly within ``longest`` of the other on a straight line."""
+    """Return whether a sample point of the start area is certainly within ``longest`` metres of the goal area."""
     return any(start.depth(place) >= 0 and goal.depth(place) > SURE - longest for place in start.seeds())
 
 
 def _places(area: Area) -> tuple[Vector, ...]:
-    """Some places that are certainly in a set."""
+    """Some points that are certainly in an area."""
     return tuple(islice((seed for seed in area.seeds() if area.depth(seed) >= 0), PLACES))

@@ -1,4 +1,4 @@
-"""Robustness margins of predicates at given places of the agents, in plain numbers."""
+"""Robustness margins of predicates at given positions of the agents, without arrays."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from missionc.ir import Agent, Mission, Predicate
 from missionc.ir.language.margins.view import View
 
 Joint: TypeAlias = tuple[Place | None, ...]
-"""Place of each agent; None for one that may be anywhere."""
+"""Position of each agent; None for an agent that may be anywhere."""
 
 
 def margin_at(mission: Mission, predicate: Predicate, agent: Agent, joint: Joint) -> float | None:
-    """Margin of a predicate, except of a connected graph, at places; None if it depends on unknown places."""
+    """Robustness margin of a predicate at given positions; None if it depends on unknown positions.
+
+    The predicate must not be one of a connected graph.
+    """
     needed = predicate.others | ({agent.index} if predicate.reads_oneself(mission.dimension) else set())
     if predicate.reads_speed or predicate.reads_past or any(joint[each] is None for each in needed):
         return None
@@ -22,7 +25,7 @@ def margin_at(mission: Mission, predicate: Predicate, agent: Agent, joint: Joint
 
 
 class _AtPlaces(View):
-    """Evaluation for one agent, each agent at its place; agents that may be anywhere are skipped."""
+    """View for one agent at given positions of all agents; agents that may be anywhere are skipped."""
 
     def __init__(self, mission: Mission, agent: Agent, joint: Joint) -> None:
         super().__init__(plain_floats, mission.dimension)

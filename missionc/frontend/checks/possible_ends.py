@@ -1,9 +1,9 @@
-"""Witnesses that a formula may be true or false at the first and the last step: possible places of agents.
+"""Witnesses that a formula may be true or false at the first and the last step: possible positions of agents.
 
-Each agent is put at some of the places where it may start or finish, and predicates and links are evaluated there
-without arrays. An agent without a given place may be anywhere. Everything else is monotone. Whatever is found possible
-is possible by the intervals of ``monitoring.interval_robustness`` too, which contain every such place. Whatever is not
-found may still be possible. Agents are the bits of a number.
+Each agent is put at some of the points where it may start or finish, and predicates and links are evaluated there
+without arrays. An agent without a given start or finish may be anywhere. Everything else is monotone. What is possible
+at such points is also possible by the intervals of ``monitoring.interval_robustness``, which contain every such point.
+Further formulas may be possible. Agents are the bits of a number.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ FEW = 32
 """Maximum number of agents; for more, arrays are faster."""
 
 TRIES = ((0, 0), (1, 0), (2, 1))
-"""Factors that select the sample place of an agent: its number times the first, plus the second."""
+"""Factors that select the sample point of an agent: its number times the first, plus the second."""
 
 PLACES = 7
-"""Number of sample places in a region."""
+"""Number of sample points in a region."""
 
 Bits: TypeAlias = int
-"""Set of agents as bits."""
+"""Set of agents as the bits of an integer."""
 
 
 May: TypeAlias = tuple[Bits, Bits]
@@ -49,12 +49,12 @@ May: TypeAlias = tuple[Bits, Bits]
 
 @dataclass(slots=True, eq=False)
 class Ends(Domain[May]):
-    """Domain of the agents for which a formula may hold at the two ends of a mission with few agents."""
+    """Evaluation of formulas to the agents for which they may hold at both ends of a mission with few agents."""
 
     mission: Mission
     everyone: Bits
     tries: tuple[tuple[Joint, ...], tuple[Joint, ...]]
-    """Sample placements at the first and at the last step."""
+    """Sample positions of all agents, at the first and at the last step."""
     atoms: dict[Predicate, tuple[May, May]] = field(default_factory=dict)
     """Agents for which each predicate may be true, and may be false."""
     known_links: dict[tuple[Graph, int], tuple[dict[int, Bits], dict[int, Bits]]] = field(default_factory=dict)
@@ -85,7 +85,7 @@ class Ends(Domain[May]):
         return _each(lambda at: self._window(node.every, body, node.low, node.high, at))
 
     def until(self, node: UntilNode, hold: May, end: May) -> May:
-        """Value of *until*, as in ``Intervals``: its left side must hold now, whatever comes later."""
+        """Agents for which *until* may hold, as in ``Intervals``: its left side must hold now, whatever comes later."""
         low, high = node.low, node.high
         if low < 0:
             now_is_enough = node.every and high != 0
@@ -136,7 +136,7 @@ class Ends(Domain[May]):
         return self.everyone & ~bits_of(graph.agents)
 
     def _links(self, graph: Graph, column: int) -> tuple[dict[int, Bits], dict[int, Bits]]:
-        """For each agent of the graph, those it may be linked to and those it may not be linked to."""
+        """For each agent of the graph, the agents that it may be linked to and those that it may not be linked to."""
         if (graph, column) not in self.known_links:
             linked, apart = dict.fromkeys(graph.agents, 0), dict.fromkeys(graph.agents, 0)
             one_way = directed(graph)
@@ -152,18 +152,21 @@ class Ends(Domain[May]):
         return self.known_links[graph, column]
 
     def _one_link(self, graph: Graph, reached: Bits, column: int) -> Bits:
-        """Agents that may be linked to one that may be found."""
+        """Agents that may be linked to an agent of the set ``reached``."""
         linked, _ = self._links(graph, column)
         return bits_of(tuple(agent for agent, others in linked.items() if others & reached))
 
     def _no_other_link(self, graph: Graph, these: Bits, column: int) -> Bits:
-        """Agents of the graph that may have no link except to these."""
+        """Agents of the graph that may have no link except to the agents ``these``."""
         members = bits_of(graph.agents)
         _, apart = self._links(graph, column)
         return bits_of(tuple(agent for agent, others in apart.items() if members & ~(others | these) == 0))
 
     def _in_metres(self, graph: Graph) -> May:
-        """Value for lengths in metres, which are known for given points only and ignored here."""
+        """Agents for which an operator on route lengths may hold: all of them, since lengths are not evaluated.
+
+        If every agent of the graph has an exact position, the result is empty.
+        """
 
         def bits(column: int) -> Bits:
             ends = (end_of(self.mission.agents[agent], column) for agent in graph.agents)
@@ -174,7 +177,7 @@ class Ends(Domain[May]):
 
 
 def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[Node]:
-    """Formulas about the team that may be true at the first step, as far as both ends decide it."""
+    """Team formulas that may be true at the first step, as far as both ends decide them."""
     roots = tuple(roots)
     if len(mission.agents) > FEW or more_than(MOST_NODES, roots):
         return set()
@@ -185,12 +188,12 @@ def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[
 
 
 def end_of(agent: Agent, column: int) -> InitialSet | None:
-    """Start or finish of an agent, if it has one."""
+    """Start or finish of an agent, for the column ``FIRST`` or ``LAST``; None without a finish."""
     return agent.start if column == FIRST else agent.finish
 
 
 def _tries(places: list[InitialSet | None], ground: FreeSpace) -> tuple[Joint, ...]:
-    """Sample placements of all agents; none if no place is known in some region."""
+    """Sample positions of all agents; empty if no point is known in some region."""
     choices = [_choices(place, ground) for place in places]
     if not all(choices):
         return ()
@@ -233,7 +236,7 @@ def _link(graph: Graph, one: int, other: int, joint: Joint) -> float | None:
 
 
 def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
-    """Apply a change ``times`` times, or until the bits are stable."""
+    """Apply a change to a set of agents ``times`` times, or until it is stable."""
     for _ in range(times):
         after = change(bits)
         if after == bits:
@@ -246,9 +249,9 @@ def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
 
 
 def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> tuple[bool, bool]:
-    """Return whether a margin may be positive, and may be negative.
+    """Return whether a margin may be positive, and whether it may be negative, at the sample positions.
 
-    None if it depends on an unknown place.
+    A margin that depends on an unknown position may be both.
     """
     true = false = False
     for joint in ends.tries[column]:
@@ -260,7 +263,7 @@ def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> 
 
 
 def _of_predicate(ends: Ends, predicate: Predicate) -> tuple[May, May]:
-    """Agents for which it may be true, and those for which it may be false."""
+    """Agents for which a predicate may be true, and those for which it may be false."""
     true, false = [0, 0], [0, 0]
     team = predicate.about_team
     for column in (FIRST, LAST):

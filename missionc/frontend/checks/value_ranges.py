@@ -12,7 +12,7 @@ from missionc.ir.wording import number
 
 
 class Range(Record):
-    """Range from ``low`` to ``high``, both included."""
+    """Closed interval of real numbers from ``low`` to ``high``."""
 
     low: float
     high: float
@@ -26,7 +26,7 @@ class Range(Record):
 
 
 def of_comparison(ground: FreeSpace, agent: ir.Agent, comparison: ir.Compare) -> Range:
-    """Range of the expression that must be at least 0, for that agent and all others of its kind."""
+    """Range of a comparison's difference, which must be at least 0, for an agent and all others of its kind."""
     total = Range(comparison.constant, comparison.constant)
     for weight, feature in comparison.terms:
         total += of_feature(ground, agent, feature).scaled(weight)
@@ -34,7 +34,7 @@ def of_comparison(ground: FreeSpace, agent: ir.Agent, comparison: ir.Compare) ->
 
 
 def of_feature(ground: FreeSpace, agent: ir.Agent, feature: ir.Feature) -> Range:
-    """Range of a state or a distance, in SI units, for that agent and all others of its kind."""
+    """Range of a state or a distance, in SI units, for an agent and all others of its kind."""
     mission = ground.mission
     low, high = mission.world.low, mission.world.high
     match feature:
@@ -71,13 +71,13 @@ def _between(mission: ir.Mission, first: int, second: int) -> Range:
 
 
 def _farthest(mission: ir.Mission, low: ir.Vector, high: ir.Vector) -> float:
-    """Upper bound on the distance from a place in the world to a point in a box."""
+    """Upper bound on the distance from a point of the world to a point in a box, metres."""
     spans = zip(mission.world.low, mission.world.high, low, high, strict=True)
     return math.hypot(*(max(d - a, b - c, 0.0) for a, b, c, d in spans))
 
 
 def range_in_words(comparison: ir.Compare, values: Range) -> str:
-    """Text of the range in which the comparison's single state or distance stays."""
+    """Text for the range of the single state or distance in a comparison."""
     match comparison.terms:
         case ((weight, feature),) if weight != 0:
             both = (values + Range(-comparison.constant, -comparison.constant)).scaled(1 / weight)

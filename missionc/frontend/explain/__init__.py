@@ -1,5 +1,5 @@
-"""Explanation: a mission restated in sentences, diagrams of its windows, and the traps it touches.
+"""Explanation of a mission: sentences, diagrams of its windows, and conventions that tools interpret differently.
 
-in   Mission, as meant
+in   Mission, resolved
 out  words and values; without solving or checking
 """

@@ -17,13 +17,16 @@ FLAT = """
 region f = box (0, 0) to (2, 1)
 region g = box (1, 0) to (3, 1)
 """
-"""Places where only f holds (0.5), both (1.5), only g (2.5), none (3.5); 2 is on the border of f."""
+"""Declarations of two overlapping regions: only f holds at x = 0.5, both at 1.5, only g at 2.5, none at 3.5.
+
+The border of f is at x = 2.
+"""
 
 PLACES = MappingProxyType({("T", "F"): 0.5, ("T", "T"): 1.5, ("F", "T"): 2.5, ("F", "F"): 3.5})
 
 
 class Example(Record):
-    """Example; ``rows`` are formulas with their truth at each step or, if ``agents``, for each agent.
+    """Tiny trace with the truth of formulas in ``rows``: at each step or, if ``agents`` is True, for each agent.
 
     ``asked`` is a formula, and ``otherwise`` its other reading as a formula of the language; exactly one of them
     ``holds``.
@@ -31,7 +34,7 @@ class Example(Record):
 
     declarations: str
     places: tuple[tuple[tuple[float, float], ...], ...]
-    """Places of each agent at each step, metres."""
+    """Positions of each agent at each step, metres."""
     agents: bool
     rows: tuple[tuple[str, str], ...]
     asked: str
@@ -40,7 +43,7 @@ class Example(Record):
 
 
 class Trap(Record):
-    """Trap; ``says`` is the convention here, ``elsewhere`` that of other tools."""
+    """Convention of the language on which tools differ; ``says`` states it, ``elsewhere`` that of other tools."""
 
     name: str
     says: str
@@ -49,7 +52,7 @@ class Trap(Record):
 
 
 def _steps(asked: str, otherwise: str, holds: bool, **rows: str) -> Example:
-    """Example with one agent over a few steps, with ``f`` and ``g`` as in the rows (``g`` false if omitted)."""
+    """Example with one agent over a few steps, with ``f`` and ``g`` true as in the rows (``g`` false if omitted)."""
     f = rows["f"]
     g = rows.get("g", "F" * len(f))
     path = tuple((PLACES[pair], 0.5) for pair in zip(f, g, strict=True))
@@ -59,8 +62,10 @@ def _steps(asked: str, otherwise: str, holds: bool, **rows: str) -> Example:
 def _team(
     places: tuple[tuple[float, float], ...], asked: str, otherwise: str, holds: bool, **groups: tuple[int, ...]
 ) -> Example:
-    """Example with agents a[0], a[1], … at one step and radio links under 1 m; ``f`` and ``g`` hold for
-    the named ones.
+    """Example with agents a[0], a[1], … at one step, with radio links shorter than 1 m.
+
+    Args:
+        groups: names of predicates, such as ``f``, and the agents for which each holds.
     """
     lines = [f"group {name} = {', '.join(f'a[{agent}]' for agent in agents)}" for name, agents in groups.items()]
     rows = tuple(
@@ -204,4 +209,4 @@ TRAPS = (
         ),
     ),
 )
-"""Traps in the order in which a page lists them."""
+"""Conventions on which tools differ, in the order in which a page lists them."""

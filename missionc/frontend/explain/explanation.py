@@ -1,10 +1,10 @@
-"""The explanation of a requirement: as a value, as text and as a document, with the traps of its formula.
+"""The explanation of a requirement: as a value, as text and as a document, with the conventions that its formula uses.
 
     in   Mission, and the backend chosen for it
     out  Explained, lines, a JSON document
 
-Teams that take off from the floor get sentences on their pads, heights, speeds and landing. Traps are conventions of a
-formula that other tools read differently. Each comes with its example, in the order of ``convention_examples``.
+Teams that take off from the floor get sentences on their pads, altitudes, speeds and landing. Traps are conventions of
+a formula that other tools read differently. Each comes with its example, in the order of ``convention_examples``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from missionc.ir.wording import all_listed, listed, metres, seconds
 
 
 def flights_said(mission: ir.Mission) -> list[str]:
-    """One sentence for each team with ``flight``."""
+    """Sentences on takeoff and landing, one for each team with ``flight``."""
     teams: dict[str, list[ir.Agent]] = {}
     for agent in mission.agents:
         if agent.pad is not None:
@@ -55,7 +55,7 @@ def _said(mission: ir.Mission, name: str, agents: list[ir.Agent]) -> str:
 
 
 def _height(mission: ir.Mission, agent: ir.Agent) -> float | None:
-    """Flight altitude of an agent, or None if it depends on the plan."""
+    """Flight altitude of an agent, metres; None if it depends on the plan."""
     if mission.dimension < 3:
         return float(agent.altitude)
     if agent.pad is not None and agent.pad.hover is not None:
@@ -64,7 +64,7 @@ def _height(mission: ir.Mission, agent: ir.Agent) -> float | None:
 
 
 def traps_of(formula: ir.Formula) -> tuple[Trap, ...]:
-    """Traps that the formula touches, each once."""
+    """Conventions used by the formula that other tools read differently, each once."""
     names: set[str] = set()
     windowed: set[ir.Formula] = set()
     for part in formulas_bottom_up([formula], as_written):
@@ -96,9 +96,8 @@ def _touched(part: ir.Formula) -> Iterator[str]:
 
 
 def table(example: Example) -> list[str]:
-    """Table of the example: a line for each formula, a column for each step or agent.
-
-    Then the two readings.
+    """Lines of a table for an example: a line for each formula, a column for each step or agent, then the two
+    readings.
     """
     count = len(example.places) if example.agents else len(example.places[0])
     heads = [f"a[{index}]" if example.agents else f"{index} s" for index in range(count)]
@@ -117,13 +116,13 @@ def table(example: Example) -> list[str]:
 
 
 def _shown(formula: str) -> str:
-    """Text of a formula in a table: evaluated for `a[0]`, with the single graph."""
+    """Text of a formula in a table, without the agent `a[0]` and the only graph."""
     bare = formula.removeprefix("a[0]: ").replace(" on radio", "")
     return bare[1:-1] if bare != formula and bare.startswith("(") and bare.endswith(")") else bare
 
 
 def linked(example: Example) -> list[str]:
-    """Links of an example at one step, strictly under 1 m."""
+    """Texts of the links of an example at one step: pairs of agents less than 1 m apart."""
     places = [path[0] for path in example.places]
     pairs = [(one, other) for other in range(len(places)) for one in range(other)]
     return [f"a[{one}]-a[{other}]" for one, other in sorted(pairs) if math.dist(places[one], places[other]) < 1]
@@ -134,7 +133,7 @@ def _word(cell: str) -> str:
 
 
 class Explained(Record, eq=False):
-    """Explained requirement, or preference with its ``weight``.
+    """Explanation of a requirement, or of a preference with its ``weight``.
 
     ``needed`` is the minimum number of steps of the mission, infinite if no number suffices; ``looks`` is the last step
     of this mission that it depends on.
@@ -153,7 +152,7 @@ class Explained(Record, eq=False):
     backends: tuple[str, ...]
     traps: tuple[Trap, ...]
     turns: tuple[Turn, ...] = ()
-    """Indices of the member of a family."""
+    """Indices of the requirement as a member of a family."""
 
 
 MOST_GOALS = 100
@@ -167,10 +166,7 @@ MOST_WINDOWS = 10_000
 
 
 def explained(mission: ir.Mission, name: str | None = None) -> tuple[Explained, ...]:
-    """Explanations of every requirement, then every preference, or of those with a name.
-
-    Limited to one page.
-    """
+    """Explanations of every requirement, then of every preference, or of the one with a name; limited to one page."""
     parts: list[Explained] = []
     letters = 0
     for goal in (goal for goal in goals(mission) if name in (None, goal.name)):
@@ -212,9 +208,8 @@ def _explained(mission: ir.Mission, goal: ir.Requirement | ir.Preference) -> Exp
 
 
 def _things(formula: ir.Formula, mission: ir.Mission) -> Iterator[str]:
-    """Descriptions of the graphs, formations, resources and flags that it names.
-
-    One sentence for each family.
+    """Yield descriptions of the graphs, formations, resources and flags that a formula names, one sentence for each
+    family.
     """
     things = dict.fromkeys(thing for part in formulas_bottom_up([formula], as_written) for thing in _named(part))
     for _, alike in groupby(things, key=lambda thing: (thing.span.source.name, thing.span.start)):
@@ -322,7 +317,7 @@ def _growths(mission: ir.Mission) -> list[str]:
 
 
 def _tolerances(mission: ir.Mission) -> list[str]:
-    """Sentences on the delay that each set of agents may have."""
+    """Sentences on the required delay tolerance of each set of agents."""
     return [
         f"one agent of {names(each.agents, mission)} may be late by up to {seconds(mission, each.steps)}, with all "
         "others on time; every requirement stays satisfied"
@@ -334,7 +329,7 @@ def _tolerances(mission: ir.Mission) -> list[str]:
 
 
 def lines(parts: tuple[Explained, ...], mission: ir.Mission, choice: Choice | None, unicode: bool) -> list[str]:
-    """Lines of the page, at most ``WIDTH`` columns wide except for text by the author."""
+    """Lines of an explanation page, at most ``WIDTH`` columns wide except for text by the author."""
     agents, steps = counted(len(mission.agents), "agent"), counted(mission.steps, "step")
     page = [f"mission {mission.name}: {agents}, {steps} of {number_text(mission.step)} s"]
     for said in (*flights_said(mission), *_growths(mission), *_tolerances(mission)):
@@ -358,7 +353,10 @@ def lines(parts: tuple[Explained, ...], mission: ir.Mission, choice: Choice | No
 
 
 def of_family(parts: tuple[Explained, ...]) -> tuple[Explained, ...]:
-    """Members of a family as one part with its indices; empty if they differ in more than indices."""
+    """Explanations of a family's members as one explanation with an index.
+
+    Empty if they differ in more than indices.
+    """
     turns, first = [part.turns for part in parts], parts[0]
     alike = len({(tuple(span.drawn for span in part.windows), part.needed, part.looks) for part in parts}) == 1
     if not alike or not first.turns or any(part.said.parts or part.things != first.things for part in parts):
@@ -413,7 +411,7 @@ def _wrapped(text: str, indent: int, more: int | None = None) -> list[str]:
 
 
 def document(parts: Iterable[Explained], mission: ir.Mission, choice: Choice | None) -> dict[str, object]:
-    """JSON document with the same content: times in steps, and the step in seconds."""
+    """JSON document with the content of the page; times are in steps, and the step is in seconds."""
     parts = tuple(parts)
     traps = {trap.name: trap for part in parts for trap in part.traps}
     return {

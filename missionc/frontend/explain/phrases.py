@@ -11,14 +11,14 @@ from missionc.frontend.resolve.show_ir import Words, number_text
 from missionc.ir.wording import seconds
 
 MOST_NAMES = 20
-"""Maximum number of agents that are named individually."""
+"""Maximum number of agents that a phrase lists individually."""
 
 
 class Verb(Record):
-    """Verb phrase of a predicate, ``is in `base` ``; if ``denies``, ``plain`` is the negated one.
+    """Verb phrase of a predicate, such as ``is in `base` ``, and its negation.
 
-    In a format string a noun may follow a colon: ``every NOUN is in `base` ``, or ``no NOUN is in `base` `` for a verb
-    that denies.
+    If ``denies`` is True, ``plain`` is the negated phrase. In a format string a noun may follow a colon: ``every NOUN
+    is in `base` ``, or ``no NOUN is in `base` `` for a verb that denies.
     """
 
     plain: str
@@ -39,7 +39,9 @@ class Verb(Record):
 
 
 class Noun(Record):
-    """Noun; ``one`` after `every` and `no`; ``many`` after a number; ``this`` for the one named before."""
+    """Noun for agents: ``one`` follows `every` and `no`; ``many`` follows a number; ``this`` refers to an agent named
+    before.
+    """
 
     one: str
     many: str
@@ -77,7 +79,7 @@ def verb_of(predicate: ir.Predicate, mission: ir.Mission) -> Verb | None:
 
 
 def of_team(predicate: ir.Predicate, mission: ir.Mission, denied: bool) -> str:
-    """Clause of a predicate about the team; ``denied``, its opposite."""
+    """Clause for a predicate about the team; with ``denied``, for its negation."""
     return predicate.phrases(Phrases(mission))[denied]
 
 
@@ -92,7 +94,7 @@ def names(agents: tuple[int, ...], mission: ir.Mission) -> str:
 
 
 def joined_phrases(parts: list[str], word: str, separator: str = ",") -> str:
-    """Phrases joined as ``a``, ``a and b``, ``a, b and c``."""
+    """Phrases joined as ``a``, ``a and b``, ``a, b and c``; ``word`` replaces "and"."""
     if len(parts) < 2:
         return "".join(parts)
     return f"{f'{separator} '.join(parts[:-1])}{separator if separator != ',' else ''} {word} {parts[-1]}"
@@ -102,9 +104,10 @@ def joined_phrases(parts: list[str], word: str, separator: str = ",") -> str:
 
 
 class When(Record):
-    """Window of whole steps ahead, or back if negative, as the phrases that a sentence needs.
+    """Time window in steps ahead, or back if negative, as the phrases that a sentence needs.
 
-    ``from_start``: it is relative to the mission's first step, so that its bounds are times of the mission.
+    If ``from_start`` is True, the window is relative to the mission's first step, so that its bounds are times of the
+    mission.
     """
 
     low: int
@@ -113,9 +116,9 @@ class When(Record):
     mission: ir.Mission
 
     def at(self, steps: str) -> str:
-        """Adverbial such as ``at every step from 0 s to 12 s`` with ``every step`` given.
+        """Adverbial phrase for the window, such as ``at every step from 0 s to 12 s`` for the argument ``every step``.
 
-        ``at 12 s`` for a single step.
+        A single step is ``at 12 s``.
         """
         if self.low < 0 and self.high is not None:
             return self._back(steps, seconds(self.mission, -self.low), -self.high)
@@ -127,7 +130,7 @@ class When(Record):
         return f"at {steps} from {self._from(low)} to {self._to()}"
 
     def _back(self, steps: str, furthest: str, nearest: int) -> str:
-        """Adverbial such as ``at some step from 5 s before to then``, or ``5 s before``."""
+        """Adverbial phrase for a past window, such as ``at some step from 5 s before to then``, or ``5 s before``."""
         if self.low == self.high:
             return f"{furthest} before"
         return (
@@ -159,7 +162,7 @@ class When(Record):
 
     @property
     def adverbials(self) -> dict[str, str]:
-        """Adverbials for the placeholders of a sentence.
+        """Adverbial phrases for the placeholders in an operator's sentence.
 
         A period is evaluated at each step to the end, from its length on.
         """
@@ -174,7 +177,7 @@ class When(Record):
 
 
 def length_words(length: ir.Length) -> str:
-    """Length in words: ``at most 2 hops``, ``1 to 2 hops``, ``at least 3 m``."""
+    """Text for the bounds of a route's length, such as ``at most 2 hops``, ``1 to 2 hops``, ``at least 3 m``."""
     low, high = number_text(length.low), number_text(length.high) if math.isfinite(length.high) else ""
     if length.weight is not None:
         return f"`{length.word}` {_amount(length, low, high)}"
@@ -192,7 +195,7 @@ def _amount(length: ir.Length, low: str, high: str) -> str:
 
 
 def route_words(length: ir.Length) -> str:
-    """Route in words: ``a route of at most 2 hops on `radio` ``."""
+    """Text for a route with bounds on its length, such as ``a route of at most 2 hops on `radio` ``."""
     if length.low <= 0 and not math.isfinite(length.high):
         measured = " in metres" if length.metric is Metric.METRES else ""
         return f"a route of any length{measured} on `{length.graph.name}`"
@@ -200,11 +203,11 @@ def route_words(length: ir.Length) -> str:
 
 
 COMPARED = {">=": "at least {}", ">": "more than {}", "<=": "at most {}", "<": "fewer than {}", "=": "exactly {}"}
-"""Quantity words for each comparison of a count."""
+"""Text for each comparison of a number of agents, with a placeholder for the number."""
 
 
 def who_of(formula: ir.AtLeastOf, members: Noun) -> str:
-    """Subject of a quantified sentence."""
+    """Subject of a quantified sentence, such as ``every drone``."""
     if formula.kind == "every":
         return f"every {members.one}"
     if formula.kind == "some":
@@ -222,6 +225,6 @@ def losing(number: int, agents: ir.AgentSet, members: Noun, mission: ir.Mission)
 
 
 def window_of(when: When, each: bool, formula: ir.AtLeastOf) -> str:
-    """Phrase for the window, in which each agent may have its own step."""
+    """Adverbial phrase for the window of a quantified formula, in which each agent may have its own step."""
     own = "" if formula.kind == "some" else " of its own"
     return when.at("every step" if each else f"some step{own}")

@@ -3,8 +3,8 @@
     in   a formula and its mission
     out  Sentences
 
-No operator is known by name: the kernel form shows Boolean chains, plain windows and the chains that a `for` made. All
-other wording is the operator's own data.
+No operator is known by name: the kernel form shows Boolean chains, plain windows and the chains that a `for` produced.
+All other wording is the operator's own data.
 
 Sentences are unambiguous. An operator is before its operands, the last operand reaches as far as it can, and any other
 operand that is more than a plain clause is numbered.
@@ -46,7 +46,7 @@ from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up, m
 
 
 def boolean(formula: ir.Formula) -> type[Node] | None:
-    """Kind of node if a formula is exactly `not`, `and` or `or`, by its kernel form; None otherwise."""
+    """Kind of kernel node if a formula is exactly `not`, `and` or `or`, by its kernel form; None otherwise."""
     if not isinstance(formula, ir.Apply) or formula.bounds is not None or formula.operator.spatial:
         return None
     node, places = meaning(formula)
@@ -60,7 +60,7 @@ def boolean(formula: ir.Formula) -> type[Node] | None:
 
 
 def turns_of(formula: ir.Apply) -> list[tuple[Turn, ...]]:
-    """Indices with which each operand of a chain from a `for` is read; empty for any other formula."""
+    """Index values of each operand in a chain that a `for` expanded to; empty for any other formula."""
     own = formula.span.turns
     turns = [operand.span.turns for operand in formula.operands]
     if any(each[: len(own)] != own or len(each) == len(own) for each in turns):
@@ -69,13 +69,13 @@ def turns_of(formula: ir.Apply) -> list[tuple[Turn, ...]]:
 
 
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?!\w)")
-"""Numbers that are not part of a name."""
+"""Pattern of numbers that are not part of a name."""
 
 
 def index_words(turns: Sequence[tuple[Turn, ...]]) -> str | None:
-    """Text such as ```i` from 0 to 9`` for these values.
+    """Text for index values, such as "`i` from 0 to 9".
 
-    None if some are missing or a range depends on another.
+    None if some are missing or a range depends on another index.
     """
     first = turns[0]
     if len(turns) < 2 or len({tuple((turn.name, turn.low, turn.high) for turn in each) for each in turns}) > 1:
@@ -90,7 +90,7 @@ def index_words(turns: Sequence[tuple[Turn, ...]]) -> str | None:
 
 
 def for_each_index(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> str | None:
-    """Text such as ``for each `i` from 0 to 9: …`` for a sentence or a part of one; None if there is none."""
+    """Text such as ``for each `i` from 0 to 9: …`` that replaces the texts of all index values; None if impossible."""
     said, each = (with_indices(texts, turns), index_words(turns)) if turns[0] else (None, None)
     if said is None or each is None:
         return None
@@ -99,7 +99,11 @@ def for_each_index(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> s
 
 
 def with_indices(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> str | None:
-    """Text with indices that gives each of ``texts`` for the values of its turns, or None if there is none."""
+    """Text in which expressions of indices replace the numbers that differ between ``texts``; None if impossible.
+
+    Args:
+        turns: index values of each text.
+    """
     pieces = [_NUMBER.split(text) for text in texts]
     if any(piece != pieces[0] for piece in pieces):
         return None
@@ -119,7 +123,7 @@ def with_indices(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> str
 
 
 def _sum_of_indices(values: Sequence[Fraction], turns: Sequence[tuple[Turn, ...]]) -> str | None:
-    """Linear expression of the indices, such as ``2*i + 1``, that gives each of the values."""
+    """Linear expression of the indices, such as ``2*i + 1``, that gives each of the values; None if there is none."""
     at = {tuple(turn.value for turn in each): value for each, value in zip(turns, values, strict=True)}
     low = tuple(turn.low for turn in turns[0])
     weights = []
@@ -151,7 +155,9 @@ def _decimal(value: Fraction) -> str:
 
 
 LONG = 12
-"""Number of parts from which a formula with a name (``let``) is referred to by it and explained separately."""
+"""Size of a named formula (``let``), in parts, from which a sentence refers to it by name and explains it
+separately.
+"""
 
 DEEP = 6
 """Nesting depth of operators at which a sentence ends and another one continues."""
@@ -162,7 +168,7 @@ MOST_PARTS, LONGEST = 20, 2_000
 
 
 class SentencePart(Record):
-    """Formula that a sentence refers to by a name, and its meaning."""
+    """Formula that a sentence refers to by a name, with a sentence for its meaning."""
 
     name: str
     sentence: str
@@ -180,14 +186,16 @@ class Sentences(Record):
 
 
 class Clause(Record):
-    """Clause; ``plain``: it can be followed by `and` or a comma without ambiguity."""
+    """Clause of a sentence; if ``plain`` is True, `and` or a comma can follow it without ambiguity."""
 
     text: str
     plain: bool = False
 
 
 class Around(Record):
-    """Context of a formula in a sentence: its agents, its start step and its depth."""
+    """Context of a formula in a sentence: its subject, whether it is evaluated at the first step, its depth and its
+    number.
+    """
 
     who: str
     from_start: bool
@@ -212,7 +220,7 @@ def sentences(formula: ir.Formula, mission: ir.Mission) -> Sentences:
 
 
 def _ended(text: str, mission: ir.Mission) -> str:
-    """Text with a full stop, and a capital letter unless it begins with a name."""
+    """The text with a full stop, and a capital letter unless it begins with a name; very long text is shortened."""
     first = text.split(" ", 1)[0].rstrip(",")
     named = first.startswith("`") or any(agent.name == first for agent in mission.agents)
     said = text if named else text[0].upper() + text[1:]
@@ -223,7 +231,7 @@ def _ended(text: str, mission: ir.Mission) -> str:
 
 @dataclass(slots=True)
 class _Speaker:
-    """Generator of sentences that names parts as they come up; ``order`` is that order."""
+    """Generator of sentences for one formula; ``order`` lists the parts that got a name, in the order of use."""
 
     mission: ir.Mission
     root: ir.Formula
@@ -259,7 +267,7 @@ class _Speaker:
     # ------------------------------------------------------------------ verbs
 
     def verb(self, formula: ir.Formula) -> Verb | None:
-        """Verb phrase of a formula about an agent, if a few words suffice."""
+        """Verb phrase of a formula about an agent, if a few words suffice; else None."""
         single = self._literal(formula)
         if single is not None:
             return single
@@ -300,7 +308,7 @@ class _Speaker:
         return "and" if kind is All else "or" if kind is Any else None
 
     def _condition(self, formula: ir.Formula) -> Verb:
-        """Verb phrase, or a name for a formula that is explained later."""
+        """Verb phrase of a formula, with a name if the formula is explained later."""
         found = self.verb(formula)
         if found is not None:
             return found
@@ -317,7 +325,7 @@ class _Speaker:
     # ---------------------------------------------------------------- clauses
 
     def clause(self, formula: ir.Formula, around: Around, *, named: bool = True) -> Clause:
-        """Formula as part of a sentence; ``named``: a name may replace it."""
+        """Clause for a formula as part of a sentence; if ``named`` is True, a name may replace a deep formula."""
         if formula not in self.lets or self.sizes[formula] <= LONG:
             named = named and self.sizes[formula] > 2 and around.depth > DEEP
         if named:
@@ -375,7 +383,10 @@ class _Speaker:
         return Clause(f"{who}{adverbs}: {said.text}" if whens else f"for {who}: {said.text}")
 
     def _windows(self, formula: ir.Formula, from_start: bool) -> tuple[list[tuple[bool, When]], ir.Formula]:
-        """Plain windows that a formula begins with (every step or some step), and the formula under them."""
+        """Plain windows that a formula begins with, and the formula below them.
+
+        Each window has True for "every step" and False for "some step".
+        """
         found: list[tuple[bool, When]] = []
         while isinstance(formula, ir.Apply) and len(found) < DEEP and not self._called(formula):
             plain = self._plain_window(formula, from_start)
@@ -386,7 +397,10 @@ class _Speaker:
         return found, formula
 
     def _plain_window(self, formula: ir.Apply, from_start: bool) -> tuple[bool, When] | None:
-        """Window of a formula that means only its operand at every step or at some step of it."""
+        """Window of a formula that only requires its operand at every step (True) or at some step (False).
+
+        None for others.
+        """
         if formula.operator.spatial:
             return None
         node, places = meaning(formula)
@@ -442,7 +456,7 @@ class _Speaker:
         return Clause(f"both {texts[0]}{';' if numbered else ''} and {texts[1]}")
 
     def _with_index(self, formula: ir.Apply, around: Around) -> str | None:
-        """Text such as ``for each `i` from 0 to 9: …`` if the operands differ only in an index."""
+        """Text such as ``for each `i` from 0 to 9: …`` if the operands differ only in an index; else None."""
         turns, known = turns_of(formula), len(self.order)
         each = index_words(turns) if turns else None
         texts = [self.clause(part, around.inner()).text for part in formula.operands] if each else []
@@ -450,7 +464,7 @@ class _Speaker:
         return said and f"for {'each' if self._chain(formula) == 'and' else 'some'} {each}: {said}"
 
     def _links(self, formula: ir.Apply, word: str) -> tuple[ir.Formula, ...]:
-        """Operands of a chain; nested chains of the same kind are flattened."""
+        """Operands of a chain of `and` or `or`; nested chains of the same kind are flattened."""
         found: list[ir.Formula] = []
         for part in formula.operands:
             inside = isinstance(part, ir.Apply) and self._chain(part) == word and not self._called(part)
@@ -463,7 +477,9 @@ class _Speaker:
     def _operands(
         self, parts: tuple[ir.Formula, ...], around: Around, later: bool, numbered: bool = False
     ) -> tuple[list[str], bool]:
-        """Operands as clauses, in reading order; numbered if their ends would be ambiguous."""
+        """Clauses for the operands, in reading order, and True if they are numbered because their ends would be
+        ambiguous.
+        """
         plain = all(self.clause(part, around.inner(later=later)).plain for part in parts[:-1])
         if plain and not numbered:
             return [self.clause(part, around.inner(later=later)).text for part in parts], False
@@ -473,7 +489,7 @@ class _Speaker:
         return [f"({mark}) {text}" for mark, text in zip(marks, said, strict=True)], True
 
     def _filled(self, formula: ir.Apply, around: Around) -> str:
-        """Temporal or Boolean operator with the wording from its data."""
+        """Sentence for a temporal or Boolean operator, from the wording in the operator's data."""
         template = formula.operator.reads
         places = ("body",) if len(formula.operands) == 1 else ("left", "right")
         read = list(dict.fromkeys(name for _, name, _, _ in Formatter().parse(template) if name and name in places))

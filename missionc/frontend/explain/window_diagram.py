@@ -20,7 +20,7 @@ WIDTH = 100
 """Maximum number of columns in a drawing."""
 
 MOST = 24
-"""Maximum number of windows that are drawn; a last line mentions further ones."""
+"""Maximum number of windows that are drawn; a last line counts further windows."""
 
 _LABEL = 44
 
@@ -45,13 +45,13 @@ class Span(Record):
 
     @property
     def drawn(self) -> tuple[object, ...]:
-        """Visible parts of a window: windows with equal ones look the same."""
+        """Key of the window's drawing: windows with equal keys look the same."""
         return self.depth, self.words, self.first, self.last, self.looks
 
 
 def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
-    """Every temporal operator under the formula, outermost first, for each range of steps over which it
-    is evaluated.
+    """Yield every temporal operator of the formula, outermost first, for each range of steps at which it is
+    evaluated.
     """
     seen: set[tuple[Formula, int, int]] = set()
     stack: list[tuple[Formula, int, int, int]] = [(formula, 0, 0, 0)]
@@ -85,7 +85,7 @@ def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
 
 
 def draw(spans: Iterator[Span], mission: Mission, unicode: bool) -> list[str]:
-    """Line for each window under one for the axis, at most ``WIDTH`` columns.
+    """Lines of a timing diagram: the time axis, then a line for each window; at most ``WIDTH`` columns.
 
     Empty if there are no windows.
     """
@@ -140,7 +140,7 @@ def _words(formula: Apply, mission: Mission, nested: bool) -> str:
 
 
 def _window(node: Node) -> tuple[int, int | None] | None:
-    """Bounds of the window that closes last in an operator's meaning."""
+    """Bounds of the window in an operator's kernel form that closes last; None if there is none."""
     own = window_of(node)
     if own is not None:
         return own
@@ -151,9 +151,9 @@ def _window(node: Node) -> tuple[int, int | None] | None:
 def _places(
     formula: Apply, window: tuple[int, int | None], low: int, high: int, steps: int
 ) -> tuple[tuple[int, int], tuple[int, int]]:
-    """First and last position of the window if its operator is evaluated from ``low`` to ``high``.
+    """Window of an operator in steps of the mission, if it is evaluated at ``low``, and if it is evaluated at ``high``.
 
-    For a recurrence, its first period and the mission's last.
+    For a recurrence, its first period and the mission's last period.
     """
     if isinstance(formula.bounds, Period):
         length = formula.bounds.steps
@@ -162,6 +162,6 @@ def _places(
 
 
 def _placed(window: tuple[int, int | None], step: int, steps: int) -> tuple[int, int]:
-    """Position of a window if its operator is evaluated at this step."""
+    """First and last step of a window, in steps of the mission, if its operator is evaluated at ``step``."""
     low, high = window
     return min(max(step + low, 0), steps), steps if high is None else min(step + high, steps)

@@ -1,1 +1,1 @@
-"""Maps: files of other programs to shapes and points in metres. Each format has a module of its own."""
+"""Maps: conversion of other programs' files to shapes and points in metres, with a module for each format."""

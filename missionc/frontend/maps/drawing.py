@@ -1,4 +1,4 @@
-"""Drawings: areas, discs and points of DXF in the coordinates of the drawing's world, seen from above.
+"""Drawings: areas, discs and points of a DXF file in world coordinates, seen from above.
 
     in   the file, the layers to read
     out  features in metres, in the order of the drawing, and what was omitted
@@ -42,18 +42,22 @@ METRES: dict[float, float] = {
     **{4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0},
     **{21: SURVEY_FOOT, 22: SURVEY_FOOT / 12, 23: 3 * SURVEY_FOOT, 24: 5280 * SURVEY_FOOT},
 }
-"""Metres in a unit of a drawing, by the number in ``$INSUNITS``; 0 is none."""
+"""Length of a drawing's unit in metres, by the number in ``$INSUNITS``; 0 means no unit."""
 
 WRITE = "export the drawing as DXF text"
 NO_AREA = (
     *("ATTDEF", "ATTRIB", "TEXT", "MTEXT", "ARC_DIMENSION", "DIMENSION", "LARGE_RADIAL_DIMENSION", "LEADER"),
     *("MULTILEADER", "MLEADER", "TOLERANCE", "POINT", "RAY", "XLINE", "IMAGE", "WIPEOUT", "VIEWPORT", "LIGHT", "SHAPE"),
 )
-"""Kinds of entities that bound no area; other kinds that are not read may bound one."""
+"""Kinds of entities that bound no area; unsupported kinds that are not listed may bound one."""
 
 
 def drawing(asked: FileRequest) -> Reading:
-    """Raises: MapError: the file is not a drawing, an entity in its layers makes no area, or there is too much."""
+    """Features of a DXF drawing in the requested layers, in metres.
+
+    Raises:
+        MapError: the file is not a drawing, an entity in its layers gives no area, or there is too much.
+    """
     source, limits = asked.sources[0], asked.limits
     lines = max(source.content.count(b"\n"), source.content.count(b"\r"))
     if lines > limits.map_lines:
@@ -79,7 +83,7 @@ def _document(source: Source, asked: FileRequest) -> Any:
 
 
 def _encoding(source: Source) -> str:
-    """The encoding that the header states; UTF-8 if the header is damaged."""
+    """Text encoding that the drawing's header states; UTF-8 if the header is damaged."""
     from ezdxf.filemanagement import dxf_stream_info
 
     try:
@@ -89,13 +93,17 @@ def _encoding(source: Source) -> str:
 
 
 def _unit(document: Any) -> float:
-    """Metres in the drawing's unit; 0 if the drawing does not state it."""
+    """Length of the drawing's unit in metres; 0 if the drawing does not state it."""
     number = document.header.get("$INSUNITS", 0)
     return METRES.get(number, 0.0) if isinstance(number, int | float) else 0.0
 
 
 def _check_layers(document: Any, asked: FileRequest) -> None:
-    """Check that each layer has an entry in the table of layers, or an entity."""
+    """Check that each requested layer has an entry in the table of layers, or an entity.
+
+    Raises:
+        MapError: a layer does not exist.
+    """
     if not asked.layers:
         return
     spaces = [document.modelspace(), *document.blocks]
@@ -109,7 +117,7 @@ def _check_layers(document: Any, asked: FileRequest) -> None:
 
 
 class Loose(Record):
-    """Open line, (points, 2) in metres, of the entity with that number."""
+    """Open line of an entity, (points, 2) in metres, with the entity's number."""
 
     number: int
     placed: Placed
@@ -153,7 +161,10 @@ class _Drawing:
         return features
 
     def areas(self, placed: list[Placed], left_out: Parts) -> list[Feature]:
-        """Areas and discs, in the order of the first entity of each; entities that draw nothing are omitted."""
+        """Areas and discs of entities, in the order of the first entity of each.
+
+        Entities that draw nothing are omitted.
+        """
         shapes: dict[Any, Shape] = {}
         drawn, found, corners = list[Placed](), dict[int, Area | Circle](), 0
         count_corners = cache(lambda entity, tolerance: shapes[entity].corners(tolerance))
@@ -186,7 +197,11 @@ class _Drawing:
         return [self.feature(shape) for _, shape in sorted(found.items(), key=lambda each: each[0])]
 
     def joined(self, group: list[Loose]) -> Iterator[tuple[int, Area]]:
-        """Areas from the outlines that open lines in one layer make, each with the number of its first line."""
+        """Yield areas whose outlines consist of open lines in one layer, each with the number of its first line.
+
+        Raises:
+            UnusableError: an outline is open.
+        """
         rings, rest = join_ends([each.line for each in group], GAP) if group else ([], [])
         for at in rest[:1]:
             with self.about(group[at].placed):
@@ -214,8 +229,11 @@ class _Drawing:
 
     @contextmanager
     def about(self, part: Placed) -> Iterator[None]:
-        """Raises:
-        MapError: a part of the drawing, processed in the context, makes no area."""
+        """Context in which errors about a part of the drawing name its entity and layer.
+
+        Raises:
+            MapError: the part gives no area.
+        """
         try:
             yield
         except UnusableError as error:

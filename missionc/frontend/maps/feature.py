@@ -1,4 +1,4 @@
-"""Features: the contents of a file of places as numbers in metres, each with its place in the file."""
+"""Features of a map file: shapes and points with coordinates in metres, each with its location in the file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Corners: TypeAlias = tuple[tuple[float, float], ...]
 
 
 class Area(Record):
-    """Polygons without their holes: ``(outer, hole, …)`` of each, with corners in order in either direction."""
+    """Area composed of polygons with holes: ``(outer, hole, …)`` of each, with corners in order in either direction."""
 
     polygons: tuple[tuple[Corners, ...], ...]
 
@@ -22,15 +22,15 @@ class Circle(Record):
 
 
 class MapPoint(Record):
-    """Point with two or three coordinates."""
+    """Point of a map file with two or three coordinates, metres."""
 
     position: tuple[float, ...]
 
 
 class Feature(Record):
-    """Feature; ``name`` is empty if the file gives none.
+    """Shape or point of a map file; ``name`` is empty if the file gives none.
 
-    ``height`` is its height band, if the file states it.
+    ``height`` is its lowest and highest altitude in metres, if the file states them.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Tables of places: a row for each disc, rectangle or point.
+"""Tables of features: a CSV row for each disc, rectangle or point.
 
 in   CSV
 out  features in metres
@@ -19,10 +19,10 @@ HEIGHT = {"low", "high"}
 
 
 def feature_table(asked: FileRequest) -> Reading:
-    """Read the rows of the requested kind, and those that state no kind.
+    """Features of the requested kind in a CSV table, and features of rows that state no kind.
 
     Raises:
-        MapError: the file is no such table, or a row makes no place.
+        MapError: the file is no such table, or a row describes no valid feature.
     """
     rows = read_table(asked.sources[0], asked.span, COLUMNS, ("x", "y"), asked.limits)
     for row in rows:

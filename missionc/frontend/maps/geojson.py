@@ -1,4 +1,4 @@
-"""GeoJSON: polygons and points with their properties, each with its place in the text.
+"""GeoJSON files: polygons and points with their properties, each with its location in the text.
 
     in   the text, the requested kind of features
     out  those features in metres
@@ -39,15 +39,15 @@ GEOMETRIES = ("Point", "MultiPoint", *LINES, "Polygon", "MultiPolygon", "Geometr
 COLLECTION = "write a `FeatureCollection` as in RFC 7946"
 _FEATURES = re.compile(r'"features"\s*:\s*\[\s*')
 _WGS_84 = re.compile(r"CRS ?84|4326", re.IGNORECASE)
-"""Names of longitude and latitude on WGS 84."""
+"""Pattern of the names for coordinate systems with longitude and latitude on WGS 84."""
 _COMMA = re.compile(r"\s*,?\s*")
 
 
 def geojson(asked: FileRequest) -> Reading:
-    """Read the features of the requested kind, and those that state no kind.
+    """Features of the requested kind in a GeoJSON file, and features that state no kind.
 
     Raises:
-        MapError: the file is not GeoJSON, or a feature in it makes no place.
+        MapError: the file is not GeoJSON, or a feature in it gives no shape or point.
     """
     source = asked.sources[0]
     try:
@@ -76,7 +76,7 @@ def geojson(asked: FileRequest) -> Reading:
 
 
 def _corner_count(features: Sequence[object]) -> int:
-    """Number of positions in all geometries of any kind."""
+    """Number of coordinate pairs in the geometries of all features."""
     unread: list[object] = [each.get("geometry") for each in features if isinstance(each, dict)]
     count = 0
     while unread:
@@ -91,10 +91,13 @@ def _corner_count(features: Sequence[object]) -> int:
 
 
 def _metres(asked: FileRequest, source: Source, system: object) -> Callable[[float, float], tuple[float, float]]:
-    """Return the function from coordinates in the file to the mission's metres.
+    """Function from coordinates in the file to the mission's metres.
 
     Args:
         system: member `crs` of files older than RFC 7946.
+
+    Raises:
+        MapError: the declaration does not fit the file's coordinate system.
     """
     named = json.dumps(system) if system else ""
     if asked.origin is not None and named and not _WGS_84.search(named):
@@ -125,7 +128,7 @@ def _metres(asked: FileRequest, source: Source, system: object) -> Callable[[flo
 
 
 def _spans(source: Source, count: int) -> list[Span]:
-    """Place of each feature in the text."""
+    """Source span of each feature in the text."""
     decoder, text, spans = json.JSONDecoder(), source.text, []
     begins = _FEATURES.search(text)
     at = begins.end() if begins else 0
@@ -140,7 +143,7 @@ def _spans(source: Source, count: int) -> list[Span]:
 
 
 class _Part(Record):
-    """Part of a file that makes no place; ``help`` is empty if another declaration may read it."""
+    """Part of a file that gives no shape or point; ``help`` is empty if another declaration may read it."""
 
     kind: str
     reason: str
@@ -149,7 +152,7 @@ class _Part(Record):
 
 
 def _warnings(source: Source, left_out: list[_Part]) -> Iterator[Diagnostic]:
-    """One finding for each kind of part, at the first one."""
+    """Yield a finding for each kind of omitted part, located at the first one."""
     kinds: dict[tuple[str, str], list[_Part]] = {}
     for part in left_out:
         if part.help:
@@ -160,7 +163,7 @@ def _warnings(source: Source, left_out: list[_Part]) -> Iterator[Diagnostic]:
 
 
 class _Reader(Record):
-    """Reader of one feature, at ``span``; adds the parts that make no place to ``left_out``."""
+    """Reader of one feature, located at ``span``; it appends unusable parts to ``left_out``."""
 
     asked: FileRequest
     metres: Callable[[float, float], tuple[float, float]]
@@ -168,7 +171,11 @@ class _Reader(Record):
     left_out: list[_Part]
 
     def read(self, feature: object) -> Iterator[Feature]:
-        """Places of the feature; none if it is of another kind."""
+        """Yield the shapes and points of a feature; none if it is of another kind.
+
+        Raises:
+            MapError: the value is not a valid feature.
+        """
         record = feature if isinstance(feature, dict) else {}
         properties = record.get("properties") or {}
         if record.get("type") != "Feature" or not isinstance(properties, dict):
@@ -191,7 +198,7 @@ class _Reader(Record):
             yield Feature(name or "", shape, self.span.first_line, self.named(name), height)
 
     def shapes(self, geometry: dict[str, Any] | None, properties: dict[str, Any]) -> Iterator[Area | Circle | MapPoint]:
-        """One place for each point, and one for all polygons."""
+        """Yield the points of a geometry one by one, and all its polygons as one area."""
         polygons: list[tuple[Corners, ...]] = []
         waiting: list[Any] = [geometry]
         while waiting:
@@ -233,10 +240,13 @@ class _Reader(Record):
         self.no_place("Point", reason, properties, another=not near)
 
     def no_place(self, form: str, reason: str, properties: dict[str, Any], *, another: bool = False) -> None:
-        """Omit a geometry that makes no place; an error if the feature states its kind.
+        """Record a geometry that gives no shape or point as omitted.
 
         Args:
-            another: True if it makes a place of another kind.
+            another: True if another kind of declaration can use it.
+
+        Raises:
+            MapError: the feature states its kind, so that it must be used.
         """
         way_out = "add a `radius`, in metres" if form == "Point" else "replace the geometry by a polygon"
         if properties.get("kind") is not None:
@@ -286,7 +296,9 @@ class _Reader(Record):
         return () if self.flat("altitude") else (self.number(position[2]),)
 
     def height(self, properties: dict[str, Any]) -> tuple[float, float] | None:
-        """Property ``height``: metres from the ground, or a list of the lower and the upper end."""
+        """Altitude range from the property ``height``, metres: from the ground to a number, or a list of lower and
+        upper end.
+        """
         value = properties.get("height")
         if value is None or self.flat("height"):
             return None
@@ -294,13 +306,17 @@ class _Reader(Record):
         return self.number(low), self.number(high)
 
     def flat(self, what: str) -> bool:
-        """Return whether heights are omitted; ``what`` names them in the warning."""
+        """Return whether heights are omitted because the world is a plane; ``what`` is their name in the warning."""
         if self.asked.plane:
             self.leave_out(what, "the world is a plane", "")
         return self.asked.plane
 
     def number(self, value: object) -> float:
-        """Value of a JSON number, or of a text such as ``12 m``."""
+        """Value of a JSON number, or of a text such as ``12 m``.
+
+        Raises:
+            MapError: the value is not a number, or too large.
+        """
         number = plain_number(value.strip().removesuffix("m").rstrip()) if isinstance(value, str) else value
         if not is_number(number):
             raise self.wrong(f"{_json(value)} is not a number")
@@ -309,7 +325,7 @@ class _Reader(Record):
         return float(number)
 
     def named(self, name: str | None) -> Span:
-        """Place of its name in the text."""
+        """Source span of the feature's name in the text, or of its first line."""
         at = self.span.text.find(json.dumps(name, ensure_ascii=False)) if name else -1
         if at < 0 or name is None:
             return self.span.first_line
@@ -321,5 +337,5 @@ class _Reader(Record):
 
 
 def _json(value: object) -> str:
-    """Beginning of a value as the file writes it."""
+    """First characters of a value in JSON, as a quotation for messages."""
     return f"`{json.dumps(value, ensure_ascii=False)[:40]}`"

@@ -1,4 +1,4 @@
-"""Likely cause of a file whose places lie outside the world: a change that would bring them inside.
+"""Likely cause of a file whose features lie outside the world: a change that would bring them inside.
 
 in   the settings of the declaration, the extents of the file and of the world
 out  one action for the user
@@ -16,17 +16,17 @@ from missionc.ir.place_files import Extents, FileRequest
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 SMALLEST = 0.05
-"""Minimum extent of places from the file's zero, as a ratio of the world's longer side: any file fits if shrunk."""
+"""Minimum extent of features from the file's origin, as a ratio of the world's longer side: any file fits if shrunk."""
 DEGREES = (180.0, 90.0)
 NEAR = 1.0
-"""Maximum extent in degrees of a file whose coordinates may be longitude and latitude."""
+"""Maximum extent, in degrees, of a file whose coordinates may be longitude and latitude."""
 
 
 def likely_cause(asked: FileRequest, extents: Extents, world: Extents) -> str:
-    """Return what to change in the file or in its declaration.
+    """Suggested change of the file or of its declaration that would bring the features into the world.
 
     Args:
-        extents: extents of the places, metres in the mission's world.
+        extents: extents of the features, metres in the mission's world.
         world: extents of the world, in the plane.
 
     Raises:
@@ -43,7 +43,9 @@ def likely_cause(asked: FileRequest, extents: Extents, world: Extents) -> str:
 def _on_earth(
     asked: FileRequest, corners: list[tuple[float, float]]
 ) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Hypotheses with longitude and latitude exchanged, in the file or in the declaration."""
+    """Yield suggestions that exchange longitude and latitude, in the file or in the declaration, with the moved
+    corners.
+    """
     assert asked.origin is not None
     place = asked.sources[0], asked.span
     degrees = [geographic(asked.origin, *place)(*corner) for corner in corners]
@@ -56,7 +58,10 @@ def _on_earth(
 def _in_the_plane(
     asked: FileRequest, corners: list[tuple[float, float]]
 ) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Hypotheses with another unit of length, or with the two axes exchanged; a grid states its own size."""
+    """Yield suggestions with another unit of length, or with exchanged axes, and the moved corners.
+
+    Images of grids are excluded, since they state their own size.
+    """
     if ending(asked.sources[0].name) in (*IMAGES, *METADATA):
         return
     for name, unit in UNITS.items():
@@ -68,7 +73,7 @@ def _in_the_plane(
 
 
 def _elsewhere(asked: FileRequest, extents: Extents, corners: list[tuple[float, float]], world: Extents) -> str:
-    """Text about another origin."""
+    """Text that suggests another origin for the file."""
     if asked.origin is not None:
         longitude, latitude = geographic(asked.origin, asked.sources[0], asked.span)(*corners[0])
         return f"set an origin near the objects: `origin ({longitude:.5f} deg, {latitude:.5f} deg)`"
@@ -97,5 +102,5 @@ def _inside(extents: Extents | None, zero: tuple[float, float], world: Extents) 
 
 
 def _longer(extents: Extents | None) -> float:
-    """Length of the longer side, metres."""
+    """Length of the longer side of a rectangle, metres."""
     return max(last - first for first, last in zip(*extents, strict=True)) if extents else 0.0

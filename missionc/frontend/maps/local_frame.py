@@ -1,4 +1,4 @@
-"""The local metric frame: longitude and latitude to metres east and north of a stated origin.
+"""The local metric frame: conversion of longitude and latitude to metres east and north of a stated origin.
 
 Source:
     Snyder, "Map Projections: A Working Manual" (1987), 25: the azimuthal equidistant projection of the ellipsoid, in
@@ -18,7 +18,7 @@ Frame: TypeAlias = Callable[[float, float], tuple[float, float]]
 
 
 def local_frame(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
-    """Build the function from longitude and latitude, in degrees on WGS 84, to metres east and north.
+    """Function from longitude and latitude, in degrees on WGS 84, to metres east and north of the origin.
 
     Args:
         origin: longitude and latitude in degrees.
@@ -31,10 +31,11 @@ def local_frame(origin: tuple[float, float], source: Source, asked: Span) -> Fra
 
 
 def geographic(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
-    """Build the function from metres east and north to longitude and latitude: the inverse of ``local_frame``.
+    """Function from metres east and north of the origin to longitude and latitude in degrees: inverse of
+    ``local_frame``.
 
     Raises:
-        MapError: as in ``local_frame``.
+        MapError: the geodesy library is not installed.
     """
     return partial(_projection(origin, source, asked), inverse=True)
 

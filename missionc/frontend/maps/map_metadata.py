@@ -1,7 +1,7 @@
-"""Metadata of an occupancy grid in map_server YAML, companion files, and libraries of map formats.
+"""Metadata of an occupancy grid in map_server YAML, companion files, and libraries for map formats.
 
 YAML is composed to nodes and never constructed to objects. Each number is read from the text of its node, and checked
-with its place in the text.
+with its location in the text.
 
 A companion is another file that a file depends on, such as the image of an occupancy grid. A library for files of other
 programs is loaded only if such a file is read, and prints nothing on standard error.
@@ -29,9 +29,9 @@ METADATA = (".yaml", ".yml")
 
 
 class Companion(Record):
-    """Companion file; ``path`` is relative to the file's folder and empty if there is none.
+    """Another file that a map file depends on; ``path`` is relative to the file's folder and empty if there is none.
 
-    It may be absent unless ``needed``.
+    The file may be absent unless ``needed``.
     """
 
     path: str
@@ -60,7 +60,7 @@ def companion(path: str, source: Source) -> Companion:
 
 
 def library(module: str, package: str, source: Source, asked: Span) -> Any:
-    """Import a module of the extra ``maps``.
+    """Import a module that the extra ``maps`` installs.
 
     Raises:
         MapError: the module is not installed.
@@ -76,14 +76,14 @@ def library(module: str, package: str, source: Source, asked: Span) -> Any:
 
 
 LONGEST = 1 << 16
-"""Maximum size of metadata, bytes."""
+"""Maximum number of characters of a metadata file."""
 
 MODES = ("trinary", "scale", "raw")
 WRITE = "write the file with `map_saver` of ROS"
 
 
 class MapMetadata(Record):
-    """Meaning and position of the cells of an image.
+    """Metadata of an occupancy grid: resolution, pose, and the meaning of the image's shades.
 
     ``origin`` is the pose of the lower left corner: metres, metres, radians. A cell is occupied if its darkness, from 0
     to 1, is at least ``occupied``, and free if it is at most ``free``; ``negate`` means that white is occupied.
@@ -99,7 +99,7 @@ class MapMetadata(Record):
 
 
 def read_metadata(source: Source, asked: Span) -> MapMetadata:
-    """Read the metadata of an occupancy grid.
+    """Metadata of an occupancy grid from a YAML file.
 
     Args:
         asked: the words that request the file.

@@ -1,4 +1,4 @@
-"""Occupancy grids: converts an image and the meaning of its shades to occupied cells, and these to simple polygons.
+"""Occupancy grids: conversion of an image to occupied cells, and of the cells to simple polygons.
 
     in   the image, its metadata, the mission's settings for it
     out  a feature for each polygon
@@ -42,28 +42,28 @@ from missionc.frontend.maps.read_map import Reading, box
 from missionc.ir.place_files import FileRequest
 
 Cells: TypeAlias = NDArray[np.bool_]
-"""Occupied cells, (rows, columns), boolean; row 0 is the lowest."""
+"""Occupied cells of a grid, (rows, columns), boolean; row 0 is the lowest."""
 
 HALF_A_CELL = 0.5
-"""Default maximum distance of a polygon from occupied cells, in sides of a cell."""
+"""Default maximum distance of a polygon from occupied cells, in side lengths of a cell."""
 
 QUARTER = 4
-"""Number of segments in a quarter circle, which run inside it."""
+"""Number of segments that approximate a quarter circle from inside."""
 
 ROUNDING = 1e-9
-"""Tolerance of a computed distance, in sides of a cell."""
+"""Tolerance of a computed distance, in side lengths of a cell."""
 
 
 def vectorise(occupied: Cells, stray: float, most_corners: int) -> list[Corners]:
-    """Simple polygons that cover all occupied cells, ordered from below and from the left.
+    """Simple polygons that cover all occupied cells, ordered from bottom to top and from left to right.
 
     Args:
         occupied: (rows, columns), boolean.
-        stray: maximum distance of a polygon's points from an occupied cell, in sides of a cell.
+        stray: maximum distance of a polygon's points from an occupied cell, in side lengths of a cell.
         most_corners: maximum number of corners of a polygon, at least 8.
 
     Returns:
-        Corners in sides of a cell, (0, 0) being the lower left corner of the grid.
+        Corners in side lengths of a cell, (0, 0) being the lower left corner of the grid.
     """
     merged = shapely.union_all(_rectangles(occupied))
     polygons = []
@@ -74,7 +74,7 @@ def vectorise(occupied: Cells, stray: float, most_corners: int) -> list[Corners]
 
 
 def corner_count(occupied: Cells) -> int:
-    """Number of corners on the borders of occupied cells.
+    """Number of corners of the boundary of all occupied cells.
 
     A point where two cells touch diagonally counts twice.
     """
@@ -86,7 +86,7 @@ def corner_count(occupied: Cells) -> int:
 
 
 def _rectangles(occupied: Cells) -> NDArray[np.object_]:
-    """Rectangles of runs of occupied cells, equal runs in consecutive rows merged: (rectangles,).
+    """Rectangles that cover the occupied cells: runs in a row, merged with equal runs in adjacent rows; (rectangles,).
 
     Args:
         occupied: (rows, columns), boolean.
@@ -107,7 +107,11 @@ def _rectangles(occupied: Cells) -> NDArray[np.object_]:
 
 
 def _filled(part: shapely.Polygon, stray: float) -> shapely.Geometry:
-    """Polygon with the shallow dents of its borders filled."""
+    """The polygon with the shallow dents of its boundary filled.
+
+    Args:
+        stray: maximum distance of filled points from the polygon, in side lengths of a cell.
+    """
     near = _cover_test(shapely.buffer(part, stray + ROUNDING, quad_segs=QUARTER))
     holes = [hole for hole in part.interiors if not near(shapely.Polygon(hole))]
     filled = [shapely.Polygon(part.exterior, holes)]
@@ -118,7 +122,7 @@ def _filled(part: shapely.Polygon, stray: float) -> shapely.Geometry:
 
 
 def _cover_test(area: shapely.Polygon) -> Callable[[shapely.Polygon], bool]:
-    """Test for polygons that an area covers; its time does not grow with the number of holes."""
+    """Function that tests whether the area covers a polygon; its time does not grow with the number of holes."""
     outline = shapely.Polygon(area.exterior)
     shapely.prepare(outline)
     holes = shapely.STRtree([shapely.Polygon(hole) for hole in area.interiors])
@@ -126,7 +130,10 @@ def _cover_test(area: shapely.Polygon) -> Callable[[shapely.Polygon], bool]:
 
 
 def _fillings(ring: list[tuple[float, float]], near: Callable[[shapely.Polygon], bool]) -> Iterator[shapely.Polygon]:
-    """Triangles that fill dents of a border, with the polygon to its right, as far as they are ``near``."""
+    """Yield triangles that fill dents of a boundary, as far as they are ``near``.
+
+    The polygon is to the right of the boundary.
+    """
     count = len(ring)
     before, after = [(at - 1) % count for at in range(count)], [(at + 1) % count for at in range(count)]
     waiting = [(_dent(ring, before[at], at, after[at]), at, before[at], after[at]) for at in range(count)]
@@ -153,18 +160,18 @@ def _fillings(ring: list[tuple[float, float]], near: Callable[[shapely.Polygon],
 
 
 def _dent(ring: list[tuple[float, float]], low: int, at: int, high: int) -> float:
-    """Twice the area gained if a corner is removed; negative for a convex corner."""
+    """Twice the area gained if the corner ``at`` is removed from a boundary; negative for a convex corner."""
     (ax, ay), (bx, by), (cx, cy) = ring[low], ring[at], ring[high]
     return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
 
 def without_holes(rings: tuple[Corners, ...]) -> list[Corners]:
-    """Simple polygons that cover the first ring minus the others; all are valid."""
+    """Valid simple polygons that cover the first ring without the other rings, which are holes."""
     return [_corners(piece) for piece in _cut(shapely.Polygon(rings[0], rings[1:]), sys.maxsize)]
 
 
 def _cut(polygon: shapely.Polygon, most_corners: int) -> Iterator[shapely.Polygon]:
-    """Parts of a polygon without holes and with few enough corners, cut along vertical or horizontal lines."""
+    """Yield parts of a polygon without holes and with few enough corners, cut along vertical or horizontal lines."""
     waiting = [polygon]
     while waiting:
         part = waiting.pop()
@@ -193,23 +200,23 @@ def _corners(polygon: shapely.Polygon) -> Corners:
 
 
 FORMS = ("PPM", "PNG", "BMP")
-"""Image formats, in the names of Pillow; PPM includes PGM."""
+"""Image formats that are read, with Pillow's names; PPM includes PGM."""
 
 DECIMALS = 9
-"""Decimals of coordinates in metres, so that 1.4 is not shown as 1.4000000000000001."""
+"""Number of decimals of coordinates in metres, so that 1.4 is not shown as 1.4000000000000001."""
 
 SMALLEST = 1e-6
-"""Minimum side of a cell in metres: corners of smaller ones would coincide after rounding."""
+"""Minimum side length of a cell in metres; corners of smaller cells would coincide after rounding."""
 
 RAW = 100.0
-"""Shade of a certainly occupied cell if the shades are the map's own numbers."""
+"""Shade of a certainly occupied cell if the shades are the map's own occupancy values."""
 
 MAP_SAVER_UNKNOWN = 205
 """Shade that ``map_saver`` of ROS writes for an unknown cell."""
 
 
 def occupancy_grid(asked: FileRequest) -> Reading:
-    """Read one feature for each polygon of occupied cells, ordered from below and from the left.
+    """A feature for each polygon of occupied cells, ordered from bottom to top and from left to right.
 
     Raises:
         MapError: the image is missing, empty, or too large.
@@ -248,11 +255,12 @@ def occupancy_grid(asked: FileRequest) -> Reading:
 def occupied_cells(
     shades: NDArray[np.float64], known: NDArray[np.bool_], metadata: MapMetadata, unknown_free: bool
 ) -> Cells:
-    """Occupied cells; unless ``unknown_free``, all cells that are not known to be free count too.
+    """Occupied cells of a grid, from the shades of its image.
 
     Args:
         shades: (rows, columns) from 0, black, to 255, the uppermost row first.
         known: (rows, columns); false if the image is transparent there.
+        unknown_free: True if cells of unknown occupancy count as free, False if they count as occupied.
 
     Returns:
         (rows, columns), boolean, the lowest row first.
@@ -270,7 +278,10 @@ def occupied_cells(
 
 
 def _image_and_metadata(asked: FileRequest) -> tuple[Source, MapMetadata]:
-    """Image and metadata, whichever was named; the cell size of an image alone comes from the mission."""
+    """Image and metadata of a grid, from a request that names either file.
+
+    The cell size of an image without metadata comes from the mission.
+    """
     first, *rest = asked.sources
     if ending(first.name) not in IMAGES:
         metadata = read_metadata(first, asked.span)
@@ -288,7 +299,7 @@ def _image_and_metadata(asked: FileRequest) -> tuple[Source, MapMetadata]:
 
 
 def _decoded(source: Source, asked: FileRequest) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Shades from 0 to 255, and a mask of the cells that are not transparent; (rows, columns) both."""
+    """Shades of an image from 0 to 255, and a mask of the cells that are not transparent; (rows, columns) both."""
     pillow = library("PIL.Image", "Pillow", source, asked.span)
     way_out = "use a PGM, PNG or BMP image"
     try:
@@ -311,7 +322,10 @@ def _decoded(source: Source, asked: FileRequest) -> tuple[NDArray[np.float64], N
 
 @contextmanager
 def _unlimited(pillow: Any) -> Iterator[None]:
-    """Disable the size limit of Pillow, which has only read the header: the mission has its own limit."""
+    """Context without Pillow's size limit for images.
+
+    Pillow only reads the header, and the mission has its own limit.
+    """
     before, pillow.MAX_IMAGE_PIXELS = pillow.MAX_IMAGE_PIXELS, None
     try:
         yield
@@ -321,14 +335,14 @@ def _unlimited(pillow: Any) -> Iterator[None]:
 
 @lru_cache(maxsize=8)
 def _vectorised(packed: bytes, shape: tuple[int, int], stray: float, most_corners: int) -> tuple[Corners, ...]:
-    """Cached polygons of a packed grid, since an editor requests the same ones at every keystroke."""
+    """Polygons of a packed grid, cached because an editor requests the same polygons at every keystroke."""
     count = shape[0] * shape[1]
     cells = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=count).astype(bool).reshape(shape)
     return tuple(vectorise(cells, stray, most_corners))
 
 
 def _placed(corners: Corners, metadata: MapMetadata, at: tuple[float, float]) -> Corners:
-    """Convert corners in sides of a cell to metres: rotated around the lower left corner and moved to its position."""
+    """Corners of a polygon converted from side lengths of a cell to metres, at the pose of the grid."""
     x, y, yaw = metadata.origin
     cosine, sine = math.cos(yaw), math.sin(yaw)
     scaled = ((each[0] * metadata.resolution, each[1] * metadata.resolution) for each in corners)

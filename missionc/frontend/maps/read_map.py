@@ -1,4 +1,4 @@
-"""Readers of map files by the ending of the file's name, and the summary of what was read.
+"""Dispatch of map files to readers by the extension of the file's name, and the summary of the contents.
 
     in   FileRequest
     out  a reading, or the finding about the file
@@ -22,11 +22,11 @@ from missionc.frontend.maps.map_metadata import ending
 from missionc.ir.place_files import Extents, FileRequest, LeftOut, ReadSummary
 
 MOST_SHOWN = 4
-"""Maximum number of kinds of omitted parts that are listed."""
+"""Maximum number of kinds of omitted parts that a summary lists."""
 
 
 class Reading(Record):
-    """Features of a file, and the parts that the reader omitted.
+    """Features of a map file, and the parts that the reader omitted.
 
     Args:
         warnings: findings about parts that the author may have meant otherwise.
@@ -45,7 +45,7 @@ class Reading(Record):
 
 
 def count_left_out(parts: Iterable[tuple[str, str]]) -> tuple[LeftOut, ...]:
-    """Counts of equal ``(kind, reason)`` pairs, in alphabetical order."""
+    """Omitted parts with the number of equal ``(kind, reason)`` pairs, in alphabetical order."""
     return tuple(LeftOut(kind, reason, count) for (kind, reason), count in sorted(Counter(parts).items()))
 
 
@@ -57,12 +57,12 @@ def left_out_text(left_out: tuple[LeftOut, ...]) -> str:
 
 
 def extents(features: Iterable[Feature]) -> Extents | None:
-    """Bounding box of all features, or None if there are none."""
+    """Bounding box of all features in the plane, or None if there are none."""
     return box(point for feature in features for point in _outermost(feature.shape))
 
 
 def box(points: Iterable[tuple[float, ...]]) -> Extents | None:
-    """Bounding box of all points without their heights, or None if there are none."""
+    """Bounding box of all points in the plane, or None if there are none."""
     corners = [(point[0], point[1]) for point in points]
     if not corners:
         return None
@@ -81,8 +81,9 @@ def _outermost(shape: Area | Circle | MapPoint) -> list[tuple[float, float]]:
 
 
 class Form(Record):
-    """Format; ``module`` has a function of its own name, ``kinds`` are its possible contents,
-    ``options`` its settings.
+    """Format of a map file; ``module`` has a reader of the same name.
+
+    ``kinds`` are the declarations that may read the format, and ``options`` its settings.
     """
 
     says: str
@@ -103,7 +104,7 @@ FORMS: dict[str, Form] = {
 
 
 def read_map(asked: FileRequest) -> Reading | Diagnostic:
-    """Read the features of a file, at least one; returns a finding if there are none."""
+    """Features of a map file, at least one, or a finding if the file is invalid or has none."""
     source = asked.sources[0]
     form = FORMS.get(ending(source.name))
     try:

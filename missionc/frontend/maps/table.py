@@ -1,12 +1,10 @@
-"""Tables: CSV to rows of numbers, each with its place in the text.
-
-Rows of points, and of measured poses.
+"""CSV tables as rows of numbers, each with its location in the text: points, and measured poses.
 
     in   the text, the allowed columns
     out  rows
     says MC004 MC033 MC034
 
-A CSV table begins with a row of column names. Rows of points are starts, finishes, places in a formation, and routes
+A CSV table begins with a row of column names. Rows of points are starts, finishes, offsets in a formation, and paths
 with their times.
 
 Poses are measured at the pads of vehicles, one row for each agent. They are a CSV with the columns ``agent``, ``x``,
@@ -34,18 +32,18 @@ from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.frontend.maps.map_metadata import ending
 
 TEXTS = frozenset({"name", "kind"})
-"""Columns that are not numbers."""
+"""Names of the columns that contain text instead of numbers."""
 
 
 class Row(Record):
-    """Contents of one row by column; empty cells are omitted."""
+    """One row of a CSV table, as texts by column; empty cells are omitted."""
 
     span: Span
     cells: dict[str, str]
     limits: Limits
 
     def number(self, column: str) -> float:
-        """Number in a column.
+        """Number in a column of the row.
 
         Raises:
             MapError: the row has no number there.
@@ -68,7 +66,7 @@ class Row(Record):
 
 
 def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequence[str], limits: Limits) -> list[Row]:
-    """Read the rows of a table.
+    """Rows of a CSV table.
 
     Args:
         asked: the words that request the file.
@@ -101,7 +99,11 @@ def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequen
 
 
 def _lines(source: Source) -> Iterator[tuple[Span, list[str]]]:
-    """Rows that are not empty, each with the place of its beginning."""
+    """Yield the cells of each row that is not empty, with the source location of its beginning.
+
+    Raises:
+        MapError: the text is not CSV.
+    """
     lines = StringIO(source.text, newline="").readlines()
     starts = [0, *accumulate(map(len, lines))]
     reader, before = csv.reader(lines, strict=True), 0
@@ -136,7 +138,7 @@ def _check_header(source: Source, span: Span, names: list[str], known: Sequence[
 
 
 class PointRow(Record):
-    """Point; ``time`` in seconds, 0 if absent; two or three coordinates in metres."""
+    """Row of a table of points: ``time`` in seconds, 0 if absent, and two or three coordinates in metres."""
 
     span: Span
     time: float
@@ -144,7 +146,8 @@ class PointRow(Record):
 
 
 def point_table(source: Source, asked: Span, limits: Limits, *, timed: bool = False) -> list[PointRow] | Diagnostic:
-    """Read the rows of a table with the columns ``x``, ``y``, in a volume ``z``, and ``t`` if ``timed``.
+    """Rows of a table with the columns ``x``, ``y``, optionally ``z``, and ``t`` if ``timed``, or a finding about an
+    error.
 
     Args:
         asked: the words that request the file.
@@ -171,7 +174,7 @@ KNOWN = (*NEEDED, "yaw")
 
 
 class PoseRow(Record):
-    """Measured position of an agent: x, y and z in metres. A ``yaw`` in radians is read and ignored."""
+    """Measured position of an agent: x, y and z in metres; a ``yaw`` in the file is checked and ignored."""
 
     span: Span
     agent: str
@@ -179,7 +182,7 @@ class PoseRow(Record):
 
 
 def pose_table(source: Source, limits: Limits) -> list[PoseRow] | Diagnostic:
-    """Rows in the order of the file; agents may occur several times."""
+    """Measured positions in the order of the file, or a finding about an error; agents may occur several times."""
     whole = Span(source, 0, len(source.text)).first_line
     try:
         if ending(source.name) == ".json":

@@ -1,1 +1,1 @@
-"""Name resolution and typing: the tree as written to the mission as meant, in steps and SI units."""
+"""Name resolution and typing: from the syntax tree to the resolved mission (IR), in steps and SI units."""

@@ -1,4 +1,4 @@
-"""Registry of predicates written with their name and brackets: built-in ones and those of extensions."""
+"""Registry of predicates that are written with their name and brackets: built-in ones and those of extensions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from missionc.ir.language.predicates import PREDICATES, Predicate
 from missionc.ir.predicates.place_predicate import PARAMETERS, PlacePredicate
 
 EXAMPLE = re.compile(r"\w+\(.+\)")
-"""The form of an example."""
+"""Pattern that the example of a predicate must match."""
 
 
 def of_class(name: str, kind: object) -> Predicate:
@@ -51,4 +51,4 @@ def _slope(slope: object) -> str:
 
 
 CALLED = Registry(Kind.PREDICATE, {predicate.name: predicate for predicate in PREDICATES if predicate.called}, of_class)
-"""All such predicates by name."""
+"""Registry of all predicates that are written with brackets, by name."""

@@ -1,8 +1,8 @@
-"""Context of resolution: symbol table, amounts, typed formulas, stand-ins, and findings.
+"""Context of resolution: symbol table, amounts, typed formulas, replacements for invalid items, and findings.
 
     says MC007 MC101 MC102 MC104
 
-An unknown name is reported with the one that was probably meant.
+An unknown name is reported with the most similar known name.
 
 An item that cannot be built is reported once, and a stand-in replaces it, so that the rest is still checked: NaN for a
 number (every comparison with it is false, so it is reported once), a shape of NaN, a set without agents, a formula that
@@ -10,7 +10,7 @@ is true. A mission with errors never leaves ``resolve``, so no stand-in does.
 
 An amount is the value of a quantity: a linear expression in SI units with the exponents of its unit. Numbers are exact
 as written, to the last decimal, and so are the results of arithmetic: 0.1 * 3 is 0.3. They are rounded once, at
-conversion to ``float``. A typed formula is a resolved one with its place in the text, and its subject: one agent or the
+conversion to ``float``. A typed formula is a resolved formula with its source span, and its subject: one agent or the
 team.
 """
 
@@ -39,7 +39,7 @@ MOST_LETTERS = 2_000_000
 
 
 class Kind(Enum):
-    """Kind of thing that a name refers to; the value is its text in messages."""
+    """Kind of declaration that a name refers to; the value is its text in messages."""
 
     PARAM = "a parameter"
     REGION = "a region"
@@ -56,7 +56,7 @@ class Kind(Enum):
 
 
 STATE_WORDS = ("x", "y", "z", "speed", "altitude")
-"""State words that a comparison may contain, besides distances; never names."""
+"""Words for states in comparisons, besides distances; they cannot be names."""
 
 AGENTS = (Kind.TEAM, Kind.AGENT, Kind.GROUP)
 
@@ -76,7 +76,7 @@ Named = (
 
 
 class Unresolved:
-    """Result for a name that refers to nothing suitable, which has been reported."""
+    """Result for a name that refers to no suitable declaration; the error has been reported."""
 
 
 UNRESOLVED = Unresolved()
@@ -92,14 +92,14 @@ class Declared(Record):
 
 
 def kind_of(declaration: Named) -> Kind:
-    """Kind with the same name as the node; a team without a size is an agent."""
+    """Kind of a declaration, from the class of its node; a team without a size is an agent."""
     alone = isinstance(declaration, ast.Team) and declaration.size is None
     return Kind.AGENT if alone else Kind[type(declaration).__name__.upper()]
 
 
 @dataclass(slots=True)
 class Names:
-    """Namespace, in the order of declaration.
+    """Symbol table of a mission, in the order of declaration.
 
     ``suggested`` are the names suggested for unknown ones, which count as used. ``fitting`` caches names by kind.
     """
@@ -112,7 +112,7 @@ class Names:
     def find(
         self, name: ast.Name, kinds: tuple[Kind, ...], needed: str, findings: list[Diagnostic]
     ) -> Declared | Unresolved:
-        """Find the declaration of a name of one of these kinds, or report that ``needed`` is needed here."""
+        """Declaration of a name with one of these kinds; if there is none, report that ``needed`` is needed here."""
         declared = self.declared.get(name.text)
         if declared is None:
             findings.append(self._unknown(name, kinds, needed))
@@ -123,7 +123,7 @@ class Names:
         return declared
 
     def _fitting(self, kinds: tuple[Kind, ...]) -> list[str]:
-        """Names of these kinds, cached; no declaration may be added after the first call."""
+        """Declared names of these kinds, cached; no declaration may be added after the first call."""
         if kinds not in self.fitting:
             self.fitting[kinds] = [text for text, declared in self.declared.items() if declared.kind in kinds]
         return self.fitting[kinds]
@@ -144,7 +144,7 @@ class Names:
 
 
 def collect(program: ast.Program, findings: list[Diagnostic]) -> Names:
-    """Collect all declared names; the second of two equal ones is reported and ignored."""
+    """Symbol table of all declared names; the second declaration of a name is reported and ignored."""
     names = Names()
     for declaration in program.declarations:
         if not isinstance(declaration, Named):
@@ -173,7 +173,7 @@ def _ways_out(text: str, kinds: tuple[Kind, ...], needed: str, fitting: list[str
 
 
 def some_of(names: list[str], most: int = 5) -> str:
-    """Text of the first few names, each in backticks."""
+    """Text that lists the first few names, each in backticks."""
     shown = ", ".join(f"`{name}`" for name in names[:most])
     return f"{shown}, …" if len(names) > most else shown
 
@@ -217,19 +217,20 @@ def wrong_kind(name: ast.Name, declared: Declared, needed: str, fitting: list[st
 
 
 Powers: TypeAlias = tuple[int, int, int, int]
-"""Exponents of length, time, angle and steps."""
+"""Exponents of length, time, angle and steps in a unit."""
 
 PLAIN: Powers = (0, 0, 0, 0)
-"""Dimension of a number without a unit."""
+"""Exponents of a number without a unit."""
 
 
 MOST_BITS = 1 << 11
-"""Maximum number of bits in the divisor of an exact number; others are rounded to the nearest ``float``."""
+"""Maximum number of bits in the denominator of an exact number; other numbers are rounded to the nearest ``float``."""
 
 
 class Amount(Record):
-    """Amount ``exact + sum(weight * feature)`` in SI units, with its unit exponents; ``exact`` is None
-    once reported.
+    """Value of a quantity, ``exact + sum(weight * feature)`` in SI units, with its unit exponents.
+
+    ``exact`` is None once an error in the quantity has been reported.
     """
 
     exact: Fraction | None
@@ -238,12 +239,12 @@ class Amount(Record):
 
     @property
     def constant(self) -> float:
-        """Nearest ``float``; NaN if the amount has been reported."""
+        """Constant part as the nearest ``float``; NaN if an error has been reported."""
         return math.nan if self.exact is None else rounded(self.exact)
 
 
 def as_written(value: float) -> Fraction:
-    """Exact decimal number that a ``float`` was read from."""
+    """Exact decimal number whose text the ``float`` was read from."""
     return Fraction(repr(value))
 
 
@@ -256,16 +257,17 @@ def rounded(value: Fraction) -> float:
 
 
 def kept(value: Fraction) -> Fraction:
-    """Value itself, or a rounded one if it needs too many bits."""
+    """The number itself, or the nearest ``float`` if it needs too many bits."""
     return value if value.denominator.bit_length() <= MOST_BITS else as_written(rounded(value))
 
 
 class Typed(Record):
-    """Resolved formula at one place in the text.
+    """Resolved formula with its subject, one agent or the team, at one location in the text.
 
-    ``mixed``: some operands are about one agent and some about the team; then ``about`` has no meaning. ``operands``
-    are the formula's own operands that decide this, without those inside a named ``let``. ``size`` counts the nodes
-    with every ``let`` spelt out, ``depth`` their nesting levels; the size is NaN once it is reported to be too large.
+    ``mixed`` is True if some operands are about one agent and some about the team; then ``about`` has no meaning.
+    ``operands`` are the formula's own operands that decide this, without those inside a named ``let``. ``size`` counts
+    the nodes with every ``let`` expanded, ``depth`` their nesting levels; the size is NaN once it is reported to be too
+    large.
     """
 
     formula: ir.Formula
@@ -278,7 +280,7 @@ class Typed(Record):
 
 
 def joined(operands: tuple[Typed, ...]) -> tuple[About, bool]:
-    """Subject of a formula with these operands, and whether they are mixed."""
+    """Subject of a formula with these operands, and True if they have different subjects."""
     abouts = {operand.about for operand in operands} - {About.EITHER}
     mixed = len(abouts) > 1 or any(operand.mixed for operand in operands)
     return (About.EITHER if mixed or not abouts else abouts.pop()), mixed
@@ -287,15 +289,17 @@ def joined(operands: tuple[Typed, ...]) -> tuple[About, bool]:
 D = TypeVar("D")
 
 REPORTED = math.nan
-"""Replacement for a number that has been reported."""
+"""Replacement for a number that is invalid and has been reported."""
 
 
 @dataclass(slots=True)
 class Context:
-    """Context; ``dimension`` is 0 and ``step`` NaN while the world and the time are unknown.
+    """State of the resolution of one mission.
+
+    ``dimension`` is 0 and ``step`` NaN while the world and the time are unknown.
 
     ``members`` and ``edges`` count the expanded members and edges of groups, ranges and formations so far, over the
-    whole mission.
+    complete mission.
     """
 
     names: Names
@@ -320,7 +324,7 @@ class Context:
     lets: dict[str, Typed] = field(default_factory=dict)
     everyone: tuple[int, ...] = ()
     vehicle: ir.Vehicle = ir.PLAIN
-    """Vehicle of teams that name none."""
+    """Vehicle of teams that declare none."""
     files: list[ir.PlacesFile] = field(default_factory=list)
     members: int = 0
     edges: int = 0
@@ -337,7 +341,7 @@ class Context:
         help: str = "",
         fix: Fix | None = None,
     ) -> None:
-        """Add a finding; ``beside`` is the text at the primary place."""
+        """Add a finding; ``beside`` is the text at its primary label."""
         self.findings.append(Diagnostic(code, message, Label(span, beside), labels, notes, help, fix))
 
     def report_unknown(
@@ -350,19 +354,16 @@ class Context:
         otherwise: str,
         labels: tuple[Label, ...] = (),
     ) -> str | Nothing:
-        """Add a finding about an unknown word, with the most similar known one as its fix, and return that one."""
+        """Add a finding about an unknown word, with the most similar known word as its fix, and return that word."""
         near = nearest(word, known)
         help_text, fix = (f"did you mean `{near}`?", Fix(span, near)) if isinstance(near, str) else (otherwise, None)
         self.report(code, message, span, labels=labels, help=help_text, fix=fix)
         return near
 
     def find(self, name: ast.Name, *kinds: Kind, needed: str = "") -> Declared | Unresolved:
-        """Find the declaration of a name of one of these kinds.
-
-        UNRESOLVED if there is none, which is reported.
-        """
+        """Declaration of a name with one of these kinds; ``UNRESOLVED`` if there is none, which is reported."""
         return self.names.find(name, kinds, needed or kinds[0].value, self.findings)
 
     def declared(self, kind: type[D]) -> list[D]:
-        """Declarations of this kind, in order; the first of two with one name."""
+        """Declarations of one class, in order, without repeated declarations of a name."""
         return [entry.declaration for entry in self.names.declared.values() if isinstance(entry.declaration, kind)]

@@ -3,7 +3,7 @@
     says MC103 MC107
 
 Each definition comes after those that it depends on. A name that nothing refers to is unused. Teams, agents and
-obstacles have an effect without a reference, and a file of places may contain more than a mission needs. Every graph of
+obstacles have an effect without a reference, and a map file may contain more than a mission needs. Every graph of
 beacons uses a beacon, and every route without ``on`` uses the only graph.
 """
 
@@ -21,11 +21,14 @@ from missionc.frontend.syntax.references import mentions
 
 
 def in_order(rests_on: Mapping[str, Iterable[str]]) -> tuple[list[str], list[tuple[str, ...]]]:
-    """Topological order of the names, and the cycles.
+    """Topological order of the names, and the cycles among them.
 
     A cycle is a chain of names in which each depends on the next and the last on the first. Its names are in the order
-    too, so their users meet one that is not made yet. Names that are not keys are ignored. Iterative, because a chain
-    of definitions may be longer than Python's stack.
+    too, so their users meet a definition that is not resolved yet. Names that are not keys are ignored. The function is
+    iterative, because a chain of definitions may be longer than Python's stack.
+
+    Args:
+        rests_on: names that each name depends on.
     """
     order: list[str] = []
     cycles: list[tuple[str, ...]] = []
@@ -57,7 +60,7 @@ ACT_BY_BEING_THERE = (Kind.TEAM, Kind.AGENT, Kind.OBSTACLE)
 
 
 def unused(names: Names, program: ast.Program) -> list[Diagnostic]:
-    """One warning for each unused name, except those suggested for unknown ones. A family is one name."""
+    """A warning for each unused name, except names suggested for unknown ones; a family is one name."""
     used = set(names.suggested)
     kinds_used: set[Kind] = set()
     for declaration in program.declarations:
@@ -85,7 +88,7 @@ def _nothing_uses(text: str, kind: Kind, declaration: Named, *, once: bool) -> D
 
 
 def ordered(context: Context, bodies: Mapping[str, object]) -> list[str]:
-    """Names in topological order of their bodies' references; those on a cycle are reported and omitted."""
+    """Names in topological order of the references in their bodies; names on a cycle are reported and omitted."""
     rests_on = {name: mentions(body).names for name, body in bodies.items()}
     order, cycles = in_order(rests_on)
     for cycle in cycles:
@@ -95,7 +98,7 @@ def ordered(context: Context, bodies: Mapping[str, object]) -> list[str]:
 
 
 def _defined_by_itself(context: Context, cycle: tuple[str, ...]) -> None:
-    """One finding for a cycle of names."""
+    """Report a cycle of definitions with one finding."""
     spans = [context.names.declared[name].span for name in cycle]
     message, labels = f"`{cycle[0]}` is defined by itself", tuple[Label, ...]()
     if len(cycle) > 1:

@@ -1,4 +1,4 @@
-"""Deletion of a declaration from the text, as a fix."""
+"""Fix that deletes a declaration from the text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _REST_OF_LINE = re.compile(r"[ \t]*\r?\n")
 
 
 def deleted(span: Span) -> Fix:
-    """Fix that deletes a declaration, with its line if nothing else is on it."""
+    """Fix that deletes a declaration, with its line if nothing else is on the line."""
     text, start, end = span.source.text, span.start, span.end
     line = text.rfind("\n", 0, start) + 1
     rest = _REST_OF_LINE.match(text, end)

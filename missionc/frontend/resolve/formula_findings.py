@@ -1,4 +1,4 @@
-"""Diagnostics about names in formulas: not a formula, no brackets allowed, not on a graph, possibly lost.
+"""Diagnostics about names in formulas: no formula, brackets not allowed, not on a graph, possibly lost.
 
 says MC101 MC104 MC220
 """
@@ -62,7 +62,7 @@ def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Gr
 
 
 def asked_of_the_lost(context: Context, part: ir.Formula, around: ast.Quantified) -> None:
-    """Report an agent that may be lost, as in ``without any 1 drone: drone[0]: base``."""
+    """Report a formula about an agent that may be lost, as in ``without any 1 drone: drone[0]: base``."""
     words = excerpt(around.span).split(":", 1)[0]
     help = f"move this formula outside of `{words}:`"
     if isinstance(part, ir.OfAgent):

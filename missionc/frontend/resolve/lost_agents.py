@@ -19,7 +19,9 @@ from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up
 def without_any(
     number: int, agents: ir.AgentSet, body: ir.Formula, span: Span
 ) -> tuple[ir.Without, tuple[ir.Formula, ...]]:
-    """Formula without any ``number`` of the agents, and its parts that name an agent that may be lost."""
+    """Formula for every loss of ``number`` of the agents, and the parts of ``body`` that name an agent that may be
+    lost.
+    """
     lost = tuple(combinations(agents.agents, number))
     losses = [_Loss(frozenset(some)) for some in lost]
     cases = tuple(loss.of(body) for loss in losses)
@@ -28,7 +30,7 @@ def without_any(
 
 
 def named_members(formula: ir.Formula) -> int:
-    """Number of agents and links in the sets of a formula: each loss has its own copy of them."""
+    """Number of agents and links in the sets of a formula, which each loss copies."""
     count = 0
     for part in formulas_bottom_up([formula], as_written):
         match part:
@@ -42,7 +44,7 @@ def named_members(formula: ir.Formula) -> int:
 
 
 class _Loss:
-    """Formulas without the ``lost`` agents; ``named`` are those that name one of them."""
+    """Rewrites formulas for the loss of the ``lost`` agents; ``named`` collects subformulas that name one of them."""
 
     def __init__(self, lost: frozenset[int]) -> None:
         self.lost = lost
@@ -50,7 +52,7 @@ class _Loss:
         self._graphs: dict[ir.Graph, ir.Graph] = {}
 
     def of(self, formula: ir.Formula) -> ir.Formula:
-        """Formula without the lost agents; the same object if nothing changes."""
+        """The formula without the lost agents; the same object if nothing changes."""
         made: dict[ir.Formula, ir.Formula] = {}
         for each in formulas_bottom_up([formula], as_written):
             made[each] = self._left(each, [made[part] for part in as_written(each)])

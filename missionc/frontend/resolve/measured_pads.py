@@ -20,13 +20,18 @@ from missionc.ir import Agent, Mission, Pad, Vector
 from missionc.ir.wording import listed, metres
 
 NEAR = 0.1
-"""Maximum distance in metres from the pad, or from below the start: beyond that, vehicles may be in the wrong order."""
+"""Maximum horizontal distance in metres from the pad, or from the start: beyond it, vehicles may be in the
+wrong order.
+"""
 LOW, HIGH = -0.1, 0.3
-"""Range of heights in metres that counts as the floor; markers and body origins differ."""
+"""Range of measured heights in metres that counts as the floor, since markers and body origins differ."""
 
 
 def with_measured_pads(mission: Mission, poses: Source, limits: Limits) -> tuple[Mission | None, list[Diagnostic]]:
-    """Mission with measured pads, or None unless every agent is measured exactly once."""
+    """The mission with pads at the measured positions, and findings.
+
+    None unless every agent is measured exactly once.
+    """
     rows = pose_table(poses, limits)
     if isinstance(rows, Diagnostic):
         return None, [rows]
@@ -60,7 +65,10 @@ def with_measured_pads(mission: Mission, poses: Source, limits: Limits) -> tuple
 
 
 def _away(agent: Agent, here: Vector) -> float:
-    """Horizontal distance in metres from its pad or its start; 0 if the mission states neither."""
+    """Horizontal distance in metres of a measured position from the agent's pad or start.
+
+    0 if the mission states neither.
+    """
     if agent.pad is not None and agent.pad.point is not None:
         return math.dist(agent.pad.point, here[:2])
     return math.dist(agent.start.point[:2], here[:2]) if agent.start.point is not None else 0.0

@@ -1,4 +1,4 @@
-"""Validity of polygons: enough corners, some area, no corner twice, no sides that meet."""
+"""Validity of polygons: enough corners, positive area, no repeated corner, no intersecting sides."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ Corner: TypeAlias = tuple[float, float]
 
 
 class Simple:
-    """Result for a polygon whose sides meet only at the corners."""
+    """Result for a valid polygon, whose sides meet only at the corners."""
 
 
 SIMPLE = Simple()
 
 
 def fault(corners: tuple[Corner, ...]) -> str | Simple:
-    """Fault of the polygon, as a phrase for a message that starts with it."""
+    """Fault of the polygon, as a phrase for a message that starts with it, or ``SIMPLE`` for a valid polygon."""
     if len(corners) < 3:
         return f"has {len(corners)} corners; it needs three"
     for index, corner in enumerate(corners):
@@ -28,14 +28,14 @@ def fault(corners: tuple[Corner, ...]) -> str | Simple:
 
 
 def area(corners: tuple[Corner, ...]) -> float:
-    """Signed area, m²; positive if the corners run anticlockwise."""
+    """Signed area of a polygon, m²; positive if the corners run counterclockwise."""
     origin_x, origin_y = corners[0]
     shifted = [(x - origin_x, y - origin_y) for x, y in corners]
     return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(shifted, shifted[1:] + shifted[:1], strict=True)) / 2
 
 
 def _meeting_sides(corners: tuple[Corner, ...]) -> str | Simple:
-    """Find two sides that cross or touch wrongly; sweeps the sides by their left ends."""
+    """Phrase for two sides that intersect, or ``SIMPLE``; a sweep line visits the sides by their left ends."""
     sides = []
     for index, (a, b) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True)):
         (left, right), (low, high) = sorted((a[0], b[0])), sorted((a[1], b[1]))
@@ -54,7 +54,7 @@ def _meeting_sides(corners: tuple[Corner, ...]) -> str | Simple:
 
 
 def _meet(corners: tuple[Corner, ...], side: int, other: int) -> bool:
-    """Return whether two sides share more than the corner between neighbours."""
+    """Return whether two sides share more than the corner between adjacent sides."""
     count = len(corners)
     if (other + 1) % count == side:
         side, other = other, side
@@ -69,13 +69,13 @@ def _turn(a: Corner, b: Corner, c: Corner) -> float:
 
 
 def _folds_back(start: Corner, corner: Corner, end: Corner) -> bool:
-    """Return whether the second of two neighbouring sides runs back over the first."""
+    """Return whether the second of two adjacent sides runs back over the first."""
     ahead = (corner[0] - start[0]) * (end[0] - corner[0]) + (corner[1] - start[1]) * (end[1] - corner[1])
     return _turn(start, corner, end) == 0 and ahead < 0
 
 
 def _between(a: Corner, b: Corner, point: Corner) -> bool:
-    """Return whether a point on the line through ``a`` and ``b`` is between them."""
+    """Return whether a point on the line through ``a`` and ``b`` lies between them."""
     return min(a[0], b[0]) <= point[0] <= max(a[0], b[0]) and min(a[1], b[1]) <= point[1] <= max(a[1], b[1])
 
 

@@ -3,7 +3,7 @@
     says MC013 MC014 MC105 MC201 MC206 MC207 MC209 MC210 MC303 MC513
 
 Agents are numbered through the mission. Starts may lie on a grid: spread evenly on a line, or in rows and columns.
-``flight`` sets the pads of a team, its height and its speed. A vehicle is a profile by name, with changed parameters;
+``flight`` sets the pads of a team, its altitude and its speed. A vehicle is a profile by name, with changed parameters;
 yaw belongs to a team. Dynamics set the kind of an agent's motion and its bounds.
 """
 
@@ -35,16 +35,17 @@ from missionc.ir.vehicle_profiles import profiles
 
 
 def on_line(first: Vector, last: Vector, count: int) -> tuple[Vector, ...]:
-    """Points equally spaced from the first to the last, both included; a single one is in the middle."""
+    """Equally spaced points from the first to the last, both included; a single point is in the middle."""
     return tuple(_between(first, last, (_part(index, count),) * len(first)) for index in range(count))
 
 
 def on_grid(first: Vector, last: Vector, count: int) -> tuple[Vector, ...]:
     """Points in rows and columns between two opposite corners, both included.
 
-    The first row runs along the first axis from the first corner, the next ones follow along the second axis, and in a
+    The first row runs along the first axis from the first corner, the next rows follow along the second axis, and in a
     volume layers along the third. A single row, column or layer is in the middle. The numbers of rows and columns make
-    the cells as close to squares (cubes) as possible; ties go to the fewest free places, then the fewest columns.
+    the cells as close to squares (cubes) as possible; ties go to the fewest unused grid points, then the fewest
+    columns.
     """
     sides = tuple(abs(b - a) for a, b in zip(first, last, strict=True))
     counts = _counts(sides, count)
@@ -67,7 +68,7 @@ def _between(first: Vector, last: Vector, parts: tuple[float, ...]) -> Vector:
 
 
 def _counts(sides: Vector, count: int) -> tuple[int, ...]:
-    """Number of points along each side; one along a side of length 0."""
+    """Number of grid points along each side; one along a side of length 0."""
     long = tuple(axis for axis, side in enumerate(sides) if side > 0) or (0,)
     choices: list[dict[int, int]]
     match long:
@@ -86,7 +87,7 @@ def _counts(sides: Vector, count: int) -> tuple[int, ...]:
 
 
 def _stretch(sides: Vector, counts: tuple[int, ...], axes: tuple[int, ...]) -> float:
-    """Aspect ratio of a cell, 1 for a square, rounded so that equal ones compare equal."""
+    """Aspect ratio of a grid cell, 1 for a square, rounded so that equal ratios compare equal."""
     gaps = [sides[axis] / max(counts[axis] - 1, 1) for axis in axes]
     return round(max(gaps) / min(gaps), 9) if min(gaps) > 0 else 1.0
 
@@ -98,10 +99,11 @@ FLOOR = 0.0
 def resolve_pads(
     context: Context, flight: ast.Flight, places: tuple[ir.InitialSet, ...] | None, owner: str, count: int
 ) -> tuple[ir.Pad, ...]:
-    """Pads of ``count`` agents.
+    """Resolved pads of ``count`` agents.
 
     Args:
-        places: places of the pads, one for each agent; None if the mission does not give them.
+        places: positions of the pads, one for each agent; None if the mission does not give them.
+        owner: text for the team in messages.
     """
     settings = [item for item in flight.items if isinstance(item, ast.Setting)]
     known = known_settings(context, settings, tuple(ir.PAD_FIGURES), f"the `flight` of {owner}")
@@ -120,14 +122,14 @@ def resolve_pads(
 
 
 def _pad_figure(context: Context, name: str, setting: ast.Setting) -> float:
-    """Parameter of a pad; NaN once it is reported."""
+    """Value of a pad's parameter; NaN if it is invalid, which is reported."""
     figure = ir.PAD_FIGURES[name]
     relation(context, setting, figure.relation)
     return resolved_number(context, setting.high, figure.dimension, f"the `{name}`", above=0)
 
 
 def _points(context: Context, places: tuple[ir.InitialSet, ...]) -> tuple[ir.Vector, ...]:
-    """Places in the plane; a place above the floor is reported, once for equal text."""
+    """Positions of the pads in the plane; a position above the floor is reported, once for equal text."""
     points, told = [], set()
     for place in places:
         assert place.point is not None
@@ -144,7 +146,7 @@ def _points(context: Context, places: tuple[ir.InitialSet, ...]) -> tuple[ir.Vec
 
 
 def resolve_vehicle(context: Context, vehicle: ast.Vehicle) -> ir.Vehicle:
-    """Profile with the mission's changed parameters."""
+    """Vehicle with the named profile and the mission's changed parameters."""
     known = profiles()
     name: str | Nothing = vehicle.name.text
     if name not in known:
@@ -162,7 +164,7 @@ def resolve_yaw(context: Context, yaw: ast.Yaw) -> ir.Yaw:
 
 
 def _vehicle_figure(context: Context, name: str, setting: ast.Setting) -> float | ir.Band:
-    """Parameter of a vehicle; NaN once it is reported, as everywhere in ``resolve``."""
+    """Value of a vehicle's parameter; NaN if it is invalid, which is reported."""
     figure, what = ir.FIGURES[name], f"the `{name}`"
     relation(context, setting, figure.relation)
     if figure.relation == "..":
@@ -200,12 +202,12 @@ def _band(context: Context, figure: ir.Figure, setting: ast.Setting, what: str) 
 
 
 def settings_of(kind: type[ir.Dynamics]) -> tuple[str, ...]:
-    """Settings of a kind of dynamics."""
+    """Names of the settings of a kind of dynamics."""
     return ("speed", *(limit.setting for limit in kind.limits))
 
 
 UNMOVED = DYNAMICS[0].of(REPORTED, REPORTED, *(REPORTED for _ in DYNAMICS[0].limits))
-"""Replacement for dynamics that have been reported."""
+"""Replacement for dynamics that are invalid and have been reported."""
 
 
 def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
@@ -242,7 +244,7 @@ def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
 
 
 def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting]) -> tuple[float, float]:
-    """Minimum and maximum speed; the minimum is 0 if only an upper bound is given."""
+    """Minimum and maximum speed of dynamics, m/s; the minimum is 0 if only an upper bound is given."""
     speed = settings.get("speed")
     if speed is None:
         missing(context, f"the speed of `{dynamics.name.text}`", dynamics.span, "write `speed <= V`")
@@ -278,11 +280,11 @@ def _limit(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Set
 
 
 ALTITUDE = Metres(1.0)
-"""Default altitude of an agent."""
+"""Default altitude of an agent in a plane mission."""
 
 
 class NoFinish(Record):
-    """Mission without finishes of its agents."""
+    """Marker for an agent without a finish."""
 
 
 NO_FINISH = NoFinish()
@@ -306,10 +308,7 @@ def resolve_teams(context: Context) -> None:
 
 
 def _over_the_limit(context: Context, teams: list[ast.Team]) -> bool:
-    """Return whether there are too many agents.
-
-    Reported at the team that exceeds the limit, before any is made.
-    """
+    """Return whether the mission has too many agents, which is reported at the team that exceeds the limit."""
     total = 0.0
     for team in teams:
         size = context.sizes[team.name.text]
@@ -326,7 +325,7 @@ def _over_the_limit(context: Context, teams: list[ast.Team]) -> bool:
 
 
 def _team(context: Context, team: ast.Team, size: float) -> None:
-    """Add the agents of one team; with a size of NaN its items are checked and no agent is added."""
+    """Resolve a team and add its agents; with a size of NaN its items are checked and no agent is added."""
     name = team.name.text
     owner = f"`{name}`"
     settings = known_settings(
@@ -381,7 +380,7 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
 
 
 def _pads(context: Context, team: ast.Team, size: float, owner: str) -> tuple[ir.Pad, ...]:
-    """One pad for each agent; none if the team has no ``flight``."""
+    """Pads of a team, one for each agent; empty if the team has no ``flight``."""
     flight = only(context, team.items, ast.Flight)
     if flight is None:
         return ()
@@ -391,7 +390,7 @@ def _pads(context: Context, team: ast.Team, size: float, owner: str) -> tuple[ir
 
 
 def _settings(context: Context) -> tuple[str, ...]:
-    """Allowed settings; in a volume the altitude of an agent is its third coordinate."""
+    """Names of the allowed settings of a team; in a volume the altitude of an agent is its third coordinate."""
     return ("radius",) if context.dimension == 3 else ("radius", "altitude")
 
 
@@ -406,7 +405,7 @@ def _length(context: Context, setting: ast.Setting | None, default: Metres, what
 
 
 def _places(context: Context, places: ast.Places, size: float, owner: str) -> tuple[ir.InitialSet, ...]:
-    """One place for each agent, in index order; none if the size is NaN."""
+    """Start, finish or pad of each agent of a team, in index order; empty if the size is NaN."""
     count = 0 if math.isnan(size) else int(size)
     match places:
         case ast.InRegion(region=name):
@@ -454,7 +453,7 @@ def _not_one_each(context: Context, places: ast.AtPoints, owner: str, agents: in
 def resolve_groups(context: Context) -> None:
     """Resolve the agents of every group, in the order named.
 
-    An agent named twice counts once, at its first place.
+    An agent that is named twice counts once, at its first occurrence.
     """
     groups = {group.name.text: group for group in context.declared(ast.Group)}
     for name in ordered(context, {name: group.members for name, group in groups.items()}):
@@ -469,7 +468,7 @@ def resolve_groups(context: Context) -> None:
 
 
 def resolve_set(context: Context, reference: ast.Name | ast.Member) -> ir.AgentSet:
-    """Agents that a name or a member refers to; none if it is reported."""
+    """Agents that a name or a member refers to; empty if the reference is invalid, which is reported."""
     nobody = ir.AgentSet(excerpt(reference.span), (), reference.span)
     match reference:
         case ast.Name(text=text):
@@ -485,7 +484,7 @@ def resolve_set(context: Context, reference: ast.Name | ast.Member) -> ir.AgentS
 
 
 def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.AgentSet:
-    """Agents of a team from one index to another."""
+    """Agents of a team from one index to another; an empty set if the range is invalid, which is reported."""
     team = member.team.text
     size = context.sizes.get(team, math.nan)
     match member.low:
@@ -525,7 +524,7 @@ def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.Ag
 
 
 def _room(context: Context, count: int, span: Span) -> bool:
-    """Return whether expanded groups and ranges may have ``count`` more agents; reported once if not."""
+    """Return whether groups and ranges may expand to ``count`` more agents; the first excess is reported."""
     limit = context.limits.formula_nodes
     before = context.members
     context.members += count

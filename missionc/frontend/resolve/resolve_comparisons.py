@@ -52,7 +52,7 @@ from missionc.ir import About
 
 
 def resolve_length(context: Context, length: ast.Length) -> ir.Length:
-    """Bounds of a length; 0 and infinite if omitted."""
+    """Bounds of a route's length; 0 and infinite if omitted."""
     low = length.low
     if low is not None and length.high is not None and length.metric is Metric.METRES:
         low = with_unit_of(low, length.high, Dimension.LENGTH)
@@ -79,7 +79,7 @@ def _with_unit(length: ast.Length, bound: float) -> str:
 
 
 def _weight(context: Context, unit: ast.Name, graph: ir.Graph) -> ir.Weight:
-    """Weight with a name; 1 for every link if it does not exist, which is reported."""
+    """Link weight of a graph by name; a weight of 1 for every link if the name is unknown, which is reported."""
     named = {weight.name: weight for weight in graph.weights}
     if unit.text not in named and graph.name:
         has = f"its weights are {some_of(list(named))}" if named else "it has no weights"
@@ -96,7 +96,7 @@ def _weight(context: Context, unit: ast.Name, graph: ir.Graph) -> ir.Weight:
 
 
 def _swapped(length: ast.Length) -> Fix | None:
-    """Fix with exchanged bounds, or None if only one is written."""
+    """Fix that exchanges the bounds of a length, or None if only one is written."""
     if length.low is None or length.high is None:
         return None
     return swapped(length.low, length.high, "..", lends=length.metric is Metric.METRES)
@@ -111,7 +111,7 @@ def _bound(context: Context, length: ast.Length, bound: ast.Quantity) -> float:
 
 
 def _graph(context: Context, length: ast.Length) -> ir.Graph:
-    """Named graph, or the only one."""
+    """Graph that a route's bounds name, or the only graph of the mission."""
     if length.graph is not None:
         declared = context.find(length.graph, Kind.GRAPH)
         stand_in = no_graph(length.graph.span)
@@ -123,7 +123,7 @@ def _graph(context: Context, length: ast.Length) -> ir.Graph:
 
 
 def no_graph(span: Span) -> ir.Graph:
-    """Replacement for a graph that has been reported."""
+    """Replacement for a graph that is invalid and has been reported."""
     return ir.Proximity("", Metres(REPORTED), (), span)
 
 
@@ -144,7 +144,10 @@ def _which_graph(context: Context, length: ast.Length) -> None:
 
 
 def resolve_facing(context: Context, facing: ast.Facing) -> Typed:
-    """Resolve ``heading within 10 deg of 90 deg``; always true if a part of it has been reported."""
+    """Resolved formula for ``heading within 10 deg of 90 deg``.
+
+    Always true if a part of it is invalid, which is reported.
+    """
     within, towards = _within(context, facing.within), _towards(context, facing.towards)
     if math.isnan(within) or (isinstance(towards, float) and math.isnan(towards)):
         return Typed(ir.Truth(True, facing.span), About.EITHER, facing.span)
@@ -210,7 +213,9 @@ NOTHING = Fraction(0)
 
 
 def resolve_comparison(context: Context, comparison: ast.Compare) -> Typed:
-    """Resolve ``left >= right`` as ``left - right >= 0``, and ``left <= right`` as ``right - left >= 0``."""
+    """Resolved comparison: ``left >= right`` as ``left - right >= 0``, and ``left <= right`` as ``right - left
+    >= 0``.
+    """
     left = evaluate(context, comparison.left, state_of)
     right = evaluate(context, comparison.right, state_of)
     amount = added(context, comparison, left, scaled(right, MINUS))
@@ -233,7 +238,7 @@ def resolve_comparison(context: Context, comparison: ast.Compare) -> Typed:
 
 
 def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
-    """Amount of a state word or a distance, with its unit."""
+    """Amount for a state word or a distance, with its unit."""
     match state:
         case ast.Distance():
             return _distance(context, state)
@@ -306,7 +311,7 @@ def _distance_between(
 
 
 def compared_agent(context: Context, reference: ast.Name | ast.Member, needed: str, *also: Kind) -> int | Unresolved:
-    """Index of the single agent that a reference names."""
+    """Index of the single agent that a reference names, or ``UNRESOLVED`` if it is invalid, which is reported."""
     name = reference if isinstance(reference, ast.Name) else reference.team
     declared = context.find(name, *AGENTS, *also, needed=needed)
     if isinstance(declared, Unresolved):

@@ -1,12 +1,13 @@
-"""Resolution of files with places: declarations as if written in the mission, and a summary of each file.
+"""Resolution of map files: declarations as if written in the mission, and a summary of each file.
 
     in   Program
-    out  Program with the places of the files in it, findings, and a summary of each file
+    out  Program with the features of the files as declarations, findings, and a summary of each file
     says MC013 MC034 MC035 MC206 MC210, and the codes of ``maps``
 
-The declarations that name files stay in addition to those made from them, so that the names in them count as used. A
-declaration that is made has the span of the one that names the file. Its names and shapes have their spans in the file,
-if that is text. A summary has the places and lanes of the file, those omitted with the reasons, and the extents.
+The declarations that name files stay in addition to those generated from them, so that the names in them count as used.
+A generated declaration has the span of the declaration that names the file. Its names and shapes have their spans in
+the file, if that is text. A summary has the features and lanes of the file, those omitted with the reasons, and the
+extents.
 """
 
 from __future__ import annotations
@@ -43,13 +44,14 @@ if TYPE_CHECKING:
 
 
 def file_lines(mission: ir.Mission) -> list[str]:
-    """One line for each file and kind of place; none for a mission without files."""
+    """Lines that summarise each file and kind of feature; empty for a mission without files."""
     return [_line(file, lanes) for file, lanes in _files(mission)]
 
 
 def file_records(mission: ir.Mission) -> list[dict[str, object]]:
-    """The same for JSON: ``lanes`` is null except for roadmaps; ``low`` and ``high`` in metres, null
-    without extents.
+    """JSON values that summarise each file; ``lanes`` is null except for roadmaps.
+
+    ``low`` and ``high`` are the corners of the extents in metres, null without extents.
     """
     return [_record(file, lanes) for file, lanes in _files(mission)]
 
@@ -68,7 +70,7 @@ def _record(file: ir.PlacesFile, lanes: int | None) -> dict[str, object]:
 
 
 def _files(mission: ir.Mission) -> Iterator[tuple[ir.PlacesFile, int | None]]:
-    """Files, each with its number of lanes if it is a roadmap."""
+    """Yield the files of a mission, each with its number of lanes if it is a roadmap."""
     yield from ((file, None) for file in mission.files)
     if mission.solve.roadmap is not None:
         from missionc.frontend.maps.read_map import box  # few missions have one
@@ -80,7 +82,7 @@ def _files(mission: ir.Mission) -> Iterator[tuple[ir.PlacesFile, int | None]]:
 
 
 def _line(file: ir.PlacesFile, lanes: int | None) -> str:
-    """Text such as ``hall.yaml: 3 obstacles, (0, 0) to (10, 5) m; left out: 2 TEXT (not an area)``."""
+    """Summary of a file, such as ``hall.yaml: 3 obstacles, (0, 0) to (10, 5) m; left out: 2 TEXT (not an area)``."""
     from missionc.frontend.maps.read_map import left_out_text  # few missions read files
 
     between = f", {' to '.join(map(point, file.summary.extents))} m" if file.summary.extents else ""
@@ -99,7 +101,10 @@ Item = TypeVar("Item", bound="ast.TeamItem | ast.Pads")
 def with_places(
     program: ast.Program, overrides: Mapping[str, str], limits: Limits
 ) -> tuple[ast.Program, list[Diagnostic], list[ir.PlacesFile]]:
-    """Program with the places of its files, and a summary of each; the same program if it names none."""
+    """The program with the features of its files as declarations, findings, and a summary of each file.
+
+    A program without files is returned unchanged.
+    """
     if not any(named_files(each) for each in program.declarations):
         return program, [], []
     parameters = tuple(
@@ -115,7 +120,7 @@ def with_places(
 
 
 def _made(context: Context, declaration: ast.Declaration) -> Iterator[ast.Declaration]:
-    """Declarations that replace a declaration."""
+    """Yield the declarations that replace a declaration."""
     match declaration:
         case ast.FromFile():
             yield declaration
@@ -182,7 +187,7 @@ def _numbers(values: Iterable[float], span: Span) -> tuple[ast.Number, ...]:
 
 
 def _asked(context: Context, node: ast.FromFile) -> FileRequest | None:
-    """Request of the declaration for its file, or None if an error is reported."""
+    """Request for the file of a declaration; None if the declaration is invalid, which is reported."""
     from missionc.frontend.maps.map_metadata import ending
     from missionc.frontend.maps.read_map import FORMS
     from missionc.ir.place_files import FileRequest
@@ -253,7 +258,7 @@ def _length(context: Context, setting: ast.Setting) -> float:
 
 
 def _origin(context: Context, point: ast.Point) -> tuple[float, float]:
-    """Longitude and latitude, degrees."""
+    """Longitude and latitude of an origin, degrees; NaN if it is invalid, which is reported."""
     way_out = "write longitude and latitude, for example `origin (8.54 deg, 47.38 deg)`"
     if len(point.coordinates) != 2:
         _not_for(context, "expected a longitude and a latitude", point.span, way_out)
@@ -290,7 +295,7 @@ def _places(context: Context, node: ast.FromFile, asked: FileRequest) -> Iterato
 
 
 def _texts(features: list[Feature], stem: str, prefix: str) -> list[str]:
-    """Unique names of the features; those without a name or with equal names are numbered."""
+    """Unique names of the features; features without a name or with equal names are numbered."""
     texts = [prefix + _name(feature.name) if feature.name else "" for feature in features]
     counts = Counter(texts)
     taken = {text for text in texts if counts[text] == 1 and text}
@@ -306,14 +311,14 @@ def _texts(features: list[Feature], stem: str, prefix: str) -> list[str]:
 
 
 def _words(node: ast.FromFile) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Options that are words."""
+    """Yield the options of a declaration whose values are words."""
     for option in node.options:
         if isinstance(option.value, tuple):
             yield option.word, option.value
 
 
 def _name(text: str) -> str:
-    """Text with ``_`` for each character that names cannot contain."""
+    """The text with ``_`` for each character that names cannot contain."""
     return _NOT_IN_NAMES.sub("_", text)
 
 
@@ -334,8 +339,10 @@ def _place(node: ast.FromFile, feature: Feature, name: ast.Name) -> Iterator[ast
 
 
 def _shape(feature: Feature, shape: Area | Circle, height: ast.Height | None, *, whole: bool) -> ast.Shape:
-    """Shape of a feature; an area with holes is a difference if ``whole``, otherwise a union, which is true both inside
-    and outside.
+    """Shape of a feature as a syntax tree node.
+
+    Args:
+        whole: True if an area with holes becomes a difference; False for a union of polygons without holes.
     """
     from missionc.frontend.maps.feature import Circle
     from missionc.frontend.maps.occupancy_grid import without_holes

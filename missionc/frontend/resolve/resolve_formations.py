@@ -28,11 +28,11 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "offsets": (),
     "distances": (),
 }
-"""Settings of each kind of formation, besides its tolerance."""
+"""Names of the settings of each kind of formation, besides its tolerance."""
 
 
 def resolve_formation(context: Context, formation: ast.Formation) -> ir.Formation:
-    """Formation with its edges; none if a part of it has been reported."""
+    """Formation with its edges; without edges if a part of it is invalid, which is reported."""
     name, kind = formation.name.text, formation.kind.text
     agents = resolve_set(context, formation.agents).agents
     tolerance, edges = Metres(REPORTED), tuple[ir.FormationEdge, ...]()
@@ -94,7 +94,7 @@ def _line(
 def _heading(context: Context, quantity: ast.Quantity) -> float:
     """Heading in radians from the first axis.
 
-    More than a full turn is probably degrees without their unit.
+    A number beyond a full turn is probably degrees without their unit, and is reported.
     """
     heading = resolved_number(context, quantity, Dimension.ANGLE, "the heading")
     if abs(heading) <= 2 * math.pi:
@@ -114,7 +114,7 @@ def _heading(context: Context, quantity: ast.Quantity) -> float:
 def _circle(
     context: Context, formation: ast.Formation, settings: dict[str, ast.Setting], agents: tuple[int, ...]
 ) -> tuple[ir.FormationEdge, ...]:
-    """Edges of a regular polygon, by its radius or by the distance of neighbours."""
+    """Edges of a regular polygon, by its radius or by the distance of adjacent agents."""
     count = max(len(agents), 2)
     if "radius" in settings and "spacing" in settings:
         said_twice(context, "the size of the circle", settings["spacing"].span, settings["radius"].span)
@@ -130,7 +130,7 @@ def _circle(
 
 
 def _columns(context: Context, formation: ast.Formation, settings: dict[str, ast.Setting], count: int) -> int:
-    """Number of columns of a grid: as given, from the given rows, or as square as possible."""
+    """Number of columns of a grid formation: as given, from the given rows, or as square as possible."""
     given = {
         word: whole(context, settings[word].high, f"the number of {word}", least=1)
         for word in ("rows", "columns")
@@ -154,7 +154,7 @@ def _columns(context: Context, formation: ast.Formation, settings: dict[str, ast
 
 
 def _room(context: Context, formation: ast.Formation, count: int) -> bool:
-    """Return whether the mission's formations may have ``count`` more edges; reported once if not."""
+    """Return whether the mission's formations may have ``count`` more edges; the first excess is reported."""
     limit = context.limits.formation_edges
     before = context.edges
     context.edges += count
@@ -169,7 +169,7 @@ def _room(context: Context, formation: ast.Formation, count: int) -> bool:
 
 
 def _apart(agents: tuple[int, ...], places: list[tuple[float, float]]) -> tuple[ir.FormationEdge, ...]:
-    """Edges with the distances of all pairs of places."""
+    """Edges between all pairs of agents, with the distances of the given positions."""
     return tuple(
         ir.FormationEdge(a, b, math.dist(here, there))
         for (a, here), (b, there) in combinations(zip(agents, places, strict=True), 2)
@@ -202,7 +202,7 @@ def _offsets(context: Context, formation: ast.Formation, agents: tuple[int, ...]
 
 
 def _distances(context: Context, formation: ast.Formation, agents: tuple[int, ...]) -> tuple[ir.FormationEdge, ...]:
-    """Edges of the listed pairs, by their positions among the agents, at the listed distances."""
+    """Edges between the listed pairs of agents, at the listed distances."""
     edges: list[ir.FormationEdge] = []
     first: dict[frozenset[float], ast.Link] = {}
     if not formation.links:
@@ -229,7 +229,7 @@ def _distances(context: Context, formation: ast.Formation, agents: tuple[int, ..
 
 
 def _place(context: Context, formation: ast.Formation, item: ast.Quantity, count: int) -> float:
-    """Position among the agents; NaN once it is reported, or while the agents are unknown."""
+    """Index among the formation's agents; NaN if it is invalid, which is reported, or while the agents are unknown."""
     place = whole(context, item, "the place")
     if not count or place < count:
         return place if count else REPORTED
@@ -248,7 +248,7 @@ def _place(context: Context, formation: ast.Formation, item: ast.Quantity, count
 
 
 def _length(context: Context, formation: ast.Formation, settings: dict[str, ast.Setting], word: str) -> float:
-    """Length of a setting, above 0; NaN if it is missing."""
+    """Length that a setting gives, above 0; NaN if it is missing, which is reported."""
     name = formation.name.text
     setting = settings.get(word)
     if setting is None:

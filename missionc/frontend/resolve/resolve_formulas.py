@@ -2,9 +2,9 @@
 
     says MC005 MC008 MC015 MC101 MC104 MC109 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
 
-A formula is about one agent or about the team. This is first determined from its operands up (``joined``). A place that
-needs one of the two then searches down for the operands of the other kind (``check``), so that a message names them and
-not the whole formula.
+A formula is about one agent or about the team. This is first determined from its operands up (``joined``). A context
+that needs one of the two then searches down for the operands of the other kind (``check``), so that a message names
+them and not the complete formula.
 
 An operator before its operand ends before ``reach``, ``until`` and the like on its right.
 """
@@ -59,9 +59,10 @@ from missionc.ir.language.predicates import Predicate
 
 
 def check(context: Context, formula: Typed, needed: About, asker: str) -> None:
-    """Report every operand that is not about ``needed``.
+    """Report every operand whose subject, one agent or the team, is not ``needed``.
 
-    ``asker`` is the text that needs it (``every drone:``).
+    Args:
+        asker: text of the context that needs it, such as ``every drone:``.
     """
     others = list(_about(formula, needed))
     for operand in _not_about(formula, needed):
@@ -72,8 +73,9 @@ def check(context: Context, formula: Typed, needed: About, asker: str) -> None:
 
 
 def check_definition(context: Context, formula: Typed) -> Typed:
-    """Check that a ``let`` is about one agent or the team, not both; a mixed one is reported and then
-    fits everywhere.
+    """Check that a ``let`` is about one agent or the team, not both.
+
+    A mixed formula is reported and then fits everywhere.
     """
     if not formula.mixed:
         return formula
@@ -82,7 +84,7 @@ def check_definition(context: Context, formula: Typed) -> Typed:
 
 
 def _not_about(formula: Typed, needed: About) -> Iterator[Typed]:
-    """Largest operands that are about the other of the two."""
+    """Yield the largest operands with the other subject."""
     if formula.mixed:
         for operand in formula.operands:
             yield from _not_about(operand, needed)
@@ -121,7 +123,7 @@ def _quantifier_missing(context: Context, operand: Typed, others: list[Typed], w
 
 
 def _nothing_asked(context: Context, operand: Typed, others: list[Typed]) -> None:
-    """Report an operand such as ``truck`` in ``truck and drone[0]: base``."""
+    """Report a membership test without an agent, such as ``truck`` in ``truck and drone[0]: base``."""
     text = excerpt(operand.span)
     single = isinstance(operand.formula, ir.Belongs) and len(operand.formula.agents.agents) == 1
     context.report(
@@ -149,7 +151,7 @@ def _quantifier_too_many(context: Context, operand: Typed, asker: str, beside: b
 
 
 def check_prefix_scope(context: Context, formula: ast.Apply) -> None:
-    """Report operators without parentheses that apply to the left side only and may be meant for the whole formula.
+    """Report operators without parentheses that apply to the left side only and may be meant for the complete formula.
 
     ``not f reach[…] g`` is allowed: read aloud, ``not f`` is one condition.
     """
@@ -170,7 +172,7 @@ def check_prefix_scope(context: Context, formula: ast.Apply) -> None:
 
 
 def _bare_prefix(formula: ast.Apply) -> ast.Apply | None:
-    """Prefix operator that ends, without a parenthesis, at this infix operator."""
+    """Prefix operator without a parenthesis whose operand ends at this infix operator; None if there is none."""
     part, end = formula.operands[0], formula.operands[0].span.end
     if part.span.start != formula.span.start:
         return None
@@ -213,7 +215,7 @@ def _ends_early(context: Context, formula: ast.Apply, prefix: ast.Apply, body: a
 
 
 def _right(formula: ast.Apply) -> str:
-    """Right side as it is written, with its parentheses."""
+    """Source text of an infix operator's right side, with its parentheses."""
     begin = formula.span.start if formula.bounds is None else formula.bounds.span.end
     return excerpt(Span(formula.span.source, begin, formula.span.end)).lstrip("] ")
 
@@ -225,7 +227,7 @@ AS_FORMULA = {
     Kind.RESOURCE: "compare the resource, for example `{name} >= 15`",
     Kind.GRAPH: "write `connected({name})`",
 }
-"""Suggested replacement for a name that is not a formula."""
+"""Suggested formula for a name that is not a formula, by its kind."""
 
 FORMULAS = (Kind.REGION, *AGENTS, Kind.FORMATION, Kind.FLAG, Kind.LET)
 
@@ -238,7 +240,7 @@ def resolve_lets(context: Context) -> None:
 
 
 def resolve_goal(context: Context, formula: ast.Formula) -> ir.Formula:
-    """Formula of a requirement or preference, which is about the team."""
+    """Formula of a requirement or preference; it must be about the team."""
     resolved = resolve_formula(context, formula)
     check(context, resolved, About.TEAM, "require")
     return resolved.formula
@@ -271,7 +273,7 @@ def resolve_formula(context: Context, formula: ast.Formula) -> Typed:
 
 
 def stand_in(span: Span) -> Typed:
-    """Replacement for a formula that has been reported, which fits everywhere."""
+    """Replacement for a formula that is invalid and has been reported; it fits everywhere."""
     return Typed(ir.Truth(True, span), About.EITHER, span)
 
 
@@ -353,7 +355,10 @@ def _call(context: Context, call: ast.Call) -> Typed:
 
 
 def called_predicate(context: Context, name: ast.Name) -> Predicate | None:
-    """Predicate with this name, written with brackets; None if there is none or it is reported."""
+    """Predicate written with this name and brackets.
+
+    None if there is none, or if its extension fails, which is reported.
+    """
     try:
         return CALLED.get(name.text)
     except ExtensionError as error:
@@ -370,7 +375,10 @@ def _is_number(context: Context, argument: ast.Quantity | ast.Member) -> bool:
 
 
 def _order(context: Context, number: ast.Quantity | ast.Member, graph: ir.Graph, agents: int) -> int:
-    """Number of agents whose loss may disconnect a graph; 1 for an invalid number, which is reported."""
+    """Connectivity order of a graph: the number of agents whose loss may disconnect it.
+
+    An invalid number is reported and replaced by 1.
+    """
     assert not isinstance(number, ast.Member)
     value = whole(context, number, f"the connectivity order of `{graph.name}`", least=1)
     if agents == 0 or math.isnan(value):
@@ -409,7 +417,7 @@ def _number_of(dimension: Dimension) -> Callable[[Context, ast.Quantity | ast.Me
 
 
 def _is_known(value: object) -> bool:
-    """Return False for an argument that was reported."""
+    """Return whether an argument is valid; False if it was reported."""
     return not (isinstance(value, Unresolved) or (isinstance(value, float) and math.isnan(value)))
 
 
@@ -418,7 +426,7 @@ ARGUMENTS: dict[str, Callable[[Context, ast.Quantity | ast.Member], object]] = {
     "beacon": _beacon,
     **{each.value: _number_of(each) for each in Dimension},
 }
-"""Functions for the value of each kind of argument."""
+"""Function that resolves an argument of a predicate, for each kind of argument."""
 
 
 def _graph_and_agents(
@@ -437,7 +445,7 @@ def _graph_and_agents(
 
 
 def _whole_name(context: Context, argument: ast.Quantity | ast.Member, kind: Kind) -> str | Unresolved:
-    """Name of something of this kind; members of a team and numbers are not allowed."""
+    """Name of a declaration of one kind, or ``UNRESOLVED``; members of a team and numbers are reported."""
     if isinstance(argument, ast.Name):
         declared = context.find(argument, kind)
         return declared if isinstance(declared, Unresolved) else argument.text
@@ -519,7 +527,7 @@ def _grown(operands: tuple[Typed, ...]) -> tuple[float, int]:
 
 
 def _within_limits(context: Context, formula: Typed) -> Typed:
-    """Formula itself; one that is too large or too deep after expansion of ``let`` is reported once."""
+    """The formula itself; if it is too large or too deep after expansion of ``let``, report it once."""
     limits = context.limits
     if formula.size > limits.formula_nodes:
         context.report(
@@ -571,14 +579,14 @@ def _quantified(context: Context, formula: ast.Quantified) -> Typed:
 
 
 def _recurrent(context: Context, formula: ast.Quantified, length: ast.Name) -> Typed:
-    """Resolve ``every patrol: f``, where the name is that of a parameter: a period."""
+    """Resolved recurrence ``every patrol: f``, where ``patrol`` is a parameter with the period."""
     word = formula.span.part(formula.span.start, formula.span.start + len(formula.kind))
     period = ast.Period(length.span, length)
     return _apply(context, ast.Apply(formula.span, formula.kind, word, (formula.body,), period))
 
 
 def _without(context: Context, formula: ast.Quantified, number: int, agents: ir.AgentSet, body: Typed) -> Typed:
-    """Body for the remaining agents; expanded only if all cases are within the limit."""
+    """Resolved formula for any loss of ``number`` agents; expanded only if all cases are within the limit."""
     size = 1 + math.comb(len(agents.agents), number) * (body.size + named_members(body.formula))
     nothing = Typed(ir.Truth(True, formula.span), About.TEAM, formula.span, size=size, depth=1 + body.depth)
     if not size <= context.limits.formula_nodes:

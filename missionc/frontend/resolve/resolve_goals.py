@@ -23,19 +23,19 @@ from missionc.frontend.resolve.resolve_settings import known_settings, relation,
 from missionc.frontend.syntax import ast
 
 OPTIONS = ("nodes", "neighbors")
-"""Settings of ``solve with`` that are whole numbers, at least 1."""
+"""Names of the ``solve with`` settings whose values are integers, at least 1."""
 
 CONNECTIVITY = "connectivity"
-"""Setting that is a word."""
+"""Name of the ``solve with`` setting whose value is a word."""
 
 ROADMAP = "roadmap"
-"""Setting that is a file."""
+"""Name of the ``solve with`` setting whose value is a file."""
 
 
 def resolve_requirements(
     context: Context, program: ast.Program
 ) -> tuple[tuple[ir.Requirement, ...], tuple[ir.Preference, ...]]:
-    """Requirements and preferences; one without a label is called ``requirement 3`` by its position."""
+    """Requirements and preferences of a mission; without a label, the name is ``requirement 3`` by its position."""
     requirements: list[ir.Requirement] = []
     preferences: list[ir.Preference] = []
     labels: dict[str, ast.Name] = {}
@@ -63,7 +63,10 @@ def _label(context: Context, label: ast.Name | None, otherwise: str, labels: dic
 
 
 def _formula(context: Context, item: ast.Require | ast.Prefer) -> ir.Formula:
-    """Formula of an item; if it has no subject and the label names agents, the finding says how it was read."""
+    """Formula of a requirement or preference.
+
+    If the formula has no subject and the label names agents, a note on the finding explains how the label was read.
+    """
     before = len(context.findings)
     formula = resolve_goal(context, item.body)
     if item.label is not None and item.label.text in context.sets:
@@ -116,7 +119,7 @@ def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
 
 
 def _roadmap(context: Context, solve: ast.Solve, settings: dict[str, ast.Setting]) -> ir.Lanes | None:
-    """User's own roadmap, if there is one; its nodes replace the number of nodes in the mission."""
+    """User's own roadmap of a mission, if there is one; its nodes replace the number of nodes in the mission."""
     files: dict[str, ast.FileSetting] = {}
     for file in solve.files:
         if file.name.text != ROADMAP:

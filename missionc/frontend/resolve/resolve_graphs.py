@@ -2,7 +2,7 @@
 
     says MC007 MC013 MC014 MC104 MC201 MC206 MC207 MC209 MC210 MC240 MC241
 
-A graph has its agents and beacons, and the ranges of its links. A resource or flag has its agent, the place of each
+A graph has its agents and beacons, and the ranges of its links. A resource or flag has its agents, the region of each
 change, and the change in a step.
 """
 
@@ -107,7 +107,7 @@ def _region(context: Context, name: ast.Name) -> ir.Region:
 
 
 def _unit(context: Context, rate: ast.Rate) -> Dimension | None:
-    """Denominator of a rate; None if there is none, or if it is wrong for its word, which is reported."""
+    """Dimension of a rate's denominator; None if there is none, or if it does not fit the word, which is reported."""
     unit = None if rate.unit is None else UNITS.get(rate.unit.text, (None,))[0]
     match rate.name.text, rate.unit is not None, rate.within is not None:
         case (("start" | "capacity"), False, False):
@@ -136,7 +136,7 @@ def _unit(context: Context, rate: ast.Rate) -> Dimension | None:
 
 
 def _per(rate: ast.Rate, value: float) -> float:
-    """Rate in SI units."""
+    """Value of a rate in SI units."""
     factor = 1.0 if rate.unit is None else UNITS.get(rate.unit.text, (None, math.nan))[1]
     return value / factor
 
@@ -153,10 +153,10 @@ def _form(rate: ast.Rate) -> str:
 
 
 Ends: TypeAlias = tuple[frozenset[int], frozenset[int]]
-"""Agents at which links begin and end."""
+"""Agents at the two ends of links: senders and receivers."""
 
 HEAVIEST = 100
-"""Maximum weight of a link: sums of weights are distinguished individually."""
+"""Maximum weight of a link, because route search distinguishes every sum of weights."""
 
 
 def resolve_graph(context: Context, graph: ast.Graph) -> ir.Graph:
@@ -184,7 +184,7 @@ def _of_one_range(context: Context, graph: ast.Graph, radius: Metres) -> ir.Grap
 
 
 def _ranges(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.PairRange, ...]:
-    """Ranges of pairs."""
+    """Link ranges for pairs of agents."""
     ranges = []
     for pair, senders, receivers in _pairs(context, graph.ranges, whole, "range"):
         what = f"the range from `{excerpt(pair.senders.span)}` to `{excerpt(pair.receivers.span)}`"
@@ -194,7 +194,7 @@ def _ranges(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.Pai
 
 
 def _weights(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.Weight, ...]:
-    """Weights of links, by name."""
+    """Weights that a graph declares for its links."""
     weights: dict[str, tuple[Span, ir.Weight]] = {}
     for weight in graph.weights:
         name = weight.name.text
@@ -244,7 +244,9 @@ def _heavy(context: Context, quantity: ast.Quantity, what: str) -> int:
 def _pairs(
     context: Context, pairs: tuple[ast.OfPair, ...], whole: ir.Graph, what: str
 ) -> Iterator[tuple[ast.OfPair, frozenset[int], frozenset[int]]]:
-    """Pairs with their agents (from and to), without those that repeat an earlier pair."""
+    """Yield the declared pairs with their senders and receivers, without pairs that repeat an earlier one, which is
+    reported.
+    """
     said: dict[ast.OfPair, tuple[frozenset[int], frozenset[int]]] = {}
     for pair in pairs:
         senders, receivers = (_ends(context, end, whole) for end in (pair.senders, pair.receivers))
@@ -272,7 +274,7 @@ def _ends(context: Context, end: ast.Name | ast.Member, whole: ir.Graph) -> froz
 
 
 def _common(known: Ends, ends: Ends) -> tuple[int, int] | None:
-    """Pair of agents (from and to) that both specify."""
+    """Pair of agents (sender and receiver) to which both declarations apply; None if there is none."""
     first, second = (sorted(one & other) for one, other in zip(known, ends, strict=True))
     return next(((one, other) for one in first[:2] for other in second[:2] if one != other), None)
 
@@ -300,7 +302,7 @@ def _to_itself(context: Context, pair: ast.OfPair, agent: int, what: str) -> Non
 
 
 def _shapes_in_the_way(context: Context, graph: ast.Graph) -> tuple[ir.Shape, ...]:
-    """Shapes of the static obstacles; ``check_graphs`` reports the others."""
+    """Shapes of the static obstacles, which block lines of sight; ``check_graphs`` reports the moving ones."""
     shapes = tuple(each.shape for each in context.obstacles.values() if each.constant)
     count = sum(count_pieces(shape)[0] for shape in shapes)
     if count <= context.limits.shape_parts:

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 OF_A_NODE, OF_AN_EDGE = ("x", "y", "z"), ("speed", "duration")
 READ = {"node": OF_A_NODE, "edge": OF_AN_EDGE, "all": (*OF_A_NODE, *OF_AN_EDGE)}
 GIVEN_OUT = {"node": ("labels", "starts"), "edge": ("steps", "length"), "all": ()}
-"""Attributes that ``missionc.roadmap_graphs`` writes in addition: known, and not read."""
+"""Attributes that ``missionc.roadmap_graphs`` writes and that the reader ignores, by the kind of element."""
 
 
 def resolve_lanes(context: Context, setting: ast.FileSetting) -> ir.Lanes | None:
-    """Roadmap of ``roadmap = "PATH"``, or None if an error is reported."""
+    """Roadmap of the setting ``roadmap = "PATH"``, or None if it is invalid, which is reported."""
     if setting.source is None:
         return None
     from missionc.frontend.syntax.graphml import read_graphml  # few missions have one
@@ -103,7 +103,7 @@ def _lanes(context: Context, graph: Graphml, numbers: dict[str, int]) -> tuple[i
 
 
 def _number(context: Context, data: Data, name: str, above: float) -> float:
-    """Value of an attribute; NaN once it is reported."""
+    """Value of a numeric attribute; NaN if it is invalid, which is reported."""
     text, span = data[name]
     value = plain_number(text)
     if abs(value) <= context.limits.magnitude and value > above:

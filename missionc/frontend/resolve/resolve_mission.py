@@ -1,10 +1,10 @@
 """Resolution of a mission: looks up names and parameters, converts units to steps and metres, types formulas.
 
     in   Program, Limits, the values of parameters given on the command line
-    out  Mission, or nothing where there are errors
+    out  Mission, or None if there are errors
     says MC005 MC006 MC013 MC014 MC1xx MC2xx MC302–MC306 MC512 MC513
 
-Everything declared is resolved in one fixed order, each part on the ones before it; names may stand in any order in the
+All declarations are resolved in one fixed order, each part on the ones before it; names may occur in any order in the
 text. All findings are reported together, in the order of the text. A resolved mission can be trusted: its numbers are
 finite (except for those that may be infinite: a unicycle's ``turn``, a route's upper bound and absent limits of a
 vehicle) and in the units the IR names, its indices exist, its windows are not reversed, every point has the world's
@@ -45,11 +45,12 @@ def resolve(
     stretch: float = 1.0,
     vehicle: ir.Vehicle = ir.PLAIN,
 ) -> tuple[ir.Mission | None, list[Diagnostic]]:
-    """Mission as meant, and all findings about it.
+    """The resolved mission, None if there are errors, and all findings about it.
 
     Args:
+        overrides: values of parameters from the command line.
         stretch: factor of the mission's duration.
-        vehicle: vehicle of teams that name none.
+        vehicle: vehicle of teams that declare none.
     """
     program, findings, files = with_places(program, overrides, limits)
     names = collect(program, findings)
@@ -143,7 +144,7 @@ Item = TypeVar("Item", bound=ast.Node)
 
 
 def _needed(context: Context, program: ast.Program, kind: type[Item], what: str, way_out: str) -> Item | None:
-    """Single declaration of a kind; a missing one is reported."""
+    """The single declaration of a kind; if it is missing or repeated, that is reported."""
     found = only(context, program.declarations, kind, whole=True)
     if found is None:
         missing(context, what, _start(program), way_out)
@@ -151,5 +152,5 @@ def _needed(context: Context, program: ast.Program, kind: type[Item], what: str,
 
 
 def _start(program: ast.Program) -> Span:
-    """Place of findings about missing declarations: the first declaration."""
+    """Source span for findings about missing declarations: the first declaration."""
     return program.declarations[0].span if program.declarations else program.span

@@ -1,9 +1,9 @@
-"""Resolution of places alone: positions of everything, even in a text whose formulas cannot be read yet.
+"""Resolution of positions and shapes alone, even in a text whose formulas cannot be read yet.
 
     in   the declarations that can be read
     out  Places, without unknown ones
 
-Reports no findings: ``resolve`` does.
+It reports no findings: ``resolve`` does.
 """
 
 from __future__ import annotations
@@ -27,9 +27,10 @@ from missionc.frontend.syntax import ast
 
 
 class Places(Record, eq=False):
-    """The world and the places in it, by name if they have one; ``context`` has the parameters.
+    """World, regions, obstacles, beacons and agents of a text, by name if they have one.
 
-    ``declarations`` are those of the text, each member of a family, and each place of a file, for itself.
+    ``context`` has the parameters. ``declarations`` has a separate entry for each member of a family, and for each
+    feature of a file.
     """
 
     context: Context
@@ -46,7 +47,7 @@ class Places(Record, eq=False):
 
 
 def resolve_places(source: Source, declarations: Sequence[ast.Declaration], limits: Limits) -> Places | None:
-    """Places of everything; None if the world is unknown or empty."""
+    """World, regions, obstacles, beacons and agents of a text; None if the world is unknown or empty."""
     written = ast.Program(Span(source, 0, len(source.text)), tuple(declarations))
     placed, _, _ = with_places(written, {}, limits)
     program = spell_out(placed, collect(placed, []), {}, limits, []) or placed

@@ -19,12 +19,15 @@ WORDS = {1: "one coordinate", 2: "two coordinates", 3: "three coordinates"}
 
 
 def coordinates(context: Context, point: ast.Point) -> ir.Vector:
-    """All coordinates as written, in metres."""
+    """Coordinates of a point as written, in metres, whatever their number."""
     return tuple(resolved_number(context, item, Dimension.LENGTH, "the coordinate") for item in point.coordinates)
 
 
 def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
-    """Point of the world; all NaN if it does not have the world's number of coordinates."""
+    """Position of a point in metres.
+
+    All NaN if it does not have the world's number of coordinates, which is reported.
+    """
     values = coordinates(context, point)
     if context.dimension in (0, len(values)):
         return values
@@ -40,7 +43,10 @@ def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
 
 
 def plane_point(context: Context, point: ast.Point, what: str, otherwise: str) -> tuple[float, float]:
-    """Point with two coordinates, in a plane or volume."""
+    """Point with two coordinates, metres, in a mission of two or three dimensions.
+
+    Another number of coordinates is reported.
+    """
     match coordinates(context, point):
         case (x, y):
             return x, y
@@ -55,7 +61,7 @@ def plane_point(context: Context, point: ast.Point, what: str, otherwise: str) -
 
 
 def known(*points: ir.Vector) -> bool:
-    """Return whether no coordinate is a replacement for a reported one."""
+    """Return whether no coordinate of the points is NaN, the replacement for an invalid coordinate."""
     return not any(math.isnan(value) for point in points for value in point)
 
 
@@ -64,7 +70,7 @@ def counted_points(count: int) -> str:
 
 
 def resolve_world(context: Context, world: ast.World) -> None:
-    """Set the world's corners; its number of coordinates stays 0 if they disagree."""
+    """Set the corners of the world; its number of coordinates stays 0 if they disagree, which is reported."""
     first, second = coordinates(context, world.low), coordinates(context, world.high)
     if len(first) not in (2, 3) or len(first) != len(second):
         wrong = world.low if len(first) not in (2, 3) else world.high
@@ -86,7 +92,7 @@ def resolve_world(context: Context, world: ast.World) -> None:
 
 
 def resolve_offset(context: Context, items: tuple[ast.Quantity, ...], span: Span) -> ir.Vector:
-    """Offset in metres; in a volume, two coordinates leave the height unchanged."""
+    """Offset in metres; in a volume, two coordinates leave the altitude unchanged."""
     values = tuple(resolved_number(context, item, Dimension.LENGTH, "the offset") for item in items)
     return as_many(context, padded(context, values), span)
 
@@ -96,7 +102,7 @@ def padded(context: Context, values: ir.Vector) -> ir.Vector:
 
 
 def as_many(context: Context, values: ir.Vector, span: Span) -> ir.Vector:
-    """Values if they match the world's number of coordinates; otherwise NaN and a finding."""
+    """The values if they match the world's number of coordinates; otherwise NaN, which is reported."""
     if context.dimension in (0, len(values)):
         return values
     context.report(

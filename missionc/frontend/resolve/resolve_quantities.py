@@ -66,14 +66,14 @@ SI: dict[Dimension, str] = {
 
 
 NO_AMOUNT = Amount(None)
-"""Replacement for a reported amount, which fits everywhere."""
+"""Replacement for an amount that is invalid and has been reported; it fits everywhere."""
 
 StateOf: TypeAlias = Callable[[Context, "ast.Name | ast.Distance"], Amount]
-"""Function for the amount of a state word or distance; outside comparisons it reports a finding."""
+"""Function that resolves a state word or distance to an amount; outside comparisons it reports a finding."""
 
 
 def number_needed(context: Context, state: ast.Name | ast.Distance) -> Amount:
-    """Report a state word in a place that needs a number."""
+    """Report a state word where a number is needed, and return ``NO_AMOUNT``."""
     context.report(
         code.WRONG_KIND,
         f"expected a number, found `{excerpt(state.span)}`, which changes with time",
@@ -87,7 +87,11 @@ def number_needed(context: Context, state: ast.Name | ast.Distance) -> Amount:
 
 
 def evaluate(context: Context, quantity: ast.Quantity, state_of: StateOf = number_needed) -> Amount:
-    """Quantity in SI units; NO_AMOUNT if a part of it has been reported."""
+    """Value of a quantity in SI units; ``NO_AMOUNT`` if a part of it is invalid, which is reported.
+
+    Args:
+        state_of: function that resolves state words and distances.
+    """
     match quantity:
         case ast.Name(text=text) if text in STATE_WORDS:
             return state_of(context, quantity)
@@ -168,7 +172,7 @@ def _combined(context: Context, quantity: ast.Arithmetic, left: Amount, right: A
 
 
 def added(context: Context, quantity: ast.Arithmetic | ast.Compare, left: Amount, right: Amount) -> Amount:
-    """Sum; a plain number takes the SI unit of the other side."""
+    """Sum of two amounts; a number without a unit takes the SI unit of the other amount."""
     if left.exact is None or right.exact is None:
         return NO_AMOUNT
     powers = left.powers if right.powers == PLAIN and not right.terms else right.powers
@@ -184,7 +188,7 @@ def added(context: Context, quantity: ast.Arithmetic | ast.Compare, left: Amount
 
 
 def _extreme(context: Context, quantity: ast.Extreme, amounts: list[Amount]) -> Amount:
-    """Minimum or maximum of several numbers; a plain one takes the unit of the others."""
+    """Minimum or maximum of several numbers; a number without a unit takes the unit of the others."""
     values = [amount.exact for amount in amounts if amount.exact is not None]
     if len(values) < len(amounts):
         return NO_AMOUNT
@@ -255,7 +259,7 @@ def _not_linear(context: Context, quantity: ast.Arithmetic | ast.Extreme, verb: 
 
 
 def fitted(context: Context, amount: Amount, dimension: Dimension, quantity: ast.Quantity) -> float:
-    """SI value of an amount with a required dimension; NaN once it is reported."""
+    """SI value of an amount with a required dimension; NaN if it has another one, which is reported."""
     if is_reported(amount) or amount.powers in (PLAIN, POWERS[dimension]):
         return amount.constant
     labels: tuple[Label, ...] = ()
@@ -282,7 +286,11 @@ def resolved_number(
     least: float = -math.inf,
     above: float = -math.inf,
 ) -> float:
-    """SI value of a quantity, at least ``least`` and more than ``above``; NaN once it is reported."""
+    """SI value of a quantity, at least ``least`` and more than ``above``; NaN if it is invalid, which is reported.
+
+    Args:
+        what: text for the quantity in messages.
+    """
     value = fitted(context, evaluate(context, quantity), dimension, quantity)
     if value < least or value <= above:
         bound = f"at least {shown(least)}" if value < least else f"more than {shown(above)}"
@@ -297,7 +305,7 @@ def resolved_number(
 
 
 def whole(context: Context, quantity: ast.Quantity, what: str, *, least: int = 0) -> float:
-    """Whole number (still a float), at least ``least``; NaN once it is reported."""
+    """Integer value of a quantity (as a float), at least ``least``; NaN if it is invalid, which is reported."""
     value = resolved_number(context, quantity, Dimension.NUMBER, what, least=least)
     if math.isnan(value) or value == math.floor(value):
         return value
@@ -312,7 +320,7 @@ def whole(context: Context, quantity: ast.Quantity, what: str, *, least: int = 0
 
 
 def with_unit_of(low: ast.Quantity, high: ast.Quantity, dimension: Dimension) -> ast.Quantity:
-    """Lower bound of a range ``low..high``, with the unit after the range: ``50..120 cm``."""
+    """Lower bound of a range such as ``50..120 cm``, with the unit after the range."""
     match low, high:
         case ast.Number(unit=None), ast.Number(unit=str() as unit) if UNITS.get(unit, (None,))[0] is dimension:
             return replace(low, unit=unit, unit_span=high.unit_span)
@@ -321,7 +329,12 @@ def with_unit_of(low: ast.Quantity, high: ast.Quantity, dimension: Dimension) ->
 
 
 def swapped(low: ast.Quantity, high: ast.Quantity, between: str, *, lends: bool = False) -> Fix:
-    """Fix that exchanges two bounds; ``lends``: a single unit after both applies to both."""
+    """Fix that exchanges two bounds.
+
+    Args:
+        between: text between the bounds.
+        lends: True if a single unit after both bounds applies to both.
+    """
     first, second = low.span.text, high.span.text
     match low, high:
         case ast.Number(unit=None), ast.Number(unit_span=Span() as unit) if lends:
@@ -336,7 +349,7 @@ def swapped(low: ast.Quantity, high: ast.Quantity, between: str, *, lends: bool 
 
 
 def shown(value: float) -> str:
-    """Text of a number in a message."""
+    """Text of a number for a message."""
     return format(value, ".10g")
 
 
@@ -356,7 +369,11 @@ def measured(powers: Powers) -> str:
 
 
 def resolve_parameters(context: Context, overrides: dict[str, str]) -> None:
-    """Values of all parameters, in order of dependency."""
+    """Set the values of all parameters, in order of dependency.
+
+    Args:
+        overrides: values from the command line, as texts by name.
+    """
     values = {param.name.text: param.value for param in context.declared(ast.Param)}
     written = dict(values)
     for name, text in overrides.items():
@@ -380,11 +397,13 @@ def resolve_parameters(context: Context, overrides: dict[str, str]) -> None:
 
 
 VALUE = "value"
-"""Name of a parameter while its value is read: a member of a family, `p[2]`, could not be used there."""
+"""Name of a parameter while its command-line value is parsed, since a member of a family, `p[2]`, is no valid name
+there.
+"""
 
 
 def read_quantity(name: str, text: str, limits: Limits) -> tuple[ast.Quantity, list[Diagnostic]]:
-    """Quantity in a text such as ``30 s`` or ``(2 m)``, or findings about it."""
+    """Quantity that a text such as ``30 s`` or ``(2 m)`` contains, and findings about errors."""
     source = Source(f"-D {name}", f"mission override\nparam {VALUE} = {text}\n")
     program, findings = parse(source, limits, _nothing_to_include)
     everywhere = Span(source, 0, len(source.text))
@@ -403,7 +422,7 @@ def _nothing_to_include(written: str, span: Span, /, *, data: bool = False) -> D
 
 
 def _same_kind(context: Context, name: str, text: str, written: ast.Quantity) -> None:
-    """Report a value with another dimension than the one in the mission."""
+    """Report a command-line value whose dimension differs from the value in the mission."""
     new = context.params[name].powers
     old = evaluate(context, written).powers
     if PLAIN not in (new, old) and new != old:
@@ -422,7 +441,7 @@ def _same_kind(context: Context, name: str, text: str, written: ast.Quantity) ->
 
 
 def _from_command_line(finding: Diagnostic, name: str, text: str) -> Diagnostic:
-    """Finding without its places, since its text is in no file."""
+    """The finding with a command-line option in place of its source location, since its text is in no file."""
     return replace(
         finding,
         message=f"in `-D {name}={text}`: {finding.message}",

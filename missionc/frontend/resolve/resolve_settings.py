@@ -1,4 +1,4 @@
-"""Resolution of settings: each is known, given once, and has the right relation.
+"""Resolution of settings: each must be known, given once, and have the right relation sign.
 
 says MC013 MC014 MC206
 """
@@ -22,9 +22,9 @@ from missionc.frontend.syntax import ast
 def known_settings(
     context: Context, settings: Iterable[ast.Setting], known: Sequence[str], owner: str
 ) -> dict[str, ast.Setting]:
-    """Settings by name; one that ``owner`` does not take, or takes twice, is reported and omitted.
+    """Settings by name; a setting that ``owner`` does not have, or that is repeated, is reported and omitted.
 
-    A misspelt one counts as the one that was meant, so that this is not reported as missing.
+    A misspelt setting counts as the most similar one, so that this is not reported as missing.
     """
     by_name: dict[str, ast.Setting] = {}
     for setting in settings:
@@ -41,7 +41,7 @@ def known_settings(
 
 
 def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
-    """Report a setting that is not written with one of these relations (empty: a bare value)."""
+    """Report a setting whose relation sign is not one of the allowed signs (empty: a bare value)."""
     if setting.relation in allowed:
         return
     word = setting.name.text
@@ -67,7 +67,7 @@ def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
 
 
 def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
-    """Setting with another sign before its value, or None if a range is needed or written."""
+    """Fix that changes the relation sign of a setting, or None if a range is needed or written."""
     if setting.low is not None or wanted == "..":
         return None
     sign = f" {wanted} " if wanted else " "
@@ -80,7 +80,7 @@ def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
 def unknown_word(
     context: Context, name: ast.Name, known: Sequence[str], owner: str, noun: str, more: str = ""
 ) -> str | Nothing:
-    """Report an unknown word, and return the one that was probably meant."""
+    """Report an unknown word, and return the most similar known word."""
     listed = f"use one of {some_of(list(known), 10)}{more}" if known else f"delete the {noun}"
     message = f"{owner} has no {noun} `{name.text}`"
     return context.report_unknown(code.UNKNOWN_SETTING, message, name.span, name.text, known, listed)
@@ -104,7 +104,7 @@ Item = TypeVar("Item", bound=ast.Node)
 
 
 def only(context: Context, items: Iterable[object], kind: type[Item], *, whole: bool = False) -> Item | None:
-    """The single item of a kind; others are reported by their first word.
+    """The single item of a kind, or None; repeated items are reported.
 
     Args:
         whole: if true, the items are declarations, so that reported ones may be deleted.

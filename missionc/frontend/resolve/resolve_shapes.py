@@ -1,8 +1,8 @@
-"""Resolution of shapes and of the motion of obstacles: metres, heights, offsets at times, and growth.
+"""Resolution of shapes and of the motion of obstacles: metres, altitudes, offsets at times, and growth.
 
     says MC104 MC201 MC205 MC207 MC210 MC303 MC512
 
-Shapes belong to regions and obstacles. A plane shape has its heights in a volume.
+Shapes belong to regions and obstacles. A plane shape has its altitude range in a volume.
 """
 
 from __future__ import annotations
@@ -51,12 +51,15 @@ def resolve_motion(context: Context, motion: ast.Motion | None) -> ir.Still | ir
 
 
 def resolve_growth(context: Context, growth: ast.Quantity | None) -> float:
-    """Growth of an obstacle on all sides, m/s, at least 0; NaN once it is reported."""
+    """Growth rate of an obstacle on all sides, m/s, at least 0; NaN if it is invalid, which is reported."""
     return 0.0 if growth is None else resolved_number(context, growth, Dimension.SPEED, "the growth", least=0)
 
 
 def _unit(context: Context, motion: ast.Moving) -> float:
-    """Factor of the unit after the bracket for the plain numbers in it; NaN once it is reported."""
+    """Factor for plain numbers in a velocity, from the unit after its bracket.
+
+    NaN if it is invalid, which is reported.
+    """
     if motion.unit is None:
         return 1.0
     dimension, factor = UNITS.get(motion.unit, (Dimension.NUMBER, REPORTED))
@@ -72,7 +75,11 @@ def _unit(context: Context, motion: ast.Moving) -> float:
 
 
 def _speed(context: Context, item: ast.Quantity, factor: float) -> float:
-    """One coordinate of a velocity, m/s; a plain number has the unit after the bracket."""
+    """Component of a velocity, m/s; a plain number has the unit after the bracket.
+
+    Args:
+        factor: m/s in that unit.
+    """
     amount = evaluate(context, item)
     value = fitted(context, amount, Dimension.SPEED, item)
     return value * factor if amount.powers == PLAIN else value
@@ -94,14 +101,14 @@ def _along(context: Context, along: ast.Along) -> ir.Path:
 
 
 NOWHERE = ir.Box((REPORTED, REPORTED), (REPORTED, REPORTED))
-"""Replacement for a shape that has been reported."""
+"""Replacement for a shape that is invalid and has been reported."""
 
 COMBINED: dict[str, type[ir.Union] | type[ir.Intersection] | type[ir.Difference]] = {
     "+": ir.Union,
     "*": ir.Intersection,
     "-": ir.Difference,
 }
-"""Shape class for each sign between shapes."""
+"""Shape class for each operator between shapes."""
 
 # --------------------------------------------------------------------- shapes
 
@@ -127,7 +134,11 @@ def resolve_regions(context: Context) -> None:
 
 
 def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape]) -> ir.Shape:
-    """Shape in metres; ``made`` are the shapes of the names in it."""
+    """Shape with coordinates in metres.
+
+    Args:
+        made: shapes of the regions and obstacles that it names.
+    """
     match shape:
         case ast.Name(text=text):
             declared = context.find(shape, Kind.REGION, Kind.OBSTACLE, needed="a region or an obstacle")
@@ -223,7 +234,7 @@ def _radius(context: Context, radius: ast.Quantity, what: str, span: Span) -> fl
 
 
 def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
-    """Height band of a plane shape in a volume: its own, or the world's; None in a plane."""
+    """Altitude range of a plane shape in a volume: its own, or that of the world; None in a plane."""
     if context.dimension != 3:
         if height is not None and context.dimension == 2:
             _height_not_here(context, height, "the world is a plane")
@@ -253,7 +264,7 @@ def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
 def _within_limits(
     context: Context, item: ast.Region | ast.Obstacle, parts: dict[str, tuple[float, int]], shape: ir.Shape
 ) -> ir.Shape:
-    """Shape itself, or NOWHERE if it has too many parts or too deep nesting."""
+    """The shape itself, or ``NOWHERE`` if it has too many parts or too deep nesting, which is reported."""
     count, depth = _size(item.shape, parts)
     too_large = count > context.limits.shape_parts or (depth > context.limits.nesting and not math.isnan(count))
     parts[item.name.text] = (math.nan, 1) if too_large else (count, depth)
@@ -265,9 +276,10 @@ def _within_limits(
 
 
 def _size(shape: ast.Shape, parts: dict[str, tuple[float, int]]) -> tuple[float, int]:
-    """Number of simple shapes in a shape, and its depth.
+    """Number of simple shapes in a shape, and its nesting depth.
 
-    ``parts`` has those of earlier ones (NaN: reported).
+    Args:
+        parts: both numbers by named shape; NaN for a shape that is invalid and reported.
     """
     match shape:
         case ast.Name(text=text):
@@ -293,7 +305,7 @@ def too_many_parts(context: Context, what: str, span: Span) -> None:
 
 
 def _stays(context: Context, name: ast.Name, declared: Declared, obstacle: ast.Obstacle) -> None:
-    """Report an obstacle whose shape changes over time."""
+    """Report an obstacle with a motion or growth, if its shape is used as a constant shape."""
     if obstacle.motion is None and obstacle.growth is None:
         return
     context.report(

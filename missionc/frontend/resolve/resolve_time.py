@@ -1,4 +1,4 @@
-"""Resolution of step, horizon and windows: converts seconds to whole steps.
+"""Resolution of the time step, the horizon and windows: conversion of seconds to numbers of steps.
 
 says MC210 MC302 MC303 MC304 MC305 MC306
 """
@@ -25,19 +25,19 @@ from missionc.frontend.resolve.resolve_quantities import (
 from missionc.frontend.syntax import ast
 
 ROUNDING = 1e-9
-"""Relative tolerance for a quotient to count as a whole number (4.7 s / 0.1 s is 47)."""
+"""Relative tolerance for a quotient to count as an integer (4.7 s / 0.1 s is 47)."""
 
 
 def as_whole(value: float) -> float:
-    """Nearest whole number if the value is within the tolerance, else the value itself."""
+    """The nearest integer if the value is within the rounding tolerance, else the value itself."""
     nearest = float(round(value)) if math.isfinite(value) else value
     return nearest if abs(value - nearest) <= ROUNDING * max(1.0, abs(value)) else value
 
 
 def resolve_time(context: Context, time: ast.Time, stretch: float = 1.0) -> None:
-    """Set the step in seconds and the number of steps; the step stays NaN if either is wrong.
+    """Set the step in seconds and the number of steps; the step stays NaN if either is invalid.
 
-    The number of steps is ``stretch`` times the written one, rounded.
+    The number of steps is ``stretch`` times the written number, rounded.
     """
     step = resolved_number(context, time.step, Dimension.TIME, "the step", above=0)
     horizon = resolved_number(context, time.horizon, Dimension.TIME, "the horizon", above=0)
@@ -56,7 +56,7 @@ def resolve_time(context: Context, time: ast.Time, stretch: float = 1.0) -> None
 
 
 def resolve_window(context: Context, window: ast.Window) -> ir.Window:
-    """Window in whole steps."""
+    """Window with bounds as numbers of steps."""
     low = _steps(context, window.low)
     high = math.inf if window.high is None else _steps(context, window.high)
     if low > high:
@@ -80,7 +80,7 @@ def resolve_window(context: Context, window: ast.Window) -> ir.Window:
 
 
 def resolve_period(context: Context, period: ast.Period) -> ir.Period:
-    """Length of a period in steps, at least one."""
+    """Period as a number of steps, at least one."""
     steps = _steps(context, period.length, "the period", "it must be at least one step", "a period of one step or more")
     if steps < 1:
         _shorter_than_a_step(context, period, steps)
@@ -90,7 +90,7 @@ def resolve_period(context: Context, period: ast.Period) -> ir.Period:
 
 
 def resolve_delay(context: Context, delay: ast.Quantity) -> Steps:
-    """Delay in whole steps, limited to the mission's number of steps."""
+    """Delay as a number of steps, at most the mission's number of steps."""
     steps = _steps(context, delay, "the delay", "it must be at least 0", "a delay of at least 0")
     _whole_bound(context, delay, steps)
     if steps > context.steps and not math.isnan(context.step):
@@ -114,7 +114,7 @@ def _steps(
     why: str = "it must be at least 0",
     instead: str = "a bound of at least 0",
 ) -> float:
-    """Bound in steps, possibly fractional; NaN once it is reported, or while the step is unknown."""
+    """Time bound as a number of steps, possibly fractional; NaN if it is invalid, or while the step is unknown."""
     amount = evaluate(context, bound)
     if is_reported(amount):
         return REPORTED

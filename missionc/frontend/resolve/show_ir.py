@@ -1,4 +1,4 @@
-"""Printer of the IR: one line for each item, formulas as meant, and the parameters of vehicles.
+"""Printer of the resolved mission (IR): one line for each item, formulas in words, and the parameters of vehicles.
 
     in   Mission
     out  text, the same for the same mission
@@ -19,9 +19,10 @@ from missionc.frontend.resolve.resolve_quantities import SI
 
 
 def show_formula(formula: ir.Formula, lets: dict[int, str], mission: ir.Mission) -> str:
-    """Formula in words, with brackets around every operand that is not a single word or call.
+    """Text of a formula, with brackets around every operand that is not a single word or call.
 
-    ``lets`` gives the name of a formula by its identity; such a formula is not expanded.
+    Args:
+        lets: name of a formula by its identity; such a formula is not expanded.
     """
     if id(formula) in lets:
         return lets[id(formula)]
@@ -78,7 +79,7 @@ def _bounds(bounds: ir.Window | ir.Length | ir.Period | None) -> str:
 
 
 class Words:
-    """Wording of predicates."""
+    """Printed forms of predicates."""
 
     def __init__(self, mission: ir.Mission) -> None:
         self.mission = mission
@@ -104,7 +105,7 @@ class Words:
 
 
 def number_text(value: float) -> str:
-    """Number with twelve digits, without rounding noise: ``4.7``, ``20``."""
+    """Text of a number with twelve digits, without rounding noise: ``4.7``, ``20``."""
     return format(round(value, 12) + 0.0, ".12g")
 
 
@@ -113,12 +114,12 @@ def vector(values: Iterable[float]) -> str:
 
 
 def show_vehicle(vehicle: ir.Vehicle) -> str:
-    """Vehicle on one line, as a mission writes it; absent limits are omitted."""
+    """Text of a vehicle on one line, as a mission writes it; absent limits are omitted."""
     return "  ".join([vehicle.name, *(f"{name} {text}" for name, text in figures_of(vehicle) if text)])
 
 
 def figures_of(vehicle: ir.Vehicle) -> Iterator[tuple[str, str]]:
-    """Name and text of each parameter; the text is empty if there is no limit."""
+    """Yield the name and the text of each vehicle parameter; the text is empty if there is no limit."""
     for name, figure in ir.FIGURES.items():
         value, unit = getattr(vehicle, name), SI[figure.dimension]
         match value:
@@ -139,7 +140,7 @@ def show_yaw(yaw: ir.Yaw) -> str:
 
 
 def show_ir(mission: ir.Mission) -> str:
-    """Text of every declaration in the mission after resolution, one on each line, in a fixed order."""
+    """Text of every declaration in the resolved mission, one on each line, in a fixed order."""
     return "\n".join(_lines(mission)) + "\n"
 
 
@@ -190,7 +191,7 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
 
 
 def _formulas(mission: ir.Mission) -> Iterator[str]:
-    """Lines of formulas; a ``let`` is expanded once, and referred to by its name."""
+    """Yield the lines of formulas; a ``let`` is expanded once, and referred to by its name."""
     lets: dict[int, str] = {}
     for name, formula in mission.lets:
         yield f"let {name} = {show_formula(formula, lets, mission)}"
@@ -249,7 +250,7 @@ def _agent(agent: ir.Agent, dimension: int) -> str:
 
 
 def _pad(pad: ir.Pad) -> str:
-    """Text of a pad on one line: its place and its other settings."""
+    """Text of a pad on one line: its position and its other settings."""
     where = "below its start" if pad.point is None else f"at {vector(pad.point)}"
     said = []
     for name, figure in ir.PAD_FIGURES.items():
@@ -322,7 +323,7 @@ def _resource(resource: ir.Resource) -> str:
 
 
 def indices(agents: Sequence[int]) -> str:
-    """Agents by number, consecutive ones as a range: ``0..4, 7``."""
+    """Text of agent indices, consecutive ones as a range: ``0..4, 7``."""
     runs: list[list[int]] = []
     for agent in agents:
         if runs and agent == runs[-1][-1] + 1:

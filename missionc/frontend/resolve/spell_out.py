@@ -1,7 +1,7 @@
 """Expansion of families and ``for``: one declaration for each member, a conjunction for ``for``, numbers for indices.
 
     in   Program
-    out  Program without FamilyName, Indexed and ForEach; nothing if the text is ambiguous
+    out  Program without FamilyName, Indexed and ForEach; None if the text is ambiguous
     says MC101 MC102 MC104 MC105 MC107 to MC110 MC207 MC303, and errors of a quantity
 
 A family is a declaration that is repeated for each value of its indices; its members have names. A member shares the
@@ -39,20 +39,20 @@ from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.references import NOT_REFERENCES, nodes
 
 LEAST_INDEX = -(10**9)
-"""Minimum index, as for a number, whatever the limit of its magnitude."""
+"""Smallest allowed index of a family's member."""
 
 
 class Env(Record):
-    """Values of the indices around a part of the text; none outside of families and ``for``."""
+    """Values of the indices in scope at a part of the text; empty outside of families and ``for``."""
 
     turns: tuple[Turn, ...] = ()
 
     def value(self, name: str) -> int | None:
-        """Value of an index with that name, or None if there is none."""
+        """Value of the index with that name, or None if there is none in scope."""
         return next((turn.value for turn in self.turns if turn.name == name), None)
 
     def span(self, span: Span) -> Span:
-        """Place in the text with these indices."""
+        """The span with the present index values recorded."""
         return Span(span.source, span.start, span.end, self.turns) if self.turns else span
 
 
@@ -60,7 +60,7 @@ NOWHERE = Env()
 
 
 class Family(Record):
-    """Family; ``members`` are names by the values of the indices, at least one."""
+    """Family of declarations; ``members`` maps index values to the members' names and has at least one entry."""
 
     name: ast.FamilyName
     kind: Kind
@@ -68,20 +68,20 @@ class Family(Record):
 
     @property
     def first(self) -> str:
-        """Replacement for a member that does not exist."""
+        """Name of the first member, the replacement for a member that does not exist."""
         return next(iter(self.members.values()))
 
 
 def member_name(family: str, indices: tuple[int, ...]) -> str:
-    """Name of a member, such as ``rack[3, 7]``."""
+    """Name of a family's member, such as ``rack[3, 7]``."""
     return f"{family}[{', '.join(map(str, indices))}]"
 
 
 @dataclass(slots=True)
 class Families:
-    """Families of a mission by name, and all that is ``declared``.
+    """Families of a mission by name, and all declared names.
 
-    ``groups`` are sets of agents that it names.
+    ``groups`` are the sets of agents that references to families create.
     """
 
     context: Context
@@ -93,7 +93,7 @@ class Families:
         self.families[name.text] = Family(name, kind_of(declaration), members)
 
     def member(self, name: ast.Name, indices: tuple[ast.Quantity, ...], whole_span: Span) -> ast.Name:
-        """Name of the member with these indices; the first member if it is reported."""
+        """Name of the member with these indices; the first member if there is none, which is reported."""
         family = self.families.get(name.text)
         if family is None:
             return self._of_no_family(name, indices, whole_span)
@@ -107,7 +107,7 @@ class Families:
         return ast.Name(whole_span, family.first)
 
     def all(self, name: ast.Name) -> ast.Name:
-        """Agents of a whole family, as a group with its name; reported if it is not a family of agents."""
+        """All agents of a family, as a group with its name; reported if it is not a family of agents."""
         family = self.families[name.text]
         if family.kind not in AGENTS:
             self._which_one(family, name.span)
@@ -144,7 +144,10 @@ class Families:
     # -------------------------------------------------------------- messages
 
     def _of_no_family(self, name: ast.Name, indices: tuple[ast.Quantity, ...], span: Span) -> ast.Name:
-        """Report ``drone[0, 1]`` or ``base[3]``; an undeclared name is left to the caller."""
+        """Report an index on a name that is no family, such as ``base[3]``.
+
+        An undeclared name is left to the caller.
+        """
         declared = self.declared.get(name.text)
         if declared is None:
             return ast.Name(name.span, name.text)
@@ -191,7 +194,7 @@ class Families:
 
 
 def no_family(context: Context, declared: ast.Name, kind: Kind, span: Span) -> None:
-    """Report a member of something that is not a family."""
+    """Report a reference to a member of a declaration that is not a family."""
     context.report(
         code.NO_SUCH_INDEX,
         f"`{declared.text}` is {kind.value}, not a family: it has no member `{excerpt(span)}`",
@@ -202,7 +205,7 @@ def no_family(context: Context, declared: ast.Name, kind: Kind, span: Span) -> N
 
 
 def reversed_range(context: Context, low: int, high: int, span: Span, way_out: str, fix: Fix | None = None) -> None:
-    """Report a range of indices that ends before it begins."""
+    """Report a range of indices whose end is below its beginning."""
     context.report(code.BOUNDS_REVERSED, f"bounds reversed: {low} is greater than {high}", span, help=way_out, fix=fix)
 
 
@@ -220,13 +223,13 @@ def mentions_family(nodes: Iterator[object], families: frozenset[str]) -> bool:
 
 
 class UnclearError(Exception):
-    """Error for an ambiguous text, which has been reported; nothing else is checked."""
+    """Error: a text is ambiguous and has been reported; nothing else is checked."""
 
 
 def spell_out(
     program: ast.Program, names: Names, overrides: dict[str, str], limits: Limits, findings: list[Diagnostic]
 ) -> ast.Program | None:
-    """Expand a mission to one without families.
+    """The program with families and ``for`` expanded; None if the text is ambiguous.
 
     Args:
         names: declared names, each family by its name.
@@ -246,7 +249,7 @@ def spell_out(
 
 
 def _first_of_each_name(program: ast.Program, names: Names) -> list[ast.Declaration]:
-    """Declarations without those that share a name with a family."""
+    """Declarations of a program without later declarations of a family's name."""
     kept = []
     for item in program.declarations:
         first = names.declared.get(item.name.text) if isinstance(item, Named) else None
@@ -261,7 +264,7 @@ def _is_family(item: ast.Declaration) -> bool:
 
 
 def _name(item: ast.Declaration) -> ast.Name | None:
-    """Name or label of a declaration."""
+    """Name or label of a declaration; None if it has none."""
     return item.label if isinstance(item, ast.Require | ast.Prefer) else getattr(item, "name", None)
 
 
@@ -294,7 +297,7 @@ def _spelt_out(
 
 
 def _known(params: list[ast.Param], overrides: dict[str, str], limits: Limits, findings: list[Diagnostic]) -> Context:
-    """Context in which quantities of these parameters can be evaluated.
+    """Context in which quantities with these parameters can be evaluated.
 
     Errors in parameters are reported elsewhere.
     """
@@ -306,7 +309,7 @@ def _known(params: list[ast.Param], overrides: dict[str, str], limits: Limits, f
 
 @cache
 def _fields(kind: str) -> tuple[tuple[str, bool], ...]:
-    """Fields of a kind of node, each with whether a quantity is allowed there."""
+    """Fields of a kind of node, each with True if it may hold a quantity."""
     written = getattr(ast, kind)
     return tuple((name, "Quantity" in str(written.__annotations__.get(name))) for name in written.__match_args__)
 
@@ -323,7 +326,11 @@ class _Spelling:
     # ---------------------------------------------------------- declarations
 
     def members(self, item: Named) -> list[Env]:
-        """Values of the indices of a family; registers its members."""
+        """Index values of each member of a family; the members are registered.
+
+        Raises:
+            UnclearError: the family has the name of a state word, which is reported.
+        """
         name = item.name
         assert isinstance(name, ast.FamilyName)
         if name.text not in self.ranges:
@@ -336,7 +343,7 @@ class _Spelling:
         return self.ranges[name.text]
 
     def of_declaration(self, item: ast.Declaration) -> list[ast.Declaration]:
-        """The declaration, or one for each member of a family."""
+        """The declaration, or a declaration for each member of a family."""
         name = _name(item)
         if isinstance(name, ast.FamilyName):
             envs = self.members(item) if isinstance(item, Named) else self._turns(name.indices, NOWHERE)
@@ -355,7 +362,7 @@ class _Spelling:
     # --------------------------------------------------------------- indices
 
     def _turns(self, indices: tuple[ast.Index, ...], around: Env) -> list[Env]:
-        """All combinations of values for these indices, with the last one varying first."""
+        """All combinations of values for these indices, with the last index varying fastest."""
         envs = [around]
         for index in indices:
             self._own_name(index.name, around)
@@ -364,7 +371,11 @@ class _Spelling:
         return envs
 
     def _values_of(self, index: ast.Index, env: Env) -> list[Turn]:
-        """Values of one index; reported if there are none."""
+        """Values of one index; an empty range is reported.
+
+        Raises:
+            UnclearError: the range has no value here.
+        """
         context, name = self.known.context, index.name.text
         ends = [
             whole(
@@ -383,7 +394,9 @@ class _Spelling:
         return [Turn(name, value, low, high) for value in range(low, high + 1)]
 
     def _no_value(self, index: ast.Index, env: Env) -> UnclearError:
-        """Finding if none has been reported: the range depends on a parameter without a value."""
+        """Error for an index whose range depends on a parameter without a value, with a finding unless another one
+        explains it.
+        """
         if has_errors(self.known.context.findings):
             return UnclearError()
         span = env.span(index.low.span.to(index.high.span))
@@ -391,7 +404,11 @@ class _Spelling:
         return self._unclear(code.INDEX_MISPLACED, message, span, "write numbers in place of the parameter")
 
     def _own_name(self, name: ast.Name, around: Env) -> None:
-        """Report an index whose name has another meaning there."""
+        """Report an index whose name has another meaning there.
+
+        Raises:
+            UnclearError: the name has another meaning.
+        """
         text = name.text
         declared = self.known.declared.get(text)
         if text in STATE_WORDS:
@@ -408,7 +425,11 @@ class _Spelling:
     # ------------------------------------------------------------------ trees
 
     def _copy(self, node: object, env: Env, *, numeric: bool = False) -> object:
-        """Copy of a part of the tree with these indices; ``numeric`` if a quantity is allowed."""
+        """Copy of a part of the tree with the present index values.
+
+        Args:
+            numeric: True if a quantity is allowed, so that an index becomes a number.
+        """
         if isinstance(node, Span):
             return env.span(node)
         kind = type(node)
@@ -454,7 +475,7 @@ class _Spelling:
         return ast.Name(span, name.text)
 
     def _agents(self, member: ast.Member, env: Env) -> ast.Name | ast.Member:
-        """Resolve ``drone[2]``, ``t[i]``, ``t[0..2]`` of a family, ``t[i][2]``."""
+        """Copy of a reference to members, such as ``drone[2]``, ``t[i]``, ``t[0..2]`` of a family, or ``t[i][2]``."""
         span, team = env.span(member.span), member.team
         low = cast(ast.Quantity, self._copy(member.low, env, numeric=True))
         high = cast("ast.Quantity | None", self._copy(member.high, env, numeric=True))

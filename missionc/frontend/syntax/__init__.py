@@ -1,1 +1,1 @@
-"""Syntax: text to the abstract syntax tree, without name lookup."""
+"""Syntax: from text to the abstract syntax tree, without name lookup."""

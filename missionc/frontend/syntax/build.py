@@ -1,7 +1,7 @@
 """Tree construction from grammar rules: one function for each rule, with its name in ``grammars/mission.lark``.
 
-A function gets the span of its text and the parts the grammar keeps: nodes, ``ast.Name`` for a name, tokens for other
-words and signs. A rule without a function makes the node that it is named after.
+A function gets the span of its text and the parts that the grammar keeps: nodes, ``ast.Name`` for a name, tokens for
+other words and signs. A rule without a function builds the node that it is named after.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ FORMATIONS = ("line", "chain", "circle", "grid", "star", "offsets", "distances")
 
 
 class _Total(Record):
-    """Text ``total tolerance 0.5 m``, until the formation around it is read."""
+    """Intermediate part for ``total tolerance 0.5 m``, until the formation around it is built."""
 
     setting: ast.Setting
 
 
 class _OfPairs(Record):
-    """Text ``{ tower to drone 8 m }``, until the graph around it is read."""
+    """Intermediate part for ``{ tower to drone 8 m }``, until the graph around it is built."""
 
     span: Span
     pairs: tuple[ast.OfPair, ...]
 
 
 def same(span: Span, node: object) -> object:
-    """Return a node in brackets, or the only part of a rule, unchanged."""
+    """The node in brackets, or the only part of a rule, unchanged."""
     return node
 
 
@@ -67,7 +67,7 @@ def agent(span: Span, name: ast.Name, *items: ast.TeamItem) -> ast.Team:
 
 
 def yaw(span: Span, angle: ast.Quantity | None = None) -> ast.Yaw:
-    """Build a yaw; ``along path`` consists of words only, which the grammar omits."""
+    """Node of a yaw; without an angle for ``along path``, whose words the grammar omits."""
     return ast.Yaw(span, angle)
 
 
@@ -84,7 +84,10 @@ def setting(span: Span, name: ast.Name, *value: Token | ast.Quantity) -> ast.Set
 
 
 def setting_range(span: Span, name: ast.Name, low: ast.Quantity, sign: Token, high: ast.Quantity) -> ast.Setting:
-    """Build ``speed 1..2 m/s``: the unit stays with the upper end; ``resolve`` copies it to the lower one."""
+    """Node of a setting with a range, such as ``speed 1..2 m/s``.
+
+    The unit stays with the upper end; ``resolve`` copies it to the lower one.
+    """
     return ast.Setting(span, name, sign.text, high, low)
 
 
@@ -113,7 +116,7 @@ def from_file(
 
 
 def words_of(word: str) -> Callable[..., ast.FileOption]:
-    """Build the function for a file option with texts or names after its word."""
+    """Function that builds a file option with texts or names after its word."""
     return lambda span, *words: ast.FileOption(span, word, tuple(each.text.strip('"') for each in words))
 
 
@@ -249,17 +252,20 @@ OTHERS: dict[str, Callable[..., object]] = {
     "placed": lambda span, point: ast.FileOption(span, "at", point),
     "unknown": words_of("unknown"),
 }
-"""Functions of rules that have the name of neither a function nor a node."""
+"""Function for each grammar rule that has the name of neither a function nor a node."""
 
 
 @cache
 def functions() -> dict[str, Callable[..., object]]:
-    """Function of each rule of the grammar, by name."""
+    """Function that builds the node for each rule of the grammar, by name."""
     return {rule.name: _function(rule.name) for rule in load().rules if rule.name not in ("", "*")}
 
 
 def _function(rule: str) -> Callable[..., object]:
-    """Function with this name, or else the node, whose last field, if it is a tuple, gets all further parts."""
+    """Function for a grammar rule: the function of that name, or else the node class of that name.
+
+    If the last field of the node is a tuple, it gets all further parts.
+    """
     found = OTHERS.get(rule) or globals().get(rule) or getattr(build_formula, rule, None)
     if found is not None:
         return cast(Callable[..., object], found)
@@ -278,4 +284,4 @@ NESTS = frozenset(
         *("quantified", "recurrent", "at_least", "without", "one_agent", "for_every", "for_some"),
     }
 )
-"""Rules that nest a node in another of its kind, or in brackets."""
+"""Names of the rules that nest a node in another of its kind, or in brackets."""

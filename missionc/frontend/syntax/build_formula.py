@@ -47,14 +47,14 @@ def indexed(span: Span, name: ast.Name, *indices: ast.Quantity) -> ast.Indexed:
 
 
 def of_team_or_family(span: Span, name: ast.Indexed) -> ast.Member | ast.Indexed:
-    """Build ``drone[2]`` or ``rack[2, 3]``; only the second is certainly a member of a family."""
+    """Node of ``drone[2]`` or ``rack[2, 3]``; only the second is certainly a member of a family."""
     if len(name.indices) > 1:
         return name
     return ast.Member(span, ast.Name(name.span, name.text), name.indices[0])
 
 
 class MisreadError(Exception):
-    """Error for tokens that are each allowed, but have no meaning together."""
+    """Error: each token is allowed, but together they have no meaning."""
 
     def __init__(self, finding: Diagnostic) -> None:
         super().__init__(finding.message)
@@ -66,7 +66,7 @@ def infix(span: Span, left: ast.Formula, operator: Token, right: ast.Formula) ->
 
 
 def chain(span: Span, *parts: ast.Formula | Token) -> ast.Apply:
-    """Build ``a and b and c``: one operator with many operands."""
+    """Node of ``a and b and c``: one operator with many operands."""
     operator = parts[1]
     assert isinstance(operator, Token)
     operands = tuple(as_formula(part) for part in parts if not isinstance(part, Token))
@@ -98,7 +98,7 @@ def quantified(span: Span, kind: Token, agents: ast.Name | ast.Member, body: ast
 
 
 def recurrent(span: Span, kind: Token, every: ast.Period, body: ast.Formula) -> ast.Apply:
-    """Build ``every 40 s: f``."""
+    """Node of a recurrence, ``every 40 s: f``."""
     return ast.Apply(span, kind.word, kind.span, (as_formula(body),), every)
 
 

@@ -1,4 +1,4 @@
-"""Expected tokens of a parser state, in words instead of token names."""
+"""Text for the tokens that a parser state expects, in words instead of token names."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _PHRASES: tuple[tuple[frozenset[str], frozenset[str], str], ...] = (
 
 
 def in_words(expected: frozenset[str], before: Token) -> str:
-    """Text of the tokens expected after a token: ``a number or a parameter``, ``` `=` ```, …."""
+    """Text for the tokens expected after a token, such as ``a number or a parameter``."""
     rest = set(expected)
     phrases = []
     if {"mission", "region"} <= rest:

@@ -1,10 +1,10 @@
-"""The formatter, for the standard layout of missions: changes white space and line ends, not words or comments.
+"""The formatter for the standard layout of missions: it changes white space and line ends, not words or comments.
 
 in   Source of a mission without errors of syntax, its Program
 out  its text
 
 Each declaration begins a new line. Line ends inside a declaration stay, and so does one empty line between two
-declarations. Neighbouring lines of one kind are a table: their names, labels, `=` signs and comments are aligned.
+declarations. Adjacent lines of one kind are a table: their names, labels, `=` signs and comments are aligned.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.frontend.syntax.parse_table import END
 from missionc.frontend.syntax.tokens import EXTREME, LABEL, NAME, NUMBER, UNIT, Token, tokenise
 
 INDENT, FURTHER = 2, 2
-"""Indentation in columns, in braces and in the continuation of a declaration."""
+"""Indentation in columns: inside braces, and of continuation lines of a declaration."""
 
 TABLES: tuple[tuple[str, ...], ...] = (
     ("region", "obstacle", "beacon"),
@@ -41,12 +41,12 @@ COMPARED = frozenset({"<=", ">=", "<", ">", "=", "->", "<->", "&", "|"})
 ARITHMETIC = frozenset({"+", "-", "*", "/"})
 OPEN, CLOSE = frozenset({"(", "["}), frozenset({")", "]"})
 CALLED = frozenset({"start", "finish", "of"})
-"""Words after which a name and a bracket make a place, not a function call."""
+"""Words after which a name and a bracket are a grid of points, not a function call."""
 
 
 @dataclass(slots=True)
 class _Line:
-    """Tokens with the white space before each; the first one is the indentation."""
+    """Tokens of one line with the white space before each; the first white space is the indentation."""
 
     depth: int
     further: bool = False
@@ -66,7 +66,7 @@ class _Line:
 
 
 def format_mission(source: Source, program: ast.Program, limits: Limits) -> str:
-    """Text in the standard layout; formatting it again changes nothing.
+    """The mission's text in the standard layout; formatting it again changes nothing.
 
     Args:
         source: text without syntax errors.
@@ -89,7 +89,7 @@ def format_mission(source: Source, program: ast.Program, limits: Limits) -> str:
 
 
 def _items(program: ast.Program) -> frozenset[int]:
-    """Offsets of the items of teams, vehicles, resources, flags and graphs."""
+    """Offsets in the text at which the items of teams, vehicles, resources, flags and graphs begin."""
     starts: set[int] = set()
     for declaration in program.declarations:
         if isinstance(declaration, ast.Resource | ast.Flag):
@@ -109,7 +109,7 @@ def _items(program: ast.Program) -> frozenset[int]:
 
 
 def _lines(text: str, tokens: list[Token], items: frozenset[int]) -> list[_Line]:
-    """Group tokens and comments into lines."""
+    """Lines of the layout, to which the tokens and comments are assigned."""
     lines: list[_Line] = []
     braces: list[bool] = []  # whether the contents of each open brace have lines of their own
     brackets, end = 0, 0
@@ -144,10 +144,15 @@ def _lines(text: str, tokens: list[Token], items: frozenset[int]) -> list[_Line]
 
 
 def _between(gap: str, started: bool) -> tuple[str, list[tuple[str, bool]], bool, bool]:
-    """Contents between two tokens; ``started`` is False before the first one.
+    """Comments and line ends between two tokens.
 
-    Returns the comment after the first token; the comments on lines of their own, each with whether an empty line is
-    before it; whether a line ends; and whether an empty line is before the second token.
+    Args:
+        gap: text between the tokens.
+        started: False before the first token.
+
+    Returns:
+        The comment after the first token; the comments on lines of their own, each with True if an empty line is
+        before it; True if a line ends; and True if an empty line is before the second token.
     """
     first, *rest = gap.split("\n")
     beside, alone, empty = first.strip() if started else "", [], False
@@ -164,7 +169,7 @@ def _between(gap: str, started: bool) -> tuple[str, list[tuple[str, bool]], bool
 
 
 def _spread(text: str, tokens: list[Token], index: int) -> bool:
-    """Return whether the author put the contents of these braces on several lines."""
+    """Return whether the author wrote the contents of these braces on several lines."""
     depth = 0
     for token in tokens[index:]:
         depth += (token.kind == "{") - (token.kind == "}")
@@ -174,7 +179,7 @@ def _spread(text: str, tokens: list[Token], index: int) -> bool:
 
 
 def _gap(tokens: list[Token], index: int, text: str, item: bool) -> str:
-    """White space between a token and the one before it on its line."""
+    """White space between a token and the token before it on its line."""
     before, token = tokens[index - 1], tokens[index]
     left, right = before.kind, token.kind
     if item:
@@ -198,7 +203,7 @@ def _gap(tokens: list[Token], index: int, text: str, item: bool) -> str:
 
 
 def _as_tight(tokens: list[Token], index: int, text: str) -> str:
-    """Space around `+ - * /` as the author wrote it, on both sides or neither; none after a sign."""
+    """White space around `+ - * /`, as the author wrote it on both sides or neither; none after a sign."""
     sign = index if tokens[index].kind in ARITHMETIC else index - 1
     left, right = tokens[sign - 1], tokens[sign + 1]
     leads = left.kind in OPEN or left.kind in (",", "..", ":", *ARITHMETIC, *COMPARED) or left.word not in ("", *NAMES)
@@ -215,7 +220,7 @@ NAMES = ("end", "true", "false")
 
 
 class _Tables:
-    """Keys for tables: neighbouring lines with the same key are aligned."""
+    """Keys of lines: adjacent lines with the same key are aligned as a table."""
 
     def __init__(self) -> None:
         self.number = 0
@@ -235,7 +240,7 @@ class _Tables:
 
 
 def _align(run: list[_Line]) -> None:
-    """Align the second words of lines; then the text after a label, or the `=` after a name."""
+    """Align the second words of a table's lines; then the text after a label, or the `=` after a name."""
     rows = [line for line in run if not line.further and len(line.tokens) > 1]
     if len(rows) < 2 or not all(row.item or any(row.tokens[0].word in table for table in TABLES) for row in rows):
         return
@@ -247,7 +252,7 @@ def _align(run: list[_Line]) -> None:
 
 
 def _after_name(tokens: list[Token]) -> int:
-    """Index of the `=` after the name that a line declares and its indices; 0 if there is none."""
+    """Index of the `=` token after the name that a line declares and its indices; 0 if there is none."""
     place = 2
     if len(tokens) > 2 and tokens[2].kind == "[":
         place = next((at + 1 for at, token in enumerate(tokens) if token.kind == "]"), len(tokens))
@@ -255,7 +260,7 @@ def _after_name(tokens: list[Token]) -> int:
 
 
 def _pad(rows: list[_Line], columns: list[int]) -> None:
-    """Align the tokens at these indices of their rows in one column."""
+    """Align the tokens at these indices of their lines in one column."""
     widths = [
         sum(len(gap) + len(token.text) for gap, token in zip(row.gaps[:column], row.tokens[:column], strict=True))
         for row, column in zip(rows, columns, strict=True)
@@ -266,7 +271,7 @@ def _pad(rows: list[_Line], columns: list[int]) -> None:
 
 
 def _align_comments(lines: Iterable[_Line]) -> None:
-    """Align the comments of neighbouring lines in one column."""
+    """Align the comments of adjacent lines in one column."""
     run: list[_Line] = []
     for line in [*lines, _Line(0)]:
         if line.tokens and line.comment and not (line.after_empty and run):

@@ -1,10 +1,10 @@
-"""The forms of declarations and operators: one written example of each, for messages."""
+"""The forms of declarations and operators: an example of each, for messages."""
 
 from __future__ import annotations
 
 
 def _by_foreign(ours: dict[str, str]) -> dict[str, str]:
-    """Invert the map to words and signs of other languages, from each of them to ours."""
+    """Map from words and signs of other languages to ours, the inverse of ``ours``."""
     return {foreign: own for own, written in ours.items() for foreign in written.split()}
 
 
@@ -60,7 +60,7 @@ PARTS: dict[str, str] = {
     "yaw": "yaw 90 deg` or `yaw along path",
     "finish": "finish in base` or `finish grid (1, 1) to (3, 3)",
 }
-"""Parts of declarations that begin with a word of their own."""
+"""Example of each part of a declaration, by the word that the part begins with."""
 
 IN_FORMULA: dict[str, str] = {
     "every": "every drone: base",
@@ -72,7 +72,7 @@ IN_FORMULA: dict[str, str] = {
     "distance": "distance(base) <= 2 m",
     "heading": "heading within 10 deg of 90 deg",
 }
-"""Words in formulas, with the text that must follow them."""
+"""Example for each word in formulas, with the text that must follow it."""
 
 BOUNDS: dict[str, str] = {
     "TIME_PREFIX": "[0 s, 5 s]",
@@ -81,7 +81,7 @@ BOUNDS: dict[str, str] = {
     "ROUTE_INFIX": "[hops 0..2]",
     "count": "[hops 1..1]",
 }
-"""Bounds of each class of operator."""
+"""Example of the bounds for each class of operator."""
 
 SIGNS: dict[str, str] = _by_foreign(
     {
@@ -106,7 +106,7 @@ SIGNS: dict[str, str] = _by_foreign(
         "": "; .",
     }
 )
-"""Signs of other languages with ours; empty if we write none."""
+"""Our sign or word for each sign of other languages; empty if the language has none."""
 
 WORDS: dict[str, str] = _by_foreign(
     {
@@ -127,7 +127,7 @@ WORDS: dict[str, str] = _by_foreign(
         "box": "rectangle",
     }
 )
-"""Words of other languages with ours."""
+"""Our word for each word of other languages."""
 
 INSTEAD: dict[str, str] = {
     "never": "always[0 s, 5 s] not f",
@@ -141,7 +141,7 @@ INSTEAD: dict[str, str] = {
     "exactly": "(at least 2 drone: f) and not at least 3 drone: f",
     "most": "not at least 3 drone: f",
 }
-"""Words of other languages that we express with several words."""
+"""Replacement for words of other languages that the language expresses with several words."""
 
 UNITS_IN_FULL: dict[str, str] = _by_foreign(
     {
@@ -153,4 +153,4 @@ UNITS_IN_FULL: dict[str, str] = _by_foreign(
         "rad": "radian radians",
     }
 )
-"""Units in full with our spelling."""
+"""Our spelling of each unit that is written in full."""

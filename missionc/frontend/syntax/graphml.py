@@ -1,4 +1,4 @@
-"""GraphML of a roadmap: parses text to nodes and edges with attributes and their places in the file.
+"""GraphML parser for roadmaps: nodes and edges with attributes and their locations in the file.
 
     in   Source
     out  Graphml, or the first error
@@ -23,13 +23,13 @@ from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.source import Source, Span
 
 DEEPEST = 64
-"""Maximum number of nested elements."""
+"""Maximum nesting depth of XML elements."""
 
 SPACE = "\n"
 """Separator between the namespace of an element and its name."""
 
 Data: TypeAlias = dict[str, tuple[str, Span]]
-"""Attributes by name: the text of each, and its place."""
+"""Attributes of a node or edge by name: the text of each, and its location."""
 
 KNOWN = frozenset({"graphml", "graph", "node", "edge", "key", "data", "default", "desc"})
 
@@ -52,7 +52,7 @@ class GraphmlEdge:
 
 @dataclass(slots=True)
 class Graphml:
-    """Graph as written; ``keys`` has the declaration of each attribute of a ``node``, an ``edge`` or ``all``."""
+    """Graph of a GraphML file; ``keys`` has the declaration of each attribute of a ``node``, an ``edge`` or ``all``."""
 
     nodes: list[GraphmlNode] = field(default_factory=list)
     edges: list[GraphmlEdge] = field(default_factory=list)
@@ -60,7 +60,7 @@ class Graphml:
 
 
 def read_graphml(source: Source) -> Graphml | Diagnostic:
-    """Read the single graph of a GraphML file, or return the first error."""
+    """The single graph of a GraphML file, or the first error."""
     reader = _Reader(source)
     try:
         reader.parser.Parse(reader.content, True)
@@ -82,7 +82,7 @@ class _WrongError(Exception):
 
 @dataclass(slots=True)
 class _Key:
-    """Attribute: its name, its owner (``node``, ``edge`` or ``all``), and its default."""
+    """Declared attribute of a GraphML file: its name, its owner (``node``, ``edge`` or ``all``), and its default."""
 
     name: str
     owner: str
@@ -91,7 +91,7 @@ class _Key:
 
 
 class _Reader:
-    """Handlers of expat, with the state of the reader."""
+    """Expat handlers that build the graph of a GraphML file."""
 
     def __init__(self, source: Source) -> None:
         self.source, self.content = source, source.text.encode("utf-8", "replace")
@@ -105,7 +105,7 @@ class _Reader:
         self.text: list[str] = []
         self.began = Span(source, 0, 0)
         self.reached = 0, 0
-        """The last place in bytes and in characters."""
+        """Last position in the file that was converted: offset in bytes, and in characters."""
         self.parser = expat.ParserCreate("utf-8", SPACE)
         self.parser.StartDoctypeDeclHandler = self.doctype
         self.parser.StartElementHandler = self.start
@@ -113,7 +113,7 @@ class _Reader:
         self.parser.CharacterDataHandler = self.characters
 
     def place(self, byte: int) -> Span:
-        """Span from a byte to the end of the tag that begins there, or one character."""
+        """Span from a byte position to the end of the tag that begins there, or of one character."""
         text = self.source.text
         before, characters = self.reached if self.reached[0] <= byte else (0, 0)
         # Places come in order: only the text since the last one is decoded.

@@ -1,6 +1,7 @@
 """Syntax error messages: the tokens expected at the error, and corrections for frequent mistakes.
 
-Each function for a mistake with signs and brackets, or with words and names, returns one finding, or nothing.
+Each function recognises one kind of mistake, with signs and brackets or with words and names, and returns a finding for
+it, or None.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ def foreign_sign(place: Place) -> Diagnostic | None:
 
 
 def equals(place: Place) -> Diagnostic | None:
-    """Explain ``=`` or ``:`` for one another, in a comparison, or before a value that needs neither."""
+    """Finding for an exchanged ``=`` and ``:``, for ``=`` in a comparison, or for a needless sign before a value."""
     token, expected = place.found, place.expected
     if token.kind not in ("=", ":"):
         return None
@@ -90,12 +91,12 @@ def _never_equal(place: Place) -> Diagnostic:
 
 
 def counts(place: Place) -> bool:
-    """Return whether the comparison of a ``count`` is still missing."""
+    """Return whether the comparison of a ``count`` is still missing at the error."""
     return place.in_formula and place.expected >= COMPARISONS and "and" not in place.expected
 
 
 def counted(place: Place) -> Diagnostic | None:
-    """Explain ``count[hops 1..1] a and b >= 2``."""
+    """Finding for a count without parentheses, such as ``count[hops 1..1] a and b >= 2``."""
     if not counts(place) or place.found.word not in OPERATORS:
         return None
     message = f"expected a comparison of `count` before {quoted(place.found.text)}"
@@ -103,7 +104,7 @@ def counted(place: Place) -> Diagnostic | None:
 
 
 def bounds_not_taken(place: Place) -> Diagnostic | None:
-    """Explain ``next[1] x``, ``x and[0, 5 s] y``, ``every[40 s] x``."""
+    """Finding for bounds after an operator without bounds, such as ``next[1] x`` or ``every[40 s] x``."""
     before = place.before
     adjacent = place.found.kind == "[" and place.found.span.start == before.span.end
     if adjacent and before.kind == "every":
@@ -143,7 +144,7 @@ def counted_team(place: Place) -> Diagnostic | None:
 
 
 def wrong_bounds(place: Place) -> Diagnostic | None:
-    """Explain ``always[5 s]``, ``always[0..5 s]``, ``reach[0..2]``, ``reach[hops 0, 2]``, ``reach[hops 2]``."""
+    """Finding for bounds of the wrong form, such as ``always[5 s]``, ``always[0..5 s]`` or ``reach[0..2]``."""
     if not place.in_bounds:
         return None
     operator, token = place.tokens[place.opened[-1] - 1], place.found
@@ -178,7 +179,7 @@ def wrong_bounds(place: Place) -> Diagnostic | None:
 
 
 def missing_comma(place: Place) -> Diagnostic | None:
-    """Explain ``polygon (1, 1) (2, 2)``."""
+    """Finding for a missing comma, as in ``polygon (1, 1) (2, 2)``."""
     if "," not in place.expected or place.before.kind != ")" or place.found.kind != "(":
         return None
     end = just_after(place.before.span)
@@ -186,7 +187,7 @@ def missing_comma(place: Place) -> Diagnostic | None:
 
 
 def needless_comma(place: Place) -> Diagnostic | None:
-    """Explain ``radius 0.1, dynamics …``, ``disc at (1, 1), radius 1``."""
+    """Finding for a needless comma, as in ``radius 0.1, dynamics …``."""
     following = place.tokens[place.here + 1] if place.found.kind == "," else place.found
     if place.found.kind != "," or place.in_formula:
         return None
@@ -223,7 +224,7 @@ def bare_arithmetic(place: Place) -> Diagnostic | None:
 
 
 def brackets(place: Place) -> Diagnostic | None:
-    """Explain a bracket that is never closed, or closed by another kind."""
+    """Finding for a bracket that is never closed, or closed by another kind of bracket."""
     token = place.found
     closing = {"(": ")", "[": "]", "{": "}"}
     if not place.opened:
@@ -243,7 +244,7 @@ def brackets(place: Place) -> Diagnostic | None:
 
 
 def limit(place: Place) -> Diagnostic | None:
-    """Explain ``single_integrator(speed < 2 m/s)``."""
+    """Finding for a limit with a sign other than ``<=``, as in ``single_integrator(speed < 2 m/s)``."""
     if place.found.kind in COMPARISONS | {"="} and "<=" in place.expected and not place.in_formula:
         return finding("expected `<=`: a limit is inclusive", place.found.span, "write `<=`", "<=")
     return None
@@ -287,7 +288,7 @@ def reserved_name(place: Place) -> Diagnostic | None:
 
 
 def hyphen(place: Place) -> Diagnostic | None:
-    """Explain ``mission wild-fire``, ``require no-fly: …``."""
+    """Finding for a hyphen in a name, as in ``mission wild-fire``."""
     tokens, last = place.tokens, place.first + 1
     if tokens[last].kind != NAME or place.found.kind not in ("-", ":", "=", "[", "{"):
         return None
@@ -322,7 +323,7 @@ def unknown_unit(place: Place) -> Diagnostic | None:
 
 
 def unknown_shape(place: Place) -> Diagnostic | None:
-    """Explain ``region a = circle at (1, 1)``."""
+    """Finding for an unknown shape, as in ``region a = circle at (1, 1)``."""
     before = place.before
     in_shape = place.declaration.word in ("region", "obstacle") and place.found.kind in ("at", "(")
     if not in_shape or before.kind != NAME:
@@ -335,7 +336,7 @@ def unknown_shape(place: Place) -> Diagnostic | None:
 
 
 def unknown_operator(place: Place) -> Diagnostic | None:
-    """Explain ``alwais[0, 5 s] x``, ``nott x``, ``x untill[0, 5 s] y``, ``x annd y``."""
+    """Finding for a misspelt operator, such as ``alwais[0, 5 s] x`` or ``x untill[0, 5 s] y``."""
     if not place.in_formula or place.ends:
         return None
     token, before, tokens = place.found, place.before, place.tokens
@@ -365,7 +366,7 @@ def unknown_operator(place: Place) -> Diagnostic | None:
 
 
 def odd_name(place: Place) -> Diagnostic | None:
-    """Explain ``region 2nd = …``, ``region "base" = …``."""
+    """Finding for an invalid name, as in ``region 2nd = …`` or ``region "base" = …``."""
     token = place.found
     if place.here != place.first + 1 or place.expected != {NAME} or token.kind not in (NUMBER, TEXT):
         return None
@@ -377,7 +378,7 @@ def odd_name(place: Place) -> Diagnostic | None:
 
 
 def no_weight(place: Place) -> Diagnostic | None:
-    """Explain ``require a: … weight 2``."""
+    """Finding for a requirement with a weight, as in ``require a: … weight 2``."""
     if place.declaration.word != "require" or place.found.text != "weight" or END not in place.expected:
         return None
     message = "unexpected `weight`: only a preference has a weight"
@@ -385,7 +386,7 @@ def no_weight(place: Place) -> Diagnostic | None:
 
 
 def team_size(place: Place) -> Diagnostic | None:
-    """Explain ``team drone { … }``."""
+    """Finding for a team without a size, as in ``team drone { … }``."""
     if place.declaration.word != "team" or place.here != place.first + 2 or place.found.kind != "{":
         return None
     name = place.before
@@ -394,7 +395,7 @@ def team_size(place: Place) -> Diagnostic | None:
 
 
 def bare_setting(place: Place) -> Diagnostic | None:
-    """Explain ``single_integrator(2 m/s)``."""
+    """Finding for a limit without its name, as in ``single_integrator(2 m/s)``."""
     if place.found.kind != NUMBER or place.expected != {NAME, ")"} or place.tokens[place.here - 3].kind != "dynamics":
         return None
     message = f"expected a setting, found {quoted(place.found.text)}"
@@ -404,14 +405,14 @@ def bare_setting(place: Place) -> Diagnostic | None:
 
 
 def members(place: Place) -> Diagnostic | None:
-    """Explain ``group east = drone[0, 1]``."""
+    """Finding for a range of members without ``..``, as in ``group east = drone[0, 1]``."""
     if place.in_formula or not place.in_bounds or ".." not in place.expected or place.found.kind not in (",", ":"):
         return None
     return finding("expected `..` in a range of members", place.found.span, "write `..`", "..")
 
 
 def inside_without(place: Place) -> Diagnostic | None:
-    """Explain ``drone[0] in base``, ``every drone: in base``."""
+    """Finding for a needless ``in`` before a region, as in ``drone[0] in base``."""
     if not place.in_formula or place.found.kind != "in" or place.in_bounds:
         return None
     message = "unexpected `in`: in a formula, the name of a region is enough"
@@ -419,7 +420,7 @@ def inside_without(place: Place) -> Diagnostic | None:
 
 
 def heading_within(place: Place) -> Diagnostic | None:
-    """Explain ``heading <= 90 deg``, ``heading of 90 deg``."""
+    """Finding for a compared heading, as in ``heading <= 90 deg``."""
     if place.before.kind != "heading" or place.expected != {"within"}:
         return None
     message = "headings cannot be compared: they are angles of a circle"
@@ -427,7 +428,7 @@ def heading_within(place: Place) -> Diagnostic | None:
 
 
 def call_brackets(place: Place) -> Diagnostic | None:
-    """Explain ``inside base``, ``connected radio``."""
+    """Finding for a predicate without brackets, such as ``inside base``."""
     called = place.before.text in ("inside", "touches", "connected") and place.before.kind == NAME
     if not place.in_formula or not called or place.found.kind != NAME:
         return None
@@ -437,7 +438,7 @@ def call_brackets(place: Place) -> Diagnostic | None:
 
 
 def label_colon(place: Place) -> Diagnostic | None:
-    """Explain ``require relay every drone: …``."""
+    """Finding for a missing colon after a label, as in ``require relay every drone: …``."""
     label = place.tokens[min(place.first + 1, place.here)]
     if place.declaration.word not in ("require", "prefer") or label.kind != NAME:
         return None
@@ -450,7 +451,7 @@ def label_colon(place: Place) -> Diagnostic | None:
 
 
 def quantifier_colon(place: Place) -> Diagnostic | None:
-    """Explain ``every drone always[…] …``, ``every 40 s some drone: …``."""
+    """Finding for a missing colon after a quantifier, as in ``every drone always[…] …``."""
     if ":" not in place.expected or not place.expected <= {":", "[", "(", ".."} or not place.in_formula:
         return None
     start = place.after(place.here - 1) - 1 if place.before.kind == "]" else place.here - 1
@@ -469,7 +470,7 @@ def quantifier_colon(place: Place) -> Diagnostic | None:
 
 
 def part_of_team(place: Place) -> Diagnostic | None:
-    """Explain ``team drone[2] { strat in base dynamcs unicycle(speed <= 1) }``, ``start base``."""
+    """Finding for a misspelt or incomplete item of a team, as in ``team drone[2] { strat in base }``."""
     if place.declaration.word not in ("team", "agent") or not place.opened:
         return None
     tokens, here = place.tokens, place.here
@@ -487,7 +488,7 @@ def part_of_team(place: Place) -> Diagnostic | None:
 
 
 def at_most(place: Place) -> Diagnostic | None:
-    """Explain ``at most 2 drone: …``."""
+    """Finding for an unknown quantifier, such as ``at most 2 drone: …``."""
     if place.before.kind != "at" or place.found.text not in forms.INSTEAD or not place.in_formula:
         return None
     words = place.before.span.to(place.found.span)
@@ -496,7 +497,7 @@ def at_most(place: Place) -> Diagnostic | None:
 
 
 def at_least_how_many(place: Place) -> Diagnostic | None:
-    """Explain ``at least drone: …``, ``without any drone: …``."""
+    """Finding for a quantifier without its number, such as ``at least drone: …``."""
     counting = {"least": ("at least", 2), "any": ("without any", 1)}.get(place.tokens[place.here - 2].kind)
     if place.found.kind != ":" or NAME not in place.expected or counting is None:
         return None
@@ -522,7 +523,7 @@ def _is_team(place: Place, name: str) -> bool:
 
 
 def explain(place: Place) -> Diagnostic:
-    """Explain the error at a place; after a declared name without `=`, a bracket is not that of a family."""
+    """Finding about a syntax error: a known mistake, or otherwise the expected tokens."""
     if place.expected == {"=", "["}:
         place = replace(place, expected=frozenset({"="}))
     for slip in SLIPS:
@@ -533,7 +534,7 @@ def explain(place: Place) -> Diagnostic:
 
 
 def _plain(place: Place) -> Diagnostic:
-    """Finding with the expected tokens only."""
+    """Finding that states only the expected tokens."""
     expected, before, token = place.expected, place.before, place.found
     message = f"expected {in_words(expected, before)} after {quoted(before.text)}"
     advice = f"write, for example, `{_form(place)}`"
@@ -549,7 +550,7 @@ def _plain(place: Place) -> Diagnostic:
 
 
 def _form(place: Place) -> str:
-    """Form of the smallest enclosing part of the declaration that has a form of its own."""
+    """Example of the smallest part of the declaration that encloses the error."""
     tokens, unexpected = place.tokens, place.found
     if place.in_formula:
         if place.opened and tokens[place.opened[-1] - 1].kind in forms.BOUNDS:
@@ -601,4 +602,4 @@ SLIPS: tuple[Callable[[Place], Diagnostic | None], ...] = (
     bare_arithmetic,
     brackets,
 )
-"""Functions for mistakes; the first that returns a finding wins."""
+"""Functions that recognise mistakes, in order; the first that returns a finding decides."""

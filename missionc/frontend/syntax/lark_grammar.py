@@ -1,4 +1,4 @@
-"""The language as a ``lark.Lark``, for converters and linters that walk the tree as written.
+"""The grammar of the language as a ``lark.Lark`` parser, for converters and linters that walk the tree as written.
 
 The compiler itself uses a parse table (``parse_table``), built from the same grammar.
 """
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from lark import Lark
 
 WHOLE = "\nprogram: start*\n"
-"""Start rule for whole missions; the grammar itself describes one declaration."""
+"""Start rule for complete missions; the grammar itself describes one declaration."""
 
 
 def grammar() -> Lark:
-    """Return the grammar of the mission language, with the language's own lexer.
+    """Lark parser of the mission language, with the language's own lexer.
 
     ``grammar().parse(text)`` gives a ``lark.Tree`` called ``program``. Its children are the declarations in the order
     of the text, trees named after the rules of ``grammars/mission.lark``; their leaves are ``lark.Token`` with lines
     and columns. An ``include`` stays as it is written. Names and units are not checked; ``missionc.check`` does that.
 
     Returns:
-        an LALR parser without state between texts.
+        An LALR parser without state between texts.
 
     Raises:
         ModuleNotFoundError: Lark is not installed; it comes with the extra ``grammar``.
@@ -49,7 +49,7 @@ def grammar() -> Lark:
     names: dict[str, str] = {}
 
     class MissionLexer(Lexer):
-        """Lexer with the tokens of ``tokens.py``: the parser's state decides which word is a name."""
+        """Lark lexer with the tokens of ``tokens.py``: the parser's state decides which word is a name."""
 
         __future_interface__ = True  # Lark passes the parser's state as well
 
@@ -79,7 +79,7 @@ def grammar() -> Lark:
 
 
 def _takes(parser_state: Any, kind: str) -> bool:
-    """Return whether a token of that kind may come next; known only after all its reductions."""
+    """Return whether a token of that kind may come next; this requires simulating all its reductions."""
     from lark.parsers.lalr_analysis import Shift
 
     rows, states = parser_state.parse_conf.states, list(parser_state.state_stack)

@@ -1,4 +1,4 @@
-"""LALR parser with a table: it takes tokens one at a time and can report which it would take next."""
+"""Table-driven LALR parser that takes tokens one at a time and can report which tokens may come next."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.frontend.syntax.parse_table import END, Rule, Table
 
 
 class Part(NamedTuple):
-    """Value of a part of the text, with its span (brackets included) and nesting depth."""
+    """Value that the parser built for a part of the text, with its span (brackets included) and nesting depth."""
 
     value: object
     span: Span
@@ -18,9 +18,9 @@ class Part(NamedTuple):
 
 
 class Ahead(NamedTuple):
-    """Effects of a token before it is taken: reductions, which keep ``below`` of the states and push others.
+    """Simulated effects of a token: reductions, which keep ``below`` of the parser states and push others.
 
-    ``state`` is the one after the token.
+    ``state`` is the state after the token.
     """
 
     state: int
@@ -30,11 +30,11 @@ class Ahead(NamedTuple):
 
 
 REFUSED = Ahead(-1, [], 0, [])
-"""Result for a token that is not allowed next."""
+"""Result of ``Machine._ahead`` for a token that is not allowed next."""
 
 
 class TooDeepError(Exception):
-    """Error for a node deeper than the limit; ``part`` is a word in it."""
+    """Error: a node is nested deeper than the limit; ``part`` is a word in it."""
 
     def __init__(self, part: Part) -> None:
         super().__init__()
@@ -42,9 +42,9 @@ class TooDeepError(Exception):
 
 
 class Machine:
-    """One run over the tokens of a text. Nothing here recurses, however deep the text is nested.
+    """Parser state for one text; nothing here recurses, however deep the text is nested.
 
-    ``functions`` builds the node of each rule from its span and parts; those named in ``nests`` lie one level deeper
+    ``functions`` builds the node of each rule from its span and parts; rules named in ``nests`` lie one level deeper
     than their deepest part.
     """
 
@@ -63,12 +63,12 @@ class Machine:
         return self._ahead(kind) is not REFUSED
 
     def expected(self) -> frozenset[str]:
-        """All kinds of tokens that may come next."""
+        """Kinds of the tokens that may come next."""
         row = self._table.actions[self._states[-1]]
         return frozenset(kind for kind in (*row, END) if self.takes(kind))
 
     def feed(self, kind: str, value: object, span: Span) -> bool:
-        """Take a token if it may come next, and return whether it did.
+        """Take a token if it may come next, and return True; otherwise return False.
 
         Raises:
             TooDeepError: the text is nested more deeply than allowed.
@@ -82,12 +82,12 @@ class Machine:
         return True
 
     def finish(self) -> object:
-        """Value of the whole text; END must be allowed next."""
+        """Value of the complete text; the end must be allowed next."""
         self._reduce(self._ahead(END))
         return self._parts[0].value
 
     def _ahead(self, kind: str) -> Ahead:
-        """Effects of a token: simulates all its reductions, which decide whether it is allowed."""
+        """Effects of a token, by simulation of all its reductions; ``REFUSED`` if it is not allowed next."""
         table, states = self._table, self._states
         actions, gotos, rules = table.actions, table.gotos, table.rules
         below, state = len(states), states[-1]

@@ -1,10 +1,10 @@
-"""The parser: text to the tree as written, with the declarations of included files inserted.
+"""The parser: from text to the syntax tree, with the declarations of included files inserted.
 
     in   Source
     out  Program
     says MC001, MC003 to MC008, MC011 to MC013, MC033, MC202, and the codes of ``load``
 
-Declarations are read one by one: after an error in one, reading continues at the next, so that all the errors of a file
+Declarations are parsed one by one: after an error in one, parsing continues at the next, so that all errors of a file
 are found in one run.
 """
 
@@ -35,7 +35,11 @@ Outcome: TypeAlias = "ast.Declaration | Diagnostic"
 
 
 def parse(source: Source, limits: Limits, load: Loader) -> tuple[ast.Program | None, list[Diagnostic]]:
-    """Parse a text to its program, or return all errors in file order."""
+    """Syntax tree of a text, or None and all errors in file order.
+
+    Args:
+        load: function that reads included files.
+    """
     declarations, findings = read(source, limits, load)
     if not declarations and not findings:
         findings = [_empty(source)]
@@ -45,12 +49,12 @@ def parse(source: Source, limits: Limits, load: Loader) -> tuple[ast.Program | N
 
 
 def read(source: Source, limits: Limits, load: Loader) -> tuple[list[ast.Declaration], list[Diagnostic]]:
-    """Read the declarations that are valid, with those of included files at their place, and all errors."""
+    """Valid declarations of a text, with those of included files in place of each ``include``, and all errors."""
     return _Reader(limits, load, {source.name: Span(source, 0, 0)}, Files(limits, load)).read(source, ())
 
 
 def read_passage(passage: Span, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
-    """Read the declarations of a passage, with errors for the others and for single words."""
+    """Declarations of a passage, an error for each invalid one, and errors about single tokens."""
     tokens, odd = tokenise(passage, limits)
     outcomes = _read_declarations(tokens, 0, passage.end, limits)
     if any(isinstance(outcome, Diagnostic) for outcome in outcomes):
@@ -62,9 +66,9 @@ def read_passage(passage: Span, limits: Limits) -> tuple[list[Outcome], list[Dia
 
 
 class _Reader(Record):
-    """Reader of a file and the files that it includes.
+    """Parser of a file and the files that it includes.
 
-    ``read_already`` has the place at which each file was first included; ``sizes`` are in bytes.
+    ``read_already`` has the span at which each file was first included; ``sizes`` are in bytes.
     """
 
     limits: Limits
@@ -74,7 +78,11 @@ class _Reader(Record):
     sizes: list[int] = field(default_factory=list)
 
     def read(self, source: Source, chain: tuple[Span, ...]) -> tuple[list[ast.Declaration], list[Diagnostic]]:
-        """Read a file; ``chain`` are the includes that lead to it."""
+        """Declarations and errors of a file and the files that it includes.
+
+        Args:
+            chain: spans of the includes that lead to the file.
+        """
         self.sizes.append(len(source.text.encode("utf-8", "replace")))
         if sum(self.sizes) > self.limits.file_bytes:
             return [], [_too_large(source, self.sizes, chain, self.limits)]
@@ -92,7 +100,7 @@ class _Reader(Record):
     def _followed(
         self, outcomes: list[Outcome], odd: list[Diagnostic], source: Source, chain: tuple[Span, ...]
     ) -> tuple[list[ast.Declaration], list[Diagnostic]]:
-        """Declarations of a passage with those that it includes, and errors in the order of the text."""
+        """Declarations of a passage and of the files that it includes, and errors in the order of the text."""
         declarations: list[ast.Declaration] = []
         findings = [(_start(finding), finding) for finding in odd]
         for outcome in outcomes:
@@ -118,7 +126,10 @@ class _Reader(Record):
     def _with_source(
         self, setting: ast.FileSetting, source: Source, chain: tuple[Span, ...]
     ) -> ast.FileSetting | Diagnostic:
-        """Setting with the file that it names, through at most one link, within the total size limit."""
+        """The setting with the content of its file, or an error.
+
+        A link is followed once, and the total size is limited.
+        """
         loaded = self.load(setting.path, setting.span)
         if isinstance(loaded, Source) and (link := LINK.fullmatch(loaded.text)):
             loaded = self.load(link[1], Span(loaded, 0, len(loaded.text)))
@@ -156,7 +167,9 @@ def _with_neighbours(passage: Span) -> Span:
 
 
 def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Limits) -> list[Outcome]:
-    """Declarations that begin at or after a token, and before the character ``end``."""
+    """Declarations that begin at or after the token ``here``, and before the character ``end``, or an error for
+    each.
+    """
     outcomes: list[Outcome] = []
     wrong = 0
     while tokens[here].kind != END and tokens[here].span.start < end and wrong < MOST_FINDINGS:
@@ -167,7 +180,7 @@ def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Lim
 
 
 def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tuple[ast.Declaration | Diagnostic, int]:
-    """Declaration that starts at a token, or its error; and the start of the next one."""
+    """Declaration that starts at a token, or its error, and the index of the token after it."""
     machine = Machine(parse_table.load(), functions(), NESTS, limits.nesting)
     opened: list[int] = []
     here = first
@@ -200,7 +213,7 @@ _CLOSING = frozenset(")]}")
 
 
 def feed(machine: Machine, token: Token) -> bool:
-    """Take the token, as what it is or else as a name, and return whether it was allowed."""
+    """Give a token to the parser, by its own kind or else as a name; return whether it was allowed."""
     if token.kind in _NAMES:
         return machine.feed(token.kind, ast.Name(token.span, token.text), token.span)
     if machine.feed(token.kind, token, token.span):
@@ -209,7 +222,7 @@ def feed(machine: Machine, token: Token) -> bool:
 
 
 def _next_start(tokens: Sequence[Token], first: int, here: int) -> int:
-    """Index of the token at which reading continues after an error: a word that probably starts a declaration."""
+    """Index of the token at which parsing continues after an error: a word that probably starts a declaration."""
     here = max(here, first + 1)
     while tokens[here].kind != END:
         if tokens[here].declares and (

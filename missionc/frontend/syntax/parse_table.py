@@ -1,7 +1,7 @@
 """The LALR parse table of the grammar: the action of each state on each token.
 
-Building the table with Lark takes half the time allowed for a whole ``check``, so it is built in advance and stored as
-JSON next to the grammar:
+Building the table with Lark takes half the time allowed for a complete ``check``, so it is built in advance and stored
+as JSON next to the grammar:
 
     python -m missionc.frontend.syntax.parse_table
 """
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from lark.lexer import LexerState, Token
 
 END = "END"
-"""Token after the last one."""
+"""Kind of the token that marks the end of the text."""
 
 
 class Rule(Record):
-    """Effect of a reduction.
+    """Grammar rule as the parser applies it in a reduction.
 
     ``name`` is the function that builds the node; empty if the single part is passed on unchanged, ``*`` if the parts
     become parts of the enclosing rule. ``keep`` selects the parts by index; -1 is an absent optional part.
@@ -39,7 +39,7 @@ class Rule(Record):
 
 
 class Table(Record):
-    """Parse table; ``actions[state][token]`` is the next state, or ``-1 - n`` for a reduction by ``rules[n]``.
+    """LALR parse table; ``actions[state][token]`` is the next state, or ``-1 - n`` for a reduction by ``rules[n]``.
 
     Tokens are words and signs as written, or the grammar's upper-case names. State 0 is the start; in the state
     ``accept`` the text may end.
@@ -53,7 +53,7 @@ class Table(Record):
 
 @cache
 def load() -> Table:
-    """Load the table stored next to the grammar."""
+    """Parse table stored next to the grammar."""
     data = json.loads((folder("grammars") / "mission.json").read_text(encoding="utf-8"))
     return Table(
         accept=data["accept"],
@@ -64,13 +64,13 @@ def load() -> Table:
 
 
 def build(grammar: str) -> Table:
-    """Build the table of a grammar with Lark."""
+    """Parse table of a grammar, built with Lark."""
     from lark import Lark
     from lark.lexer import Lexer
     from lark.parsers.lalr_analysis import Shift
 
     class NoLexer(Lexer):
-        """Placeholder so that Lark makes no lexer of its own; ours is ``tokens.py``."""
+        """Placeholder with which Lark builds no lexer of its own, since ``tokens.py`` has it."""
 
         def __init__(self, _: object) -> None:
             pass
@@ -108,7 +108,7 @@ def build(grammar: str) -> Table:
 
 
 def write(table: Table) -> str:
-    """Text of the table as JSON, one state or rule on each line."""
+    """Text of the parse table as JSON, one state or rule on each line."""
     rules = [[rule.symbol, rule.name, rule.size, rule.keep] for rule in table.rules]
     lists = {"rules": rules, "actions": table.actions, "gotos": table.gotos}
     parts = [f'"accept": {table.accept}']
@@ -129,8 +129,9 @@ def _rule(rule: LarkRule) -> Rule:
 
 
 def _kept(rule: LarkRule) -> list[int]:
-    """Indices of the kept parts in Lark's own convention: quoted words and signs are omitted, and an absent
-    ``[optional]`` leaves a gap.
+    """Indices of a rule's parts that the tree keeps, by Lark's convention.
+
+    Quoted words and signs are omitted, and an absent ``[optional]`` leaves a gap.
     """
     symbols: list[Symbol] = list(rule.expansion)
     gaps = rule.options.empty_indices or (False,) * len(symbols)

@@ -1,4 +1,4 @@
-"""Passages of a text: parts that can be read without the others.
+"""Passages of a text: parts that can be parsed independently of each other.
 
 A passage begins at the start of a line with a word that declares something: there every earlier declaration ends, even
 with errors, and no character depends on earlier ones. Most passages contain one declaration.
@@ -18,7 +18,7 @@ _BEGINS = re.compile(rf"^[ \t]*(?:(?:{_ONE})\b(?!\s*:)|(?:{_SEVERAL})\b{BEFORE_F
 
 
 def passages(source: Source) -> Iterator[Span]:
-    """Passages of a source in order; together they are the whole text."""
+    """Yield the passages of a source in order; together they are the complete text."""
     begin = 0
     for match in _BEGINS.finditer(source.text):
         if match.start() > begin:

@@ -52,7 +52,7 @@ COLOURS: dict[str, TokenType] = {
     "a part of `tolerate`": Keyword,
     "a part of `from`": Keyword,
 }
-"""Colour of each kind of word, by its description in the table of words."""
+"""Pygments token type for each kind of word, by the kind's description in the table of words."""
 
 OTHERS: dict[str, TokenType] = {
     NUMBER: Number,
@@ -66,14 +66,14 @@ _GAP = re.compile(r"(#[^\n]*)|\s+|.", re.DOTALL)
 
 
 class MissionLexer(Lexer):
-    """Lexer of the mission language."""
+    """Pygments lexer of the mission language."""
 
     name = "Mission"
     aliases: ClassVar[list[str]] = ["mission"]
     filenames: ClassVar[list[str]] = ["*.mission"]
 
     def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, TokenType, str]]:
-        """Split the text into coloured parts, with every character once and in order."""
+        """Yield the parts of a text with their offsets and token types; every character occurs once and in order."""
         tokens, _ = tokenise(Span(Source("", text), 0, len(text)), Limits())
         at, before = 0, None
         for token in tokens:
@@ -85,7 +85,7 @@ class MissionLexer(Lexer):
 
 
 def _between(text: str, start: int, end: int) -> Iterator[tuple[int, TokenType, str]]:
-    """White space and comments, which are not tokens for the parser."""
+    """Yield white space and comments between two offsets, which are not tokens for the parser."""
     for match in _GAP.finditer(text, start, end):
         yield match.start(), Comment.Single if match[1] else Whitespace, match[0]
 

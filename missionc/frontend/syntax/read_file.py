@@ -38,13 +38,13 @@ LIMITS = {
 
 
 class Loader(Protocol):
-    """Function that finds a file that a mission names: an included mission, or ``data`` for its world."""
+    """Function that reads a file that a mission names: an included mission, or with ``data`` a map or table."""
 
     def __call__(self, written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic: ...
 
 
 class Absent(Diagnostic):
-    """Wording for a file that does not exist."""
+    """Diagnostic of a file that does not exist."""
 
     __slots__ = ()
 
@@ -52,7 +52,7 @@ class Absent(Diagnostic):
 def read_bytes(
     path: Path, name: str, limit: int, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
 ) -> bytes | Diagnostic:
-    """Contents of a regular file, at most ``limit`` bytes.
+    """Contents of a regular file, at most ``limit`` bytes, or an error.
 
     Args:
         path: the file.
@@ -76,7 +76,7 @@ def read_bytes(
 def read_text(
     path: Path, name: str, limit: int, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
 ) -> str | Diagnostic:
-    """Text of a file: UTF-8, with or without a byte order mark, without NUL.
+    """Text of a UTF-8 file, with or without a byte order mark, without NUL, or an error.
 
     Arguments as for ``read_bytes``.
     """
@@ -87,7 +87,7 @@ def read_text(
 def text_of(
     content: bytes, name: str, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
 ) -> str | Diagnostic:
-    """Decode bytes to text; arguments as for ``read_bytes``."""
+    """Text decoded from UTF-8 bytes, or an error; arguments as for ``read_bytes``."""
     if b"\0" in content:
         return _unreadable(code, name, f"binary file: byte {content.index(0) + 1} is zero", cause)
     try:
@@ -98,30 +98,30 @@ def text_of(
 
 
 def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
-    """Read a mission file within the limits."""
+    """Text of a mission file within the limits, or an error."""
     text = read_text(path, name, limits.file_bytes, codes.UNREADABLE, cause)
     return text if isinstance(text, Diagnostic) else Source(name, text)
 
 
 def unread(written: str, span: Span, /, *, data: bool = False) -> Source:
-    """Loader for the analysis of a single file: all files that it names are empty."""
+    """Empty source for a file that a mission names; the loader for the analysis of a single file."""
     return Source(written, "", b"" if data else None)
 
 
 def data_of(content: bytes, name: str) -> Source:
-    """Source of a file that is not a mission, with its text if it is text."""
+    """Source of a file that is not a mission: its bytes, and its text if it is text."""
     text = text_of(content, name)
     return Source(name, "" if isinstance(text, Diagnostic) else text, content)
 
 
 def read_data(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
-    """Read a file that is not a mission, within the limits."""
+    """Content of a file that is not a mission, within the limits, or an error."""
     content = read_bytes(path, name, limits.map_bytes, codes.MAP_UNREADABLE, cause)
     return content if isinstance(content, Diagnostic) else data_of(content, name)
 
 
 def read_standard_input(limits: Limits) -> Source | Diagnostic:
-    """Read a mission from standard input within the limits; no more is read."""
+    """Mission from standard input within the limits, or an error; no more is read."""
     name, limit = "<stdin>", limits.file_bytes
     if sys.stdin is None:
         return closed_input()
@@ -137,16 +137,20 @@ def read_standard_input(limits: Limits) -> Source | Diagnostic:
 
 
 def closed_input() -> Diagnostic:
-    """Finding for a standard input that was closed when the process started: Python then has no such file."""
+    """Finding for a standard input that was closed when the process started."""
     return _unreadable(codes.UNREADABLE, "<stdin>", "standard input is closed", None)
 
 
 def loader(main: Path, name: str, limits: Limits) -> Loader:
-    """Build the function that reads the files included by the mission at ``main``, called ``name``.
+    """Function that reads the files included by a mission.
 
     A path is relative to the file that includes it. A file has one source name for all paths to it, so cycles are
     detected by name. A link has a source of its own, which includes its target, so the sources with their names are the
-    whole mission.
+    complete mission.
+
+    Args:
+        main: path of the mission.
+        name: name of the mission in messages.
     """
     folder, root = Path(name).parent, main.parent.resolve()
     leads: dict[str, Path] = {}
@@ -176,11 +180,9 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
 
 
 def _link(written: Path, path: Path, root: Path) -> str:
-    """Link in the root through which a file was reached, relative to it.
+    """Path, relative to ``root``, of the symbolic link through which a file was reached; empty if there is no link.
 
-    Empty if it was reached by its own name.
-
-    Also empty if a mission cannot express it: several links, a path up and down again, or invalid characters.
+    Also empty if a mission cannot express the link: several links, a path up and down again, or invalid characters.
     """
     named, own = normpath(written.as_posix()), path.relative_to(root).as_posix()
     if named == own or named.startswith("../") or (root / named).resolve() != path:
@@ -222,21 +224,21 @@ def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> 
 
 
 LINK = re.compile(r'include "([^"\n]*)"\n')
-"""Text of a link: its target."""
+"""Pattern of a file that stands for a symbolic link; its group is the target."""
 
 
 def _leads(content: bytes) -> bool:
-    """Return whether this is a link to a file, and not the file."""
+    """Return whether the content stands for a symbolic link instead of being the file."""
     return content.startswith(b"include ") and LINK.fullmatch(content.decode("utf-8", "replace")) is not None
 
 
 def strange(written: str) -> bool:
-    """Return whether a name is invalid for a file: absolute, empty, or with characters of another system."""
+    """Return whether a file name is not allowed: absolute, empty, or with characters of another system."""
     return PurePosixPath(written).is_absolute() or not written or "\0" in written or "\\" in written
 
 
 def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: codes.Code) -> bytes | Diagnostic:
-    """Contents of an open file; arguments as for ``read_bytes``.
+    """Contents of an open file, or an error; arguments as for ``read_bytes``.
 
     Raises:
         OSError: the file cannot be read.
@@ -257,7 +259,7 @@ def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: codes
 def too_large(
     code: codes.Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
 ) -> Diagnostic:
-    """Finding for ``size`` bytes (or ``more``, if the size is unknown) above ``limit``."""
+    """Finding for a file of ``size`` bytes, or more with ``more``, above ``limit``."""
     limited = LIMITS.get(code)
     raised = (
         f"raise the limit with `--limit {limited}={'BYTES' if more else size}`" if limited else "use a smaller file"
@@ -271,12 +273,12 @@ def too_large(
 
 
 def cannot_read(code: codes.Code, name: str, error: OSError, cause: Span | None = None) -> Diagnostic:
-    """Finding for a system error on opening or reading a file."""
+    """Finding for a system error while opening or reading a file."""
     return _unreadable(code, name, _reason(error), cause, absent=error.errno == errno.ENOENT)
 
 
 def _read(handle: int, limit: int) -> bytes:
-    """All bytes up to ``limit``; a single read may return fewer than requested."""
+    """Bytes of an open file up to ``limit``; a single system call may return fewer than requested."""
     parts: list[bytes] = []
     while limit > 0 and (part := os.read(handle, limit)):
         parts.append(part)
@@ -294,7 +296,7 @@ def nowhere() -> bool:
 
 
 def _reason(error: OSError) -> str:
-    """System's text for a failure, as the end of a sentence."""
+    """The operating system's text for an error, as the end of a sentence."""
     words = os.strerror(error.errno) if error.errno else str(error)
     return words[:1].lower() + words[1:]
 
@@ -311,7 +313,7 @@ def _unreadable(code: codes.Code, name: str, reason: str, cause: Span | None, *,
 
 
 def changed_meanwhile(name: str, cause: Span | None = None) -> Diagnostic:
-    """Finding for a file that changes while it is read, or before the output made from it is written."""
+    """Finding for a file that changes while it is read, or before the output from it is written."""
     return Diagnostic(
         codes.FILE_CHANGED,
         f"`{name}` changed during reading",

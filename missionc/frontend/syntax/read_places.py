@@ -1,4 +1,4 @@
-"""Reader of the files that declarations take places from.
+"""Reader of the files that declarations name, such as maps and tables.
 
     in   a declaration as it was parsed
     out  the same with the sources of its files, and errors of unreadable ones
@@ -23,14 +23,14 @@ from missionc.frontend.syntax.read_file import LINK, Absent, Loader
 
 
 class Files(Record):
-    """Files of one mission; each is read once, with a limit on the total size."""
+    """Map and table files of one mission; each is read once, with a limit on the total size."""
 
     limits: Limits
     load: Loader
     known: dict[tuple[str, str], Source | Diagnostic] = field(default_factory=dict)
 
     def read(self, declaration: ast.Declaration) -> tuple[ast.Declaration, list[Diagnostic]]:
-        """Declaration with its files, as far as they can be read."""
+        """The declaration with the contents of its files, and errors about unreadable files."""
         findings: list[Diagnostic] = []
 
         def whole(file: ast.File) -> ast.File:
@@ -63,7 +63,7 @@ class Files(Record):
         return self.known[key]
 
     def _within_limit(self, path: str, span: Span) -> Source | Diagnostic:
-        """Source of the file, through at most one link."""
+        """Content of a file, or an error; a link is followed once, and the total size is limited."""
         loaded = self.load(path, span, data=True)
         if isinstance(loaded, Source) and loaded.data is None and (link := LINK.fullmatch(loaded.text)):
             loaded = self.load(link[1], Span(loaded, 0, len(loaded.text)), data=True)
@@ -87,7 +87,7 @@ def named_files(declaration: ast.Declaration) -> list[ast.File]:
 
 
 def with_files(declaration: ast.Declaration, whole: Callable[[ast.File], ast.File]) -> ast.Declaration:
-    """Declaration with each file that it names replaced by ``whole``."""
+    """The declaration with ``whole`` applied to each file that it names."""
     match declaration:
         case ast.FromFile(file=file):
             return replace(declaration, file=whole(file))

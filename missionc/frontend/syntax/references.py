@@ -1,4 +1,4 @@
-"""References in a tree as written: its nodes, and the names in it that are declared elsewhere."""
+"""References in a syntax tree: its nodes, and the names in it that are declared elsewhere."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from missionc.base.source import Span
 from missionc.frontend.syntax import ast
 
 NOT_REFERENCES = frozenset({"name", "label", "kind", "goal", "backend", "unit"})
-"""Fields whose names declare, or are words of the language."""
+"""Fields of nodes whose names are declarations or words of the language instead of references."""
 
 LEAVES = (Span, ast.Number, str, float, bool, type(None))
 """Kinds of nodes without children."""
 
 
 def nodes(root: object) -> Iterator[object]:
-    """All nodes at or below ``root``, a node or a tuple of them, except numbers and names that are not references.
+    """Yield all nodes at or below ``root``, a node or a tuple of nodes, in any order.
 
-    In any order. Iterative, because a tree may be deeper than Python's stack.
+    Numbers, and names that are not references, are omitted. The function is iterative, because a tree may be deeper
+    than Python's stack.
     """
     waiting = [root]
     while waiting:
@@ -38,9 +39,9 @@ def nodes(root: object) -> Iterator[object]:
 
 
 class Mentions(Record):
-    """Names in a tree: ``names``, each once.
+    """Names that a tree refers to, each once.
 
-    The flags tell whether it also refers to every beacon, or to the only graph.
+    The flags state whether it also refers to every beacon, or to the only graph.
     """
 
     names: tuple[str, ...]
@@ -63,5 +64,5 @@ def mentions(root: object) -> Mentions:
 
 
 def references(root: object) -> Iterator[ast.Name]:
-    """All names at or below ``root`` that need a declaration (or are state words)."""
+    """Yield all names at or below ``root`` that need a declaration (or are state words)."""
     return (node for node in nodes(root) if isinstance(node, ast.Name))

@@ -1,4 +1,4 @@
-"""Printer of the tree as canonical text: declarations, formulas and quantities, without redundant brackets.
+"""Printer of the syntax tree as canonical text: declarations, formulas and quantities, without redundant brackets.
 
 Each declaration has one line, and operators are words. ``parse(show(program))`` is the same tree except for its spans.
 """
@@ -16,10 +16,11 @@ _SUM, _PRODUCT, _FACTOR = range(1, 4)
 
 
 def formula(node: ast.Formula, binding: int = _IFF, last: bool = True) -> str:
-    """Text of a formula for a place with precedence ``binding``.
+    """Text of a formula, in brackets if the context with precedence ``binding`` needs them.
 
-    ``last`` means that nothing follows within the same brackets: only there may a quantifier have no brackets, because
-    its body extends as far right as possible.
+    Args:
+        last: True if nothing follows within the same brackets: only there may a quantifier have no brackets, because
+            its body extends as far right as possible.
     """
     match node:
         case ast.Truth(_, value):
@@ -70,7 +71,7 @@ def _apply(node: ast.Apply, binding: int, last: bool) -> str:
 
 
 def _binding(operator: str) -> tuple[int, int, int]:
-    """Precedence of an infix operator, and those that its left and right operands need."""
+    """Precedence of an infix operator, and the precedences that its left and right operands need."""
     match operator:
         case "and" | "or":
             return _CHAINS[operator], _CHAINS[operator] + 1, _CHAINS[operator] + 1
@@ -129,7 +130,7 @@ def _indices(nodes: tuple[ast.Index, ...]) -> str:
 
 
 def loose(node: ast.Quantity) -> str:
-    """Text of a quantity inside brackets, where arithmetic needs none of its own."""
+    """Text of a quantity inside brackets, where arithmetic needs no further brackets."""
     return _sum(node)
 
 
@@ -176,7 +177,7 @@ def _in_brackets(text: str, needed: bool) -> str:
 
 
 def show(program: ast.Program) -> str:
-    """Text of the whole mission."""
+    """Text of a complete mission."""
     return "".join(_declaration(declaration) + "\n" for declaration in program.declarations)
 
 
@@ -276,7 +277,7 @@ def _labelled(label: ast.Name | None, body: ast.Formula) -> str:
 
 
 def shape_text(node: ast.Shape, binding: int = 0) -> str:
-    """Text of a shape for a place with precedence ``binding``."""
+    """Text of a shape, in brackets if the context with precedence ``binding`` needs them."""
     match node:
         case ast.Name():
             return named(node)

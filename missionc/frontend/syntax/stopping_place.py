@@ -1,4 +1,4 @@
-"""Place of a syntax error, with the data for a finding there."""
+"""Position of a syntax error, with the data for a finding there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from missionc.frontend.syntax.tokens import Token
 
 
 class Place(Record):
-    """Place where reading stopped: at token ``here`` of the declaration that starts at token ``first``.
+    """Position of a syntax error: at token ``here`` of the declaration that starts at token ``first``.
 
     ``opened`` are the brackets not yet closed, outermost first.
     """
@@ -44,16 +44,16 @@ class Place(Record):
 
     @property
     def in_bounds(self) -> bool:
-        """True if the innermost open bracket is a square one."""
+        """True if the innermost open bracket is a square bracket."""
         return bool(self.opened) and self.tokens[self.opened[-1]].kind == "["
 
     @property
     def ends(self) -> bool:
-        """True if the declaration ended too early: the next one begins here, or the file ends."""
+        """True if the declaration ended too early: the next declaration begins here, or the file ends."""
         return self.here > self.first and (self.found.kind == END or (self.found.declares and self.found.starts_line))
 
     def after(self, closing: int) -> int:
-        """Index of the bracket that the one at ``closing`` closes."""
+        """Index of the opening bracket that matches the bracket at ``closing``."""
         depth = 0
         for place in range(closing, self.first, -1):
             depth += (self.tokens[place].kind in ")]}") - (self.tokens[place].kind in "([{")
@@ -71,19 +71,27 @@ def finding(
     fix: Fix | None = None,
     labels: tuple[Label, ...] = (),
 ) -> Diagnostic:
-    """Build a finding; ``replacement`` is for the span itself, ``fix`` for another."""
+    """Finding about a syntax error at a span.
+
+    Args:
+        replacement: text that replaces the span, as a fix.
+        fix: fix of another span.
+    """
     if replacement is not None:
         fix = Fix(span, replacement)
     return Diagnostic(code, message, Label(span), labels, help=advice, fix=fix)
 
 
 def just_after(span: Span) -> Span:
-    """Place directly after a part of the text."""
+    """Empty span directly after a part of the text."""
     return Span(span.source, span.end, span.end)
 
 
 def meant_by(text: str, words: Collection[str]) -> str:
-    """Word that was probably meant, or an empty text: ours for one of another language, else the most similar."""
+    """The word of the language for a word of another language, or else the most similar word.
+
+    Empty if there is none.
+    """
     ours = forms.WORDS.get(text.lower(), "")
     if ours in words:
         return ours

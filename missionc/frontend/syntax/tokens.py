@@ -24,7 +24,7 @@ from missionc.frontend.syntax.parse_table import END
 
 
 class Word(Record):
-    """Word with a meaning of its own.
+    """Word of the language with a meaning of its own.
 
     ``says`` is its description. ``token`` is its class in the grammar, if it shares one; ``letter`` its short form. A
     word that is not ``reserved`` may also be a name, wherever the grammar does not need the word.
@@ -38,7 +38,7 @@ class Word(Record):
 
 
 def _words(says: str, texts: str, *, reserved: bool = True) -> tuple[Word, ...]:
-    """Words of one kind, each with its own class in the grammar."""
+    """Words of one kind, each with a token class of its own."""
     return tuple(Word(text, says, reserved=reserved) for text in texts.split())
 
 
@@ -92,33 +92,35 @@ WORDS: tuple[Word, ...] = (
     *_words("a part of `tolerate`", "delay", reserved=False),
     *_words("a part of `from`", "origin layer unknown named", reserved=False),
 )
-"""Every word of the grammar. A letter (``U``) may also be a name, unless it is that of a prefix operator."""
+"""Every word of the grammar; a one-letter form (``U``) may also be a name, except for prefix operators."""
 
 SPELLINGS: dict[str, Word] = {word.text: word for word in WORDS} | {word.letter: word for word in WORDS if word.letter}
 DECLARATIONS: frozenset[str] = frozenset(word.text for word in WORDS if word.says == "a declaration")
 OPERATORS: dict[str, Word] = {word.text: word for word in WORDS if word.says == "an operator"}
 
 STATES: frozenset[str] = frozenset({"x", "y", "z", "speed", "altitude"})
-"""Words for an agent's own state in comparisons: names in the grammar, but never declared."""
+"""Words for an agent's own state in comparisons; they are names in the grammar, but never declared."""
 
 EXTREMES: frozenset[str] = frozenset({"min", "max"})
-"""Words for the minimum and maximum of numbers in brackets; names if no bracket follows."""
+"""Words for the minimum and maximum of numbers in brackets; they are names if no bracket follows."""
 
 NAME, LABEL, NUMBER, UNIT, TEXT, EXTREME = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT", "EXTREME"
 MOST_FINDINGS = 100
 """Maximum number of findings; later ones are mostly consequences of earlier ones."""
 
 SEVERAL = "SEVERAL"
-"""Words ``obstacles``, ``regions`` and ``beacons``, which are special only before a file."""
+"""Token kind of ``obstacles``, ``regions`` and ``beacons``, which are keywords only before a file."""
 
 PLURALS = frozenset({"obstacles", "regions", "beacons"})
 
 STRAY = "STRAY"
-"""Pattern of a character, or a sign of another language, that the grammar does not know."""
+"""Token kind of a character, or a sign of another language, that the grammar does not know."""
 
 
 class Token(NamedTuple):
-    """Token; ``kind`` is its kind in the grammar, ``word`` the operator's or keyword's word in any spelling."""
+    """Token of a mission text; ``kind`` is its kind in the grammar, ``word`` the canonical word of an operator or
+    keyword.
+    """
 
     kind: str
     text: str
@@ -177,7 +179,7 @@ _BEFORE_FILE = re.compile(BEFORE_FILE)
 
 
 def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
-    """Tokens of whole lines of a text, END last, and errors about single ones."""
+    """Tokens of complete lines of a text, END last, and errors about single tokens."""
     source, begin, last = lines.source, lines.start, lines.end
     text = source.text
     tokens: list[Token] = []
@@ -215,7 +217,7 @@ def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]
 
 
 def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str, str]:
-    """Kind of a word from the tokens before it, and its full text: a unit may contain a ``/``."""
+    """Kind of a word, which depends on the tokens before it, and its full text: a unit may contain a ``/``."""
     before = tokens[-1].kind if tokens else END
     # After `moving (2, 0)`, `per` or a number comes a unit; but in `at least 2 m:` it is a group called `m`.
     counted = [token.kind for token in tokens[-3:-1]] in (["at", "least"], ["without", "any"])
@@ -236,7 +238,7 @@ def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str
 
 
 def quoted(text: str) -> str:
-    """Text from the user in backticks, shortened if it is long."""
+    """The user's text in backticks, shortened if it is long."""
     return f"`{text}`" if len(text) <= 40 else f"`{text[:30]}…`"
 
 

@@ -1,6 +1,6 @@
 """Mission templates that ``missionc init`` begins with: one file each, in this folder.
 
-A template is a whole mission. Its first line, after ``# Template `NAME`: ``, describes it, and its comments explain
+A template is a complete mission. Its first line, after ``# Template `NAME`: ``, describes it, and its comments explain
 what a newcomer changes.
 """
 
@@ -19,7 +19,7 @@ _MISSION = re.compile(r"^mission (?P<name>\w+)$", re.MULTILINE)
 
 
 class Template(Record):
-    """Template; ``about`` is its first line, a sentence.
+    """Mission template; ``about`` is the sentence in its first line.
 
     ``mission`` is the name of the mission in ``text``.
     """
@@ -30,13 +30,13 @@ class Template(Record):
     text: str
 
     def named(self, mission: str) -> str:
-        """Text of the template, with another name for the mission."""
+        """Text of the template with another name for the mission."""
         return _MISSION.sub(f"mission {mission}", self.text, count=1)
 
 
 @cache
 def templates() -> dict[str, Template]:
-    """Return all templates by name, the default first.
+    """All templates by name, the default first.
 
     Raises:
         ValueError: a file lacks the first line of a template, or names no mission.

@@ -1,15 +1,15 @@
-"""Polynomials in Bernstein form, in doubles, with every rounding error bounded.
+"""Polynomials in Bernstein form in double precision, with a bound on every rounding error.
 
-A polynomial over an interval lies in the hull of its control points, and so do its halves. The points are doubles;
-``radius`` bounds their distance from the true ones. Every conclusion from points and radius therefore holds for the
-true curve.
+A polynomial over an interval lies in the convex hull of its control points. The stored points are doubles; ``radius``
+bounds their distance from the exact points. Every conclusion from points and radius therefore holds for the exact
+curve.
 
 A sum of ``k`` products, in any order, has an error below ``k * ROUNDING`` times the sum of their magnitudes. This is
 twice the necessary bound, so that the bound may itself be computed in doubles.
 
 Source:
-    Farin, "Curves and Surfaces for CAGD" (2002), chapters 4 and 5.
-    Higham, "Accuracy and Stability of Numerical Algorithms" (2002), section 3.1.
+    Farin, "Curves and Surfaces for CAGD" (2002), chapters 4 and 5. Higham, "Accuracy and Stability of Numerical
+    Algorithms" (2002), section 3.1.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 
 ROUNDING = 2.0**-52
-"""Twice the relative error of one operation on doubles."""
+"""Twice the maximum relative error of one operation on doubles."""
 
 TINY = 2.0**-900
-"""Bound on the error of underflow, for numbers initially below 2**150."""
+"""Bound on underflow errors, for numbers initially below 2**150."""
 
 GROWN = 1.0 + 2.0**-48
-"""Factor that makes a bound valid in spite of rounding in a few operations."""
+"""Factor that keeps a bound valid despite the rounding errors of the few operations that compute it."""
 
 
 class Enclosed(Record, eq=False):
-    """Polynomials of a share from 0 to 1, with error bounds.
+    """Polynomials over [0, 1] in Bernstein form, with bounds on their errors.
 
     Args:
-        points: (..., degree + 1): Bernstein control points.
-        radius: (...): bound on the distance of each true control point; infinite if unknown.
+        points: Bernstein control points, (..., degree + 1).
+        radius: bound on the distance of each control point from the exact point, (...); infinite if unknown.
     """
 
     points: Array
@@ -49,7 +49,7 @@ class Enclosed(Record, eq=False):
         return int(self.points.shape[-1]) - 1
 
     def __getitem__(self, index: Any) -> Enclosed:
-        """Select polynomials by an index of all axes except the last."""
+        """Select polynomials by an index into all axes except the last."""
         return Enclosed(self.points[index], self.radius[index])
 
     def __sub__(self, other: Enclosed) -> Enclosed:
@@ -58,18 +58,18 @@ class Enclosed(Record, eq=False):
         return _counted(points, self.radius + other.radius, ROUNDING * _largest(points))
 
     def moved(self, by: Array) -> Enclosed:
-        """Sum with numbers of the shape of ``radius``, or broadcast to it, in the unit of the points."""
+        """Polynomials plus constants ``by``, in the unit of the points; broadcasts to the shape of ``radius``."""
         points = self.points + np.asarray(by)[..., None]
         return _counted(points, self.radius, ROUNDING * _largest(points))
 
     def scaled(self, by: Array | float) -> Enclosed:
-        """Product with dimensionless numbers of the shape of ``radius``, or broadcast to it."""
+        """Polynomials times dimensionless factors ``by``, which broadcast to the shape of ``radius``."""
         factor = np.asarray(by, dtype=np.float64)
         points = self.points * factor[..., None]
         return _counted(points, self.radius * np.abs(factor), ROUNDING * _largest(points))
 
     def elevated(self, degree: int) -> Enclosed:
-        """The same polynomials with the control points of a higher degree."""
+        """Same polynomials with the control points of a higher degree."""
         own = self.degree
         change = np.array(
             [
@@ -80,7 +80,7 @@ class Enclosed(Record, eq=False):
         return _counted(_times(self.points, change), self.radius, (own + 3) * ROUNDING * _largest(self.points))
 
     def halves(self) -> tuple[Enclosed, Enclosed]:
-        """Polynomials over the first and the second half, each again over [0, 1]."""
+        """Polynomials restricted to the first and to the second half, each reparametrised to [0, 1]."""
         first = _halving(self.degree)
         spent = (self.degree + 2) * ROUNDING * _largest(self.points)
         halves = (_times(self.points, change) for change in (first, first[::-1, ::-1]))
@@ -88,7 +88,10 @@ class Enclosed(Record, eq=False):
         return before, after
 
     def split(self, share: Array) -> tuple[Enclosed, Enclosed]:
-        """Polynomials before and after a dimensionless share, which has the shape of ``radius`` or broadcasts to it."""
+        """Polynomials restricted to the parts before and after the parameter ``share``, each reparametrised to [0, 1].
+
+        ``share`` is dimensionless and broadcasts to the shape of ``radius``.
+        """
         weight = np.asarray(share)[..., None]
         level, first, last = self.points, [self.points[..., 0]], [self.points[..., -1]]
         for _ in range(self.degree):
@@ -100,7 +103,8 @@ class Enclosed(Record, eq=False):
         return before, _counted(np.stack(last[::-1], axis=-1), self.radius, spent)
 
     def squares(self) -> Enclosed:
-        """Sum of the squares over the last axis of ``radius``, at twice the degree: (..., dim) -> (...)."""
+        """Sums of the squared polynomials over the last axis of ``radius``, at twice the degree: (..., dim) ->
+        (...)."""
         degree = self.degree
         weighted = self.points * _binomials(degree)
         product = np.zeros((*self.points.shape[:-1], 2 * degree + 1))
@@ -114,29 +118,29 @@ class Enclosed(Record, eq=False):
         return _counted(points, off.sum(axis=-1), spent)
 
     def middle(self) -> Enclosed:
-        """Values at the middle, as constants: one control point each."""
+        """Values at the parameter 1/2, as constant polynomials."""
         points = self.points @ (_binomials(self.degree) / 2.0**self.degree)
         return _counted(points[..., None], self.radius, (self.degree + 2) * ROUNDING * _largest(self.points))
 
     def ends(self) -> Enclosed:
-        """Values at 0 and at 1: two control points each, which form no polynomial together."""
+        """Values at the parameters 0 and 1, as two control points each, which do not form a polynomial."""
         return Enclosed(self.points[..., [0, -1]], self.radius)
 
     def low(self) -> Array:
-        """Lower bound of the polynomial's values: (...), in the unit of the points."""
+        """Lower bounds of the polynomials' values: (...), in the unit of the points."""
         return lowered(self.points.min(axis=-1) - self.radius)
 
     def high(self) -> Array:
-        """Upper bound of the polynomial's values: (...), in the unit of the points."""
+        """Upper bounds of the polynomials' values: (...), in the unit of the points."""
         return raised(self.points.max(axis=-1) + self.radius)
 
 
 def from_powers(coefficients: Array, duration: Array) -> Enclosed:
-    """Enclose polynomials of seconds over [0, duration].
+    """Bernstein form, with error bounds, of polynomials of time over [0, duration].
 
     Args:
-        coefficients: (..., degree + 1), ascending powers, exact numbers below 2**150.
-        duration: shape of the other axes, or broadcast to it; exact, seconds.
+        coefficients: coefficients of ascending powers of seconds, (..., degree + 1); exact numbers below 2**150.
+        duration: exact durations, seconds; broadcasts to the other axes.
     """
     degree = coefficients.shape[-1] - 1
     change = np.array([[comb(i, j) / comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)])
@@ -149,39 +153,41 @@ def from_powers(coefficients: Array, duration: Array) -> Enclosed:
 
 
 def derivative(coefficients: Array) -> Array:
-    """Coefficients of the derivative by time in seconds.
+    """Coefficients of the time derivative of polynomials in seconds.
 
     Shape: (..., degree + 1), ascending powers -> (..., degree).
 
-    Float32 coefficients may be differentiated three times exactly: the products fit into a double.
+    Float32 coefficients may be differentiated three times without rounding errors, since the products fit into a
+    double.
     """
     return coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
 
 
 def lowered(bound: Array) -> Array:
-    """Lower bound, (...), any unit, corrected for the rounding of one operation; -inf for NaN."""
+    """Lower bounds, (...), any unit, reduced by the rounding error of one operation; -inf for NaN."""
     return np.where(np.isnan(bound), -np.inf, np.nextafter(bound, -np.inf))
 
 
 def raised(bound: Array) -> Array:
-    """Upper bound, (...), any unit, corrected for the rounding of one operation; inf for NaN."""
+    """Upper bounds, (...), any unit, increased by the rounding error of one operation; inf for NaN."""
     return np.where(np.isnan(bound), np.inf, np.nextafter(bound, np.inf))
 
 
 def root_below(square: Array) -> Array:
-    """Lower bound of the root from a lower bound of the square, any unit: (...) -> (...)."""
+    """Lower bound of a square root from a lower bound of the square: (...) -> (...), any unit."""
     return np.maximum(lowered(np.sqrt(np.maximum(square, 0.0))), 0.0)
 
 
 def root_above(square: Array) -> Array:
-    """Upper bound of the root from an upper bound of the square, any unit: (...) -> (...)."""
+    """Upper bound of a square root from an upper bound of the square: (...) -> (...), any unit."""
     return raised(np.sqrt(np.maximum(square, 0.0)))
 
 
 def _counted(points: Array, radius: Array, spent: Array) -> Enclosed:
-    """Polynomials with the error of an operation added to the radius; unknown after an overflow.
+    """Polynomials with the rounding error ``spent`` of an operation added to their radius; the radius is infinite after
+    an overflow.
 
-    Points are (..., degree + 1), radius and error (...), in the same unit.
+    Shape: points (..., degree + 1), radius and error (...), in one unit.
     """
     total = (radius + spent) * GROWN + TINY
     known = np.isfinite(points).all(axis=-1) & np.isfinite(total)
@@ -195,7 +201,7 @@ def _largest(points: Array) -> Array:
 
 
 def _times(points: Array, change: Array) -> Array:
-    """Multiply each row of control points, (..., degree + 1), by a dimensionless matrix, all rows at once."""
+    """Rows of control points, (..., degree + 1), each multiplied by one dimensionless matrix."""
     return np.asarray((points.reshape(-1, points.shape[-1]) @ change.T).reshape(*points.shape[:-1], len(change)))
 
 
@@ -206,8 +212,6 @@ def _binomials(degree: int) -> Array:
 
 @cache
 def _halving(degree: int) -> Array:
-    """Matrix from control points to those of the first half.
-
-    Shape: (degree + 1, degree + 1), exact dyadic numbers.
-    """
+    """Matrix from the control points of a polynomial to the control points of its first half: (degree + 1, degree + 1),
+    exact numbers."""
     return np.array([[comb(i, j) / 2.0**i for j in range(degree + 1)] for i in range(degree + 1)])

@@ -1,9 +1,9 @@
-"""Piecewise polynomials: joint motion of all agents on one grid of times, and the trajectory CSV of a Crazyflie.
+"""Piecewise polynomials: trajectories of all agents on one grid of times, and the trajectory CSV of a Crazyflie.
 
-The motion between two steps is a polynomial of degree one or two, and the flight of a Crazyflie has degree seven. This
-module serves both.
+The trajectory between two steps is a polynomial of degree one or two, and the flight of a Crazyflie has degree seven.
+This module serves both.
 
-The CSV has the uav_trajectories format: a header, then one row for each piece. A row holds the duration, and eight
+The CSV has the uav_trajectories format: a header, then one row for each piece. A row contains the duration, and eight
 coefficients each of x, y, z and yaw in ascending powers of the seconds since the piece began. Numbers are read and
 written in float32, as in the firmware.
 """
@@ -22,12 +22,12 @@ from missionc.ir import Mission
 
 
 class Curves(Record, eq=False):
-    """Joint motion: the position of each agent at every time.
+    """Joint trajectory of all agents as piecewise polynomials of time.
 
     Args:
-        times: (pieces + 1,), seconds, increasing.
-        coefficients: (agents, pieces, dim, degree + 1), metres and seconds:
-            ascending powers of the time since the piece began.
+        times: boundaries of the pieces, (pieces + 1,), seconds, increasing.
+        coefficients: (agents, pieces, dim, degree + 1), metres and seconds: coefficients of ascending powers of the
+            time since the piece began.
     """
 
     times: Array
@@ -35,39 +35,37 @@ class Curves(Record, eq=False):
 
     @property
     def durations(self) -> Array:
-        """(pieces,), seconds."""
+        """Durations of the pieces, (pieces,), seconds."""
         return np.diff(self.times)
 
     def derivative(self) -> Curves:
-        """Velocities of positions, or accelerations of velocities."""
+        """Time derivative of the trajectory: velocities of positions, or accelerations of velocities."""
         power = np.arange(1, self.coefficients.shape[-1])
         return Curves(self.times, self.coefficients[..., 1:] * power)
 
     def at(self, times: Array) -> Array:
         """Positions of all agents at times (samples,), seconds -> (agents, samples, dim), metres.
 
-        Constant outside the pieces.
+        Before the first and after the last piece, the positions are constant.
         """
         piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, self.durations.size - 1)
         local = np.clip(times - self.times[piece], 0.0, self.durations[piece])
         return values(self.coefficients[:, piece], np.broadcast_to(local, (len(self.coefficients), local.size)))
 
     def between(self, first: Indices, second: Indices) -> Curves:
-        """The difference ``first - second`` of pairs of agents, as one agent per pair.
-
-        The indices are (pairs,).
-        """
+        """Relative trajectories ``first - second`` of pairs of agents (indices (pairs,)), with one curve per pair."""
         return Curves(self.times, self.coefficients[first] - self.coefficients[second])
 
 
 def derivatives_at(curves: Curves, times: Array, orders: int) -> Array:
-    """Positions and their derivatives by time, (agents, samples, orders, dim), metres and seconds.
+    """Positions of all agents and their time derivatives at given times: (agents, samples, orders, dim), metres and
+    seconds.
 
     Args:
         times: (samples,), seconds.
         orders: number of orders; 1 for the position only.
 
-    At a joint, the values belong to the piece that begins there.
+    At a boundary of two pieces, the values belong to the piece that begins there.
     """
     piece = np.clip(np.searchsorted(curves.times, times, side="right") - 1, 0, curves.durations.size - 1)
     local = np.clip(times - curves.times[piece], 0.0, curves.durations[piece])
@@ -79,9 +77,8 @@ def derivatives_at(curves: Curves, times: Array, orders: int) -> Array:
 
 
 def values(coefficients: Array, local: Array) -> Array:
-    """Values of polynomials at local times in seconds: (..., dim, degree + 1), (...) -> (..., dim); 0
-    without powers.
-    """
+    """Values of polynomials at local times: (..., dim, degree + 1) and (...), seconds -> (..., dim); 0 for no
+    coefficients."""
     if not coefficients.shape[-1]:
         return np.zeros(coefficients.shape[:-1])
     result = coefficients[..., -1]
@@ -91,11 +88,11 @@ def values(coefficients: Array, local: Array) -> Array:
 
 
 def control_points(coefficients: Array, duration: Array) -> Array:
-    """Bernstein control points over [0, duration].
+    """Bernstein control points of polynomials over [0, duration].
 
-    Shape: (..., dim, degree + 1), (...) seconds -> the same shape, metres.
+    Shape: (..., dim, degree + 1), (...) seconds -> (..., dim, degree + 1), metres.
 
-    The curve lies in their convex hull.
+    The curve lies in the convex hull of its control points.
     """
     degree = coefficients.shape[-1] - 1
     change = np.array([[comb(j, i) / comb(degree, i) for j in range(degree + 1)] for i in range(degree + 1)])
@@ -104,9 +101,10 @@ def control_points(coefficients: Array, duration: Array) -> Array:
 
 
 def from_control_points(points: Array, duration: Array) -> Array:
-    """Polynomials from Bernstein control points over [0, duration]: the inverse of ``control_points``.
+    """Power coefficients of polynomials with given Bernstein control points over [0, duration]; inverse of
+    ``control_points``.
 
-    Points are (..., dim, degree + 1), metres; ``duration`` is (...), seconds.
+    Shape: (..., dim, degree + 1), metres, and (...), seconds -> (..., dim, degree + 1), ascending powers of seconds.
     """
     degree, difference, columns = points.shape[-1] - 1, points, []
     for power in range(degree + 1):
@@ -116,7 +114,7 @@ def from_control_points(points: Array, duration: Array) -> Array:
 
 
 def speed_bounds(curves: Curves) -> Array:
-    """Upper bounds of the speed in each piece, (agents, pieces), m/s; exact up to degree two."""
+    """Upper bounds of the speed of each agent in each piece, (agents, pieces), m/s; exact up to degree two."""
     velocity = curves.derivative()
     if velocity.coefficients.shape[-1] == 0:
         return np.zeros(curves.coefficients.shape[:2])
@@ -124,7 +122,7 @@ def speed_bounds(curves: Curves) -> Array:
 
 
 def hulls(curves: Curves, parts: int = 1) -> Array:
-    """Bernstein control points of equal parts of each piece.
+    """Bernstein control points of ``parts`` equal parts of each piece.
 
     Shape: (agents, pieces * parts, dim, degree + 1), metres.
 
@@ -138,14 +136,15 @@ def hulls(curves: Curves, parts: int = 1) -> Array:
 
 
 def extents(curves: Curves) -> tuple[Array, Array]:
-    """Corners of a box around each agent's whole motion: (agents, dim) twice, metres."""
+    """Lowest and highest corner of a box around each agent's whole trajectory: (agents, dim) twice, metres."""
     reach = speed_bounds(curves) * curves.durations / 2
     middle = values(curves.coefficients, np.broadcast_to(curves.durations / 2, reach.shape))
     return (middle - reach[..., None]).min(axis=1), (middle + reach[..., None]).max(axis=1)
 
 
 def refined(curves: Curves, extra: Array) -> Curves:
-    """The same motion with additional joints: the times ``extra``, (moments,), seconds, that are inside a piece."""
+    """Same trajectory with additional piece boundaries at the times ``extra``, (moments,), seconds, inside its time
+    range."""
     inside = extra[(extra > curves.times[0]) & (extra < curves.times[-1])]
     times = np.union1d(curves.times, inside)
     if times.size == curves.times.size:
@@ -155,7 +154,7 @@ def refined(curves: Curves, extra: Array) -> Curves:
 
 
 def shifted(coefficients: Array, start: Array) -> Array:
-    """Polynomials with local time from ``start``, (pieces,), seconds.
+    """Polynomials reparametrised so that local time 0 is at ``start``, (pieces,), seconds.
 
     Shape: (agents, pieces, dim, degree + 1), metres.
     """
@@ -168,7 +167,7 @@ def shifted(coefficients: Array, start: Array) -> Array:
 
 
 def motion(mission: Mission, trace: Trace) -> Curves:
-    """The motion of a trace between its steps.
+    """Joint trajectory of a trace between its steps, as piecewise polynomials.
 
     First-order agents move straight at constant velocity between positions. A double integrator starts with the
     velocity of the step and reaches the next position under constant acceleration.
@@ -190,9 +189,11 @@ COLUMNS = ("duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") fo
 
 
 class Pieces(Record, eq=False):
-    """Content of one file: (pieces,) seconds and (pieces, 4, 8) coefficients of x, y, z, yaw.
+    """Contents of one trajectory file, in float32 numbers.
 
-    Float32 values.
+    Args:
+        duration: durations of the pieces, (pieces,), seconds.
+        coefficients: (pieces, 4, 8), coefficients of x, y, z (metres) and yaw (rad), ascending powers of seconds.
     """
 
     duration: Array
@@ -200,17 +201,21 @@ class Pieces(Record, eq=False):
 
     @property
     def times(self) -> Array:
-        """Times of the joints: (pieces + 1,), seconds."""
+        """Boundaries of the pieces: (pieces + 1,), seconds."""
         return np.concatenate([[0.0], np.cumsum(self.duration)])
 
 
 def curves_of(files: Sequence[Pieces], rows: slice) -> Curves:
-    """Joint motion of files with the same durations; ``rows`` selects from x, y, z and yaw."""
+    """Joint trajectory of agents from their trajectory files, which have equal piece durations.
+
+    Args:
+        rows: selection of the coordinates x, y, z and yaw.
+    """
     return Curves(files[0].times, np.stack([own.coefficients[:, rows] for own in files]))
 
 
 def read(text: str) -> Pieces | str:
-    """Pieces of a file as in the firmware, or a message with the error in it."""
+    """Pieces of a trajectory file, as the firmware reads them, or a message about the error in the file."""
     lines = text.split("\n")
     if lines[0] != ",".join(COLUMNS):
         return "the first line is not the header"
@@ -233,10 +238,10 @@ def read(text: str) -> Pieces | str:
 
 
 def polynomials(text: str) -> Pieces:
-    """Pieces of a verified file.
+    """Pieces of a trajectory file that has been verified before.
 
     Raises:
-        ValueError: the text is invalid; the message gives the error.
+        ValueError: the text is invalid; the message describes the error.
     """
     pieces = read(text)
     if isinstance(pieces, str):
@@ -245,7 +250,7 @@ def polynomials(text: str) -> Pieces:
 
 
 def written(pieces: Pieces) -> str:
-    """Text of a file; nine significant digits identify every float32 number."""
+    """Text of a trajectory file; nine significant digits identify every float32 number."""
     table = np.concatenate([pieces.duration[:, None], pieces.coefficients.reshape(len(pieces.duration), -1)], axis=1)
     # Adding zero turns -0 into 0.
     rows = (",".join(f"{number + 0.0:.9g}" for number in row) for row in table.tolist())

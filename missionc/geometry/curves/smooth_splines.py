@@ -1,7 +1,7 @@
 """Smooth splines: B-splines of degree 7 with four continuous derivatives, by their Bernstein control points.
 
-A B-spline with threefold inner knots has four continuous derivatives at every joint, for any durations. Its
-coefficients are free; each piece's control points are averages of eight of them.
+A B-spline with threefold inner knots has four continuous derivatives at every joint, for any durations of the pieces.
+Its coefficients are free; each piece's control points are averages of eight coefficients.
 
 Source:
     Farin, "Curves and Surfaces for CAGD" (2002), chapters 4, 5 and 8.
@@ -19,21 +19,21 @@ from missionc.base.trace import Array
 
 DEGREE = 7
 JOIN = 4
-"""Number of continuous derivatives at a joint."""
+"""Number of continuous derivatives at the joints of the spline."""
 
 
 def coefficients(pieces: int) -> int:
-    """Number of coefficients of a spline of ``pieces`` pieces."""
+    """Number of B-spline coefficients of a spline with ``pieces`` pieces."""
     return DEGREE + 1 + (DEGREE - JOIN) * (pieces - 1)
 
 
 def control_points_of(times: Array) -> csr_array:
-    """Matrix from the spline's coefficients to the control points.
+    """Matrix from B-spline coefficients to the Bernstein control points of all pieces.
 
     Shape: (pieces * 8, coefficients), dimensionless.
 
     Args:
-        times: (pieces + 1,), seconds: the joints.
+        times: joints of the spline, (pieces + 1,), seconds.
     """
     knots = np.concatenate(
         [np.repeat(times[:1], DEGREE + 1), np.repeat(times[1:-1], DEGREE - JOIN), np.repeat(times[-1:], DEGREE + 1)]
@@ -56,11 +56,9 @@ def control_points_of(times: Array) -> csr_array:
 
 
 def effort(order: int, durations: Array) -> Array:
-    """Integral of the squared derivative of an order, as a form of each piece's control points.
+    """Quadratic forms of each piece's control points for the integral of the squared derivative of an order.
 
-    Shape: (pieces, 8, 8).
-
-    ``durations`` is (pieces,), seconds; the unit of the form is s^(1 - 2 order).
+    Shape: durations (pieces,), seconds -> (pieces, 8, 8), s^(1 - 2 order).
     """
     left = DEGREE - order
     difference = np.diff(np.eye(DEGREE + 1), n=order, axis=0) * (np.prod(np.arange(left + 1, DEGREE + 1)))
@@ -75,7 +73,8 @@ def effort(order: int, durations: Array) -> Array:
 
 
 def part_of(low: float, high: float) -> Array:
-    """Matrix from control points to those of the part between two shares of the duration.
+    """Matrix from a piece's control points to the control points of its part between the parameters ``low`` and
+    ``high`` in [0, 1].
 
     Shape: (8, 8), dimensionless weights.
     """
@@ -86,18 +85,16 @@ def part_of(low: float, high: float) -> Array:
 
 
 def bernstein(share: Array) -> Array:
-    """Matrix from a piece's control points to its values at shares of its duration: (shares, 8),
-    dimensionless weights.
-    """
+    """Matrix from a piece's control points to its values at the parameters ``share`` in [0, 1]: (shares, 8),
+    dimensionless."""
     return np.array([[_split(DEGREE, i, u) for i in range(DEGREE + 1)] for u in share.tolist()])
 
 
 def rounded(points: Array, durations: Array) -> Array:
-    """Round control points to float32 coefficients.
+    """Power coefficients of pieces with given control points, rounded to float32.
 
-    Shape: (..., pieces, dim, 8), metres -> ascending powers of seconds.
-
-    ``durations`` is (pieces,), seconds.
+    Shape: (..., pieces, dim, 8), metres, and durations (pieces,), seconds -> (..., pieces, dim, 8), ascending powers of
+    seconds.
     """
     difference = points
     columns = []

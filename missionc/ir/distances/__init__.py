@@ -1,1 +1,1 @@
-"""Distances to shapes, and lines of sight between them."""
+"""Distances from points to shapes, and clearance of lines of sight from shapes."""

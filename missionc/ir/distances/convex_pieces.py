@@ -1,4 +1,4 @@
-"""Convex decomposition of shapes, such that the distance to a straight line has one minimum on each piece.
+"""Convex decomposition of shapes; along a straight line, the distance to one piece has a single minimum.
 
 A piece is the intersection of its parts, and a shape is the union of its pieces. A part is a convex shape, a half
 space, or the outside of a disc or a ball. Pieces include their borders: the border of a removed part remains.
@@ -22,14 +22,20 @@ Corners: TypeAlias = tuple[tuple[float, float], ...]
 
 
 class HalfSpace(Record):
-    """Points whose inner product with the unit vector ``normal`` is at most ``offset``, over the first coordinates."""
+    """Half space of the points whose inner product with the unit vector ``normal`` is at most ``offset`` metres.
+
+    The normal has one entry for each of the first coordinates; further coordinates are free.
+    """
 
     normal: Vector
     offset: float
 
 
 class Outside(Record):
-    """Points at least ``radius`` away from ``centre``, over as many of the first coordinates as the centre has."""
+    """Outside of a disc or ball: the points at least ``radius`` metres away from ``centre``.
+
+    A centre with two coordinates in a volume is the axis of an upright cylinder.
+    """
 
     centre: Vector
     radius: float
@@ -42,7 +48,7 @@ Pieces: TypeAlias = tuple[Piece, ...]
 
 @lru_cache(maxsize=1024)
 def pieces(shape: Shape) -> Pieces:
-    """Pieces whose union is the shape."""
+    """Convex pieces whose union is the shape."""
     match shape:
         case Box() | Disc() | Ball():
             return ((shape,),)
@@ -61,7 +67,7 @@ def pieces(shape: Shape) -> Pieces:
 
 
 def count_pieces(shape: Shape) -> tuple[int, int]:
-    """Count the pieces of a shape and of its complement, without making those of combined shapes."""
+    """Numbers of convex pieces of a shape and of its complement, counted without the pieces of combined shapes."""
     match shape:
         case Box() | Disc() | Ball() | Polygon():
             return len(pieces(shape)), len(_pieces_around(shape))
@@ -80,9 +86,9 @@ def count_pieces(shape: Shape) -> tuple[int, int]:
 
 @lru_cache(maxsize=1024)
 def outer_half_spaces(shape: Shape) -> tuple[HalfSpace, ...]:
-    """Half spaces whose union is all that is not inside a shape; empty if there are none such.
+    """Half spaces whose union is the complement of a convex polyhedron with its border; empty for any other shape.
 
-    The depth of a point inside a convex polyhedron is its least distance from them.
+    The depth of a point inside the polyhedron is its least distance from the half spaces.
     """
     around = _pieces_around(shape)
     found = tuple(piece[0] for piece in around if len(piece) == 1 and isinstance(piece[0], HalfSpace))
@@ -95,7 +101,7 @@ def _common(left: Pieces, right: Pieces) -> Pieces:
 
 @lru_cache(maxsize=1024)
 def _pieces_around(shape: Shape) -> Pieces:
-    """Pieces of the complement of a shape, including its border."""
+    """Convex pieces of the complement of a shape, including the border."""
     match shape:
         case Box(low, high):
             return tuple((side,) for axis in range(len(low)) for side in _beyond(axis, low[axis], high[axis]))
@@ -116,7 +122,7 @@ def _pieces_around(shape: Shape) -> Pieces:
 
 
 def _beyond(axis: int, low: float, high: float) -> tuple[HalfSpace, HalfSpace]:
-    """Half spaces with a coordinate at most ``low``, and at least ``high``."""
+    """Two half spaces along one axis: coordinate at most ``low``, and coordinate at least ``high``."""
     normal = tuple(float(each == axis) for each in range(axis + 1))
     return HalfSpace(normal, low), HalfSpace(tuple(-each for each in normal), -high)
 
@@ -161,7 +167,7 @@ def _around_polygon(corners: Corners) -> Iterator[Piece]:
 
 
 def _right_of(here: tuple[float, float], there: tuple[float, float]) -> HalfSpace:
-    """Half plane to the right of the line from one point to the other, including the line."""
+    """Half plane to the right of the line from ``here`` to ``there``, including the line."""
     dx, dy = there[0] - here[0], there[1] - here[1]
     length = math.hypot(dx, dy) or 1.0
     normal = (-dy / length, dx / length)
@@ -169,8 +175,9 @@ def _right_of(here: tuple[float, float], there: tuple[float, float]) -> HalfSpac
 
 
 def _slabs(corners: Corners) -> Iterator[tuple[float, float, list[tuple[float, float]]]]:
-    """Horizontal bands without a corner inside, from below: their heights, and the x at which sides enter and leave
-    each.
+    """Horizontal bands of a polygon between consecutive corner heights, from below.
+
+    Yields the lower and the upper height, and the x at both heights of each side that crosses the band, sorted.
     """
     sides = [(here, there) for here, there in pairwise((*corners, corners[0])) if here[1] != there[1]]
     for low, high in pairwise(sorted({y for _, y in corners})):
@@ -184,7 +191,7 @@ def _x_at(side: tuple[tuple[float, float], tuple[float, float]], height: float) 
 
 
 def _trapezoids(corners: Corners, *, inside: bool) -> Iterator[Corners]:
-    """Trapezoids whose union is a polygon, or without ``inside`` the gaps between its parts at each height."""
+    """Trapezoids whose union is a polygon, or if not ``inside``, the gaps between its parts at each height."""
     for low, high, sides in _slabs(corners):
         for (left, left_up), (right, right_up) in list(pairwise(sides))[0 if inside else 1 :: 2]:
             yield tuple(dict.fromkeys(((left, low), (right, low), (right_up, high), (left_up, high))))

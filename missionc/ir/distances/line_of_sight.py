@@ -1,7 +1,7 @@
-"""Clearance of straight lines between two points from shapes; negative if a line crosses a shape.
+"""Clearance of line segments from shapes; negative if a segment crosses a shape.
 
-The clearance of a line is the least signed distance of its points. Along a line, the distance to a piece of
-``convex_pieces`` first falls and then rises, between known places. Bisection therefore finds the minimum. The code uses
+The clearance of a segment is the least signed distance of its points. Along a segment, the distance to a piece of
+``convex_pieces`` first falls and then rises, between known positions, so bisection finds the minimum. The code uses
 only operations that numpy, torch and ``plain_floats`` share.
 
 Source:
@@ -23,31 +23,31 @@ from missionc.ir.distances.convex_pieces import HalfSpace, Outside, Part, Piece,
 from missionc.ir.distances.signed_distance import Array, Namespace, distance_between, signed_distance
 
 HALVINGS = 34
-"""Number of bisections: the minimum is located to the length of the line over 2 to this power."""
+"""Number of bisections: the minimum is located up to the length of the segment divided by 2 to this power."""
 
 BESIDE = 1e-6
-"""Share of a line between two points at which its slope is measured."""
+"""Step of the finite difference that measures a slope, as a fraction of the segment."""
 
 
 SAMPLES = 8
-"""Number of points of a line in the first evaluation; the rest of the search refines between them."""
+"""Number of points of a segment in the first evaluation; the search then refines between them."""
 
 
 def clear_line(
     xp: Namespace, shapes: Iterable[Shape], first: Array, second: Array, enough: Array, floor: float = -math.inf
 ) -> Array:
-    """Clearance of lines, at most ``enough``.
+    """Clearance of line segments from shapes, at most ``enough``.
 
     Args:
-        xp: the array library of the points.
-        first: (..., dim), metres, one end of each line; broadcasts with ``second``, the other end.
+        xp: array library of the points.
+        first: one end of each segment, (..., dim), metres; broadcasts with ``second``, the other end.
         enough: (...), metres; larger clearances are not computed.
-        floor: metres; a smaller clearance may be returned inexactly.
+        floor: metres; a clearance below it may be returned inexactly.
 
     Returns:
-        (...), metres, the same if the ends are exchanged. Moving both ends by a metre changes it by at most a
-        metre. The sign is exact; the size is that of ``signed_distance`` for plain convex shapes, and never
-        overstated for others.
+        (...), metres, symmetric in the two ends. Moving both ends by a metre changes the clearance by at most a metre.
+        The sign is exact; the value is that of ``signed_distance`` for plain convex shapes, and never overstated for
+        others.
     """
     ends = _in_order(xp, first, second)
     for shape in shapes:
@@ -57,7 +57,7 @@ def clear_line(
 
 
 class _Points:
-    """Points by their coordinates, one array (...) for each axis, indexed like an array: ``points[..., axis]``."""
+    """Points as one array (...) per coordinate, metres; indexed like one array: ``points[..., axis]``."""
 
     def __init__(self, axes: list[Array]) -> None:
         self.axes = axes
@@ -72,7 +72,8 @@ class _Points:
 
 
 class _Lines:
-    """Lines from ``begin``, (...) for each axis, at share 0, to ``begin + way`` at share 1."""
+    """Line segments from ``begin`` (fraction 0) to ``begin + way`` (fraction 1); one array (...) per coordinate,
+    metres."""
 
     def __init__(self, begin: list[Array], way: list[Array]) -> None:
         self.begin, self.way = begin, way
@@ -84,9 +85,8 @@ class _Lines:
         return _Lines([axis[some] for axis in self.begin], [axis[some] for axis in self.way])
 
     def nearest(self, xp: Namespace, centre: tuple[float, ...]) -> Array:
-        """Share of each line at its nearest point to ``centre``: (...), dimensionless, over the coordinates of
-        ``centre``.
-        """
+        """Fraction of each segment at which it is nearest to ``centre``, over the coordinates of ``centre``: (...),
+        dimensionless."""
         axes = [(self.begin[axis], self.way[axis], centre[axis]) for axis in range(len(centre))]
         square = sum(way * way for _, way, _ in axes)
         along = sum((middle - begin) * way for begin, way, middle in axes)
@@ -94,9 +94,9 @@ class _Lines:
 
 
 def _in_order(xp: Namespace, first: Array, second: Array) -> _Lines:
-    """Lines that start at the lexicographically first end, so that exchanged ends give the same result.
+    """Segments that start at the lexicographically smaller end, so that exchanged ends give the same result.
 
-    The ends have shape (..., dim), metres.
+    Shape: (..., dim) twice, metres.
     """
     axes = range(first.shape[-1])
     here = [first[..., axis] + 0.0 * second[..., axis] for axis in axes]
@@ -112,10 +112,13 @@ def _in_order(xp: Namespace, first: Array, second: Array) -> _Lines:
 def _lowered(
     xp: Namespace, piece: Piece, lines: _Lines, enough: Array, floor: float, shares: tuple[float, ...] = (0.5,)
 ) -> Array:
-    """Lower ``enough`` to the distance of a piece, computed only for lines that may pass so near.
+    """Minimum of ``enough`` and the distances of segments to a piece, computed only for segments that may be that near.
 
-    ``enough`` and the result have shape (...), metres. No point of a line is further from one of ``shares`` than half
-    the spacing between them.
+    Shape: (...), metres.
+
+    Args:
+        shares: fractions of the segments at which distances are tested first; no point of a segment is further from the
+            nearest of them than half their spacing.
     """
     reach = distance_between(xp, lines.at(0.0), lines.at(1.0)) / (2 * len(shares))
     nearest = reduce(xp.minimum, [_depth(xp, piece, lines.at(share)) for share in shares])
@@ -135,7 +138,7 @@ def _lowered(
 
 
 def _depth(xp: Namespace, piece: Piece, points: _Points) -> Array:
-    """Signed distance of points to the intersection of a piece's parts: (...), metres, never overstated."""
+    """Lower bound of the signed distance of points to a piece, the intersection of its parts: (...), metres."""
     return reduce(xp.maximum, [_distance(xp, part, points) for part in piece])
 
 
@@ -150,7 +153,7 @@ def _distance(xp: Namespace, part: Part, points: _Points) -> Array:
 
 
 def _least(xp: Namespace, piece: Piece, lines: _Lines) -> Array:
-    """Least distance of the points of lines to a piece: (...), metres."""
+    """Least distance of the points of segments to a piece: (...), metres."""
     match piece:
         case (Disc(centre, _, None) | Ball(centre, _),):
             return _depth(xp, piece, lines.at(lines.nearest(xp, centre)))
@@ -171,14 +174,14 @@ def _least(xp: Namespace, piece: Piece, lines: _Lines) -> Array:
 
 
 Found: TypeAlias = tuple[Array, Array, Array, Array]
-"""The least value, the two places between which it begins to rise, and the second place's share of the slope."""
+"""Minimum along segments: value, two fractions between which it begins to rise, weight of the second in the slope."""
 
 
 def _least_between(xp: Namespace, value: Callable[[Array], Array], low: Array, high: Array) -> Found:
-    """Minimum of values that fall and then rise, by bisection.
+    """Minimum of functions that fall and then rise between ``low`` and ``high``, by bisection.
 
-    The arrays have shape (...): values in metres, places as dimensionless shares of the line. At a kink, the minimum
-    follows both the falling and the rising side, with weights that balance their slopes.
+    The arrays have shape (...): values in metres, positions as fractions of the segment. At a kink, the derivative of
+    the minimum weights the falling and the rising side such that their slopes balance.
     """
     middle = (low + high) / 2
     amid, least = value(middle), xp.minimum(value(low), value(high))
@@ -211,7 +214,8 @@ def _lesser(xp: Namespace, one: Found, other: Found) -> Found:
 
 
 def _sorted(xp: Namespace, values: list[Array]) -> list[Array]:
-    """Sort the arrays elementwise: each of shape (...), dimensionless shares."""
+    """Arrays sorted elementwise: the first result has the least value of each element. All arrays are (...), fractions
+    of segments."""
     values = list(values)
     for last in range(len(values) - 1, 0, -1):
         for place in range(last):
@@ -221,5 +225,5 @@ def _sorted(xp: Namespace, values: list[Array]) -> list[Array]:
 
 
 def _held(value: Array) -> Array:
-    """The value, any shape and unit, detached from torch's gradient."""
+    """Array of any shape and unit, detached from torch's automatic differentiation."""
     return value.detach() if hasattr(value, "detach") else value

@@ -13,25 +13,24 @@ from typing import Any, TypeAlias, assert_never
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
 
 Array: TypeAlias = Any
-"""An array of the library in use."""
+"""Array of the library in use."""
 
 Namespace: TypeAlias = Any
-"""An array library: ``numpy``, or ``torch``."""
+"""Array library: ``numpy`` or ``torch``."""
 
 
 def signed_distance(xp: Namespace, shape: Shape, position: Array) -> Array:
-    """Signed distance of points from a shape's border.
+    """Signed distance of points to the border of a shape, negative inside.
 
     Args:
-        xp: the array library of ``position``.
-        position: (..., dim), metres.
+        xp: array library of ``position``.
+        position: points, (..., dim), metres.
 
     Returns:
-        (...), metres, negative inside, 0 on the border. Moving a point by one
-        metre changes it by at most one metre. Exact for the plain shapes. Of
-        combined shapes the sign is exact and the size is never overstated:
-        inside a union, and outside an intersection or a difference, the border
-        may be further away than the result. A difference includes its border.
+        (...), metres, negative inside, 0 on the border. Moving a point by one metre changes the distance by at most one
+            metre. The distance is exact for plain shapes. For combined shapes the sign is exact and the absolute value
+            is never overstated: inside a union, and outside an intersection or a difference, the border may be further
+            away. A difference includes its border.
     """
     match shape:
         case Box(low, high):
@@ -59,7 +58,8 @@ def signed_distance(xp: Namespace, shape: Shape, position: Array) -> Array:
 
 
 def measured_outside(shape: Shape) -> bool:
-    """Return whether the distance of outside points is exact; beside cuts it may be understated."""
+    """Return true if ``signed_distance`` is exact for all points outside the shape; near intersections and differences
+    it may understate."""
     match shape:
         case Box() | Disc() | Ball() | Polygon():
             return True
@@ -72,7 +72,7 @@ def measured_outside(shape: Shape) -> bool:
 
 
 def distance_between(xp: Namespace, first: Array, second: Array | tuple[float, ...]) -> Array:
-    """Distance between points, (..., dim) and (..., dim) or one tuple of coordinates -> (...), metres."""
+    """Euclidean distance between points, (..., dim) and (..., dim) or one tuple of coordinates -> (...), metres."""
     axes = range(first.shape[-1])
     if isinstance(second, tuple):
         return length(xp, [first[..., axis] - second[axis] for axis in axes])
@@ -80,9 +80,9 @@ def distance_between(xp: Namespace, first: Array, second: Array | tuple[float, .
 
 
 def length(xp: Namespace, coordinates: Iterable[Array]) -> Array:
-    """Euclidean length of a vector from its coordinates, (...) each, in metres or m/s -> (...), the same unit.
+    """Euclidean length of vectors from their coordinates, (...) each, in metres or m/s -> (...), the same unit.
 
-    The gradient at 0 is 0; torch's own is not a number.
+    The gradient of the zero vector is 0, where torch's own is not a number.
     """
     square = reduce(lambda left, right: left + right, [coordinate * coordinate for coordinate in coordinates])
     if xp.__name__ == "numpy":  # torch has no gradient at 0
@@ -92,9 +92,9 @@ def length(xp: Namespace, coordinates: Iterable[Array]) -> Array:
 
 
 def _outside(xp: Namespace, distances: list[Array]) -> Array:
-    """Signed distance to a product of sets from the distances to each set, along orthogonal axes.
+    """Signed distance to a product of sets along orthogonal axes, from the signed distances to each set.
 
-    Shape: (...), metres.
+    Shape: (...) each, metres -> (...), metres.
     """
     outside = length(xp, [xp.clip(distance, 0.0, None) for distance in distances])
     inside = xp.clip(reduce(xp.maximum, distances), None, 0.0)
@@ -109,8 +109,10 @@ def _extruded(xp: Namespace, plane: Array, band: Prism | None, position: Array) 
 
 
 def _polygon(xp: Namespace, corners: tuple[tuple[float, float], ...], position: Array) -> Array:
-    """Signed distance to a polygon, (..., dim) -> (...), metres: nearest side, and inside by the number of crossings to
-    the right.
+    """Signed distance of points to a polygon in the plane: (..., dim) -> (...), metres.
+
+    The absolute value is the distance to the nearest side. A point is inside if a ray to the right crosses an odd
+    number of sides.
     """
     x, y = position[..., 0], position[..., 1]
     sides: list[Array] = []

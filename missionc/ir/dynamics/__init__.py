@@ -1,6 +1,6 @@
-"""The kinds of dynamics, each in its own file.
+"""Registry of the kinds of dynamics; each kind has its own file.
 
-The tuple is the only registration of the built-in kinds.
+The tuple ``DYNAMICS`` is the only registration of the built-in kinds.
 """
 
 from __future__ import annotations
@@ -38,25 +38,25 @@ def _kind(word: str, kind: object) -> type[Dynamics]:
 
 
 KINDS: Registry[type[Dynamics]] = Registry(Kind.DYNAMICS, {kind.word: kind for kind in DYNAMICS}, _kind)
-"""Each kind under its word, including those of extensions."""
+"""Kinds of dynamics by their word in missions, including kinds of extensions."""
 
 
 def of_kind(kind: type[Dynamics], slowest: float, fastest: float, *limits: float) -> Dynamics:
-    """Dynamics of a kind within limits, SI units.
+    """Dynamics of a kind with the given speed limits, m/s, and further limits, SI units.
 
     Raises:
-        Unfit: they cannot be those of this kind.
-        ExtensionError: the kind is of an extension that failed.
+        Unfit: the kind cannot have these limits.
+        ExtensionError: the code of an extension's kind failed.
     """
     with guard(Kind.DYNAMICS, kind.word, Unfit):
         return _with_sound_facts(kind.word, kind.of(slowest, fastest, *limits))
 
 
 def at_most(dynamics: Dynamics, speed: float, acceleration: float) -> Dynamics:
-    """The same dynamics with smaller bounds, m/s and m/s², as far as the kind has any.
+    """Dynamics of the same kind with lower limits on speed, m/s, and acceleration, m/s² (if the kind limits it).
 
     Raises:
-        ExtensionError: the kind is of an extension that failed.
+        ExtensionError: the code of an extension's kind failed.
     """
     with guard(Kind.DYNAMICS, dynamics.word):
         slower = _with_sound_facts(dynamics.word, dynamics.at_most(speed, acceleration))
@@ -67,11 +67,15 @@ def at_most(dynamics: Dynamics, speed: float, acceleration: float) -> Dynamics:
 
 
 ROUNDING = 1e-9
-"""Share of a speed."""
+"""Relative rounding error of a speed that is tolerated."""
 
 
 def _with_sound_facts(word: str, dynamics: object) -> Dynamics:
-    """Dynamics as they are, if all numbers that they state can be used."""
+    """Return the dynamics of an extension unchanged after checking their type and numbers.
+
+    Raises:
+        ExtensionError: the value is no ``Dynamics``, or one of its limits is unusable.
+    """
     if not isinstance(dynamics, Dynamics):
         raise rejected(Kind.DYNAMICS, word, "returned a value that is no `Dynamics`")
     for name in ("top_speed", "lowest_speed", "top_acceleration", "top_turn"):
@@ -85,5 +89,5 @@ def _with_sound_facts(word: str, dynamics: object) -> Dynamics:
 
 
 def velocity_chosen_anew(speed: float) -> Dynamics:
-    """Dynamics whose velocity may change at every step, up to ``speed``, m/s."""
+    """Single-integrator dynamics: the velocity may change at every step, up to ``speed``, m/s."""
     return SingleIntegrator(speed)

@@ -1,4 +1,4 @@
-"""The double integrator: a new acceleration at every step."""
+"""Double integrator: the acceleration is constant within each step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from missionc.ir.dynamics.kind import Dynamics, Limit
 
 @dataclass(frozen=True, slots=True)
 class DoubleIntegrator(Dynamics):
-    """Constant acceleration within a step, up to ``acceleration`` m/s²; speed up to ``speed`` m/s."""
+    """Double-integrator dynamics: constant acceleration within a step, up to ``acceleration`` m/s²; speed up to
+    ``speed`` m/s."""
 
     word: ClassVar[str] = "double_integrator"
     limits: ClassVar[tuple[Limit, ...]] = (Limit("acceleration", Dimension.ACCELERATION, "the acceleration"),)

@@ -1,7 +1,7 @@
-"""Dynamics as facts: bounds and properties that every kind provides, independent of its equations.
+"""Facts of dynamics: limits and properties that every kind provides, independent of its equations.
 
-A kind is a frozen value in its own file. No caller tests for a kind: ``world.dynamics`` and all others read these
-facts.
+A kind of dynamics is a frozen value in its own file. ``geometry.dynamics`` and all other callers read these facts and
+never test for a kind.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from missionc.base.units import Dimension
 
 
 class Limit(Record):
-    """An upper bound that a mission sets: ``acceleration <= 3 m/s^2``.
+    """Upper bound of the dynamics that a mission sets: ``acceleration <= 3 m/s^2``.
 
-    ``setting`` is the word and the name of the field; ``name`` is for messages. ``default`` is the bound if the mission
-    gives none; None if the mission must give one.
+    ``setting`` is the word in missions and the name of the field; ``name`` is the name in messages. ``default`` applies
+    if the mission sets no bound; None if the mission must set one.
     """
 
     setting: str
@@ -31,59 +31,61 @@ class Limit(Record):
 
 @dataclass(frozen=True, slots=True)
 class Dynamics(ABC):
-    """Capabilities of an agent within one step, in SI units."""
+    """Dynamics of an agent: the motions that it can make within one step, in SI units."""
 
     word: ClassVar[str]
-    """Word in missions."""
+    """Name of the dynamics in missions."""
     limits: ClassVar[tuple[Limit, ...]] = ()
-    """Limits other than the speed, which every kind has."""
+    """Limits of the dynamics besides the speed limits, which all dynamics have."""
     may_be_restless: ClassVar[bool] = False
-    """True if a mission may set a lowest speed above 0."""
+    """True if a mission may set a minimum speed above 0."""
     has_momentum: ClassVar[bool] = False
-    """True if the velocity is a state and the acceleration is constant within a step; else the velocity may jump."""
+    """True if the velocity is a state and the acceleration is constant within a step; if False, velocities may jump."""
     faces_ahead: ClassVar[bool] = False
-    """True if the heading is a state: the agent moves in the direction that it faces."""
+    """True if the heading is a state and the agent moves along its heading."""
 
     rules: ClassVar[tuple[str, ...]] = ()
-    """Names of the margins of ``step_margins``; only backends of extensions plan with them."""
+    """Names of the constraints that ``step_margins`` evaluates; only backends of extensions plan with them."""
 
     @classmethod
     @abstractmethod
     def of(cls, slowest: float, fastest: float, *limits: float) -> Dynamics:
-        """Create the value with these speeds, m/s, and these ``limits`` in their order."""
+        """Dynamics with the minimum and maximum speed, m/s, and the values of ``limits`` in their order."""
 
     @property
     @abstractmethod
     def top_speed(self) -> float:
-        """The largest speed, m/s."""
+        """Maximum speed, m/s."""
 
     @property
     def lowest_speed(self) -> float:
-        """The least speed of a motion, m/s; above 0 the agent cannot wait."""
+        """Minimum speed, m/s; an agent whose minimum is above 0 cannot wait."""
         return 0.0
 
     @property
     def top_acceleration(self) -> float:
-        """The largest acceleration, m/s²; infinite if the velocity may jump."""
+        """Maximum acceleration, m/s²; infinite if the velocity may jump."""
         return math.inf
 
     @property
     def top_turn(self) -> float:
-        """The largest change of heading between steps, rad/s; infinite without a bound."""
+        """Maximum turning rate between steps, rad/s; infinite if not limited."""
         return math.inf
 
     def step_margins(self, position: Any, heading: Any, step: float) -> Mapping[str, tuple[Any, str]]:
-        """Margins of ``rules`` that the other facts do not state, by name, each with its unit.
+        """Margins of the constraints in ``rules`` along one trajectory, by constraint name, each with its unit.
 
         Args:
-            position: one agent's positions, (steps + 1, dim), metres; ``heading`` (steps + 1,), rad.
-            step: seconds.
+            position: positions of one agent, (steps + 1, dim), metres.
+            heading: headings of the agent, (steps + 1,), rad.
+            step: duration of a step, seconds.
 
         Returns:
-            arrays with one number per step, or per pair of steps; at least 0 if the motion is possible.
+            arrays with one number per step, or per pair of consecutive steps; at least 0 if the motion is possible.
         """
         return {}
 
     @abstractmethod
     def at_most(self, speed: float, acceleration: float) -> Dynamics:
-        """The same dynamics with these limits (m/s, m/s²); unchanged if the agent cannot move so slowly."""
+        """Dynamics with lower limits on speed (m/s) and acceleration (m/s²); unchanged if the agent cannot move that
+        slowly."""

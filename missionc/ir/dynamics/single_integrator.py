@@ -1,4 +1,4 @@
-"""The single integrator: a new velocity at every step."""
+"""Single integrator: the velocity is constant within each step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from missionc.ir.dynamics.kind import Dynamics
 
 @dataclass(frozen=True, slots=True)
 class SingleIntegrator(Dynamics):
-    """Constant velocity within a step, up to ``speed`` m/s."""
+    """Single-integrator dynamics: constant velocity within a step, up to ``speed`` m/s."""
 
     word: ClassVar[str] = "single_integrator"
 
@@ -29,5 +29,5 @@ class SingleIntegrator(Dynamics):
 
 
 def of_first_order(speed: float) -> SingleIntegrator:
-    """First-order dynamics with only a maximum speed, m/s: a relaxation of other dynamics."""
+    """Single-integrator dynamics with only a maximum speed, m/s; used as a relaxation of other dynamics."""
     return SingleIntegrator(speed)

@@ -1,4 +1,4 @@
-"""The unicycle: a new speed and heading at every step; motion along the heading."""
+"""Unicycle: speed and heading are constant within each step, and the agent moves along its heading."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from missionc.ir.dynamics.kind import Dynamics, Limit
 
 @dataclass(frozen=True, slots=True)
 class Unicycle(Dynamics):
-    """Straight motion along the heading at ``slowest`` ..
+    """Unicycle dynamics: straight motion along the heading within a step, and turns in place between steps.
 
-    ``fastest`` m/s within a step; turns in place between steps.
+    The speed is between ``slowest`` and ``fastest`` m/s; the agent can wait only if ``slowest`` is 0. ``turn`` (rad/s)
+    bounds the change of heading between steps; ``math.inf`` if the mission sets no bound.
 
-    ``turn`` (rad/s) bounds the change of heading between steps; ``math.inf`` if the mission gives no bound. The agent
-    can wait only if ``slowest`` is 0. [strel] Experiment Setup.
+    Source:
+        [strel] Experiment Setup.
     """
 
     word: ClassVar[str] = "unicycle"

@@ -1,3 +1,3 @@
-"""The kernel: the core language that every operator comes down to."""
+"""Kernel: the core language to which all operators expand."""
 
 from missionc.ir.kernel import nodes as nodes

@@ -1,4 +1,4 @@
-"""The analysis of kernel formulas: look-ahead, relevance, and the agents of each formula."""
+"""Analysis of kernel formulas: look-ahead, relevant agents and steps, and the agents of each formula."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from missionc.ir.kernel.walk import Ask, asks, bottom_up, children, postorder
 def steps_ahead(
     roots: Iterable[Node], to_end: int = 0, of_predicate: Callable[[Predicate], int] = lambda _: 0
 ) -> dict[Node, int]:
-    """Look-ahead of every node, in steps, if the mission is long enough.
+    """Look-ahead of every node, in steps: how far after the evaluated step the node may read states.
 
     Args:
-        to_end: look-ahead of a window to the mission's end, beyond its beginning.
+        to_end: look-ahead that a window to the mission's end counts, besides its lower bound.
         of_predicate: look-ahead of a predicate, in steps.
 
     Source:
@@ -47,13 +47,13 @@ def steps_ahead(
 
 
 def robustness_unit(root: Node) -> str:
-    """Unit of a formula's robustness: ``m``; ``m/s`` if it compares only speeds; empty if units differ."""
+    """Unit of a formula's robustness: ``m``; ``m/s`` if the formula compares only speeds; empty if units differ."""
     units = {node.predicate.unit for node in postorder((root,)) if isinstance(node, Atom)} or {"m"}
     return units.pop() if len(units) == 1 else ""
 
 
 def agents_asked(root: Node) -> dict[Node, set[int]]:
-    """Agents for which each formula may be evaluated, if the root is evaluated for the first."""
+    """For each node, the agents for which the node may be evaluated, if the root is evaluated for agent 0."""
     order = postorder((root,))
     asked: dict[Node, set[int]] = {node: set() for node in order}
     asked[root].add(0)
@@ -64,7 +64,7 @@ def agents_asked(root: Node) -> dict[Node, set[int]]:
 
 
 def remembering(roots: Iterable[Node]) -> set[int]:
-    """Agents for which a formula about the past may be evaluated."""
+    """Agents for which a predicate of the past (one that depends on earlier steps) may be evaluated."""
     roots = tuple(roots)
     past = {node for node in postorder(roots) if isinstance(node, Atom) and node.predicate.reads_past}
     if not past:
@@ -74,18 +74,18 @@ def remembering(roots: Iterable[Node]) -> set[int]:
 
 
 def reads_lengths(node: Node) -> bool:
-    """Return whether a node, or the node below its negation, is about lengths in metres."""
+    """Return true if a node, or the node below its negation, constrains route lengths in metres."""
     return isinstance(node.body if isinstance(node, Not) else node, RouteNode | PathLength)
 
 
 def linked_by(roots: Iterable[Node]) -> tuple[Graph, ...]:
-    """Graphs whose links (not lengths) these formulas read."""
+    """Graphs whose links (not route lengths in metres) the formulas read, without repetition."""
     nodes = (node for node in postorder(roots) if isinstance(node, NeighbourNode | ReachNode))
     return tuple(dict.fromkeys(node.graph for node in nodes))
 
 
 def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
-    """For each node, whether additional agents can only make it true."""
+    """For each node, true if additional agents can make the node true but never false."""
 
     def is_helped(node: Node, below: tuple[bool, ...]) -> bool:
         hindered = reads_lengths(node) or (isinstance(node, NeighbourNode | ReachNode) and node.every)
@@ -95,7 +95,7 @@ def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
 
 
 def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
-    """For each node, whether its truth is the same for every agent."""
+    """For each node, true if its truth does not depend on the agent for which it is evaluated."""
 
     def is_same(node: Node, below: tuple[bool, ...]) -> bool:
         match node:
@@ -110,13 +110,14 @@ def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
 
 
 def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
-    """Agents whose motion may matter to each node.
+    """Agents whose trajectories may influence each node.
 
     Args:
         agents: number of agents of the mission.
 
     Returns:
-        (agents, agents), boolean: the motion of the first may matter if the node is evaluated for the second.
+        (agents, agents), boolean: entry [i, j] is true if agent i's trajectory may matter to the node evaluated for
+            agent j.
     """
     known: dict[Node, Flags] = {}
     # Equal results share one array: each node has a flag for every pair of agents.
@@ -143,7 +144,11 @@ def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
 
 
 def _among(graph: Graph, about: Flags) -> Flags:
-    """Flags of the agents that matter to every member of a graph: its members, and agents that matter to a member."""
+    """Extension of ``about`` to all members of a graph: every member is influenced by all members and by all agents
+    that influence a member.
+
+    Shape: (agents, agents), boolean, as in ``about_whom``.
+    """
     members = list(graph.agents)
     mover = np.asarray(about[:, members].any(axis=1))
     mover[members] = True
@@ -153,15 +158,16 @@ def _among(graph: Graph, about: Flags) -> Flags:
 
 
 def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tuple[Node, Flags]]:
-    """Yield every node of team formulas at step 0 with its relevant agents and steps, parents first.
+    """Yield every node of team formulas that are evaluated at step 0, with the agents and steps that matter, parents
+    first.
 
     Args:
         agents: number of agents of the mission.
         last: the mission's last step; windows end there.
 
     Returns:
-        Pairs of a node and flags, (agents, steps + 1), boolean: true if the node's truth at that agent
-        and step can decide a formula. A spatial operator may read every agent of its graph.
+        Pairs of a node and flags, (agents, steps + 1), boolean: true if the node's truth for that agent at that step
+        can decide a formula. A spatial operator may read every agent of its graph.
 
     Source:
         [clot] II-B, t ⊕ I in the recursive semantics.
@@ -174,10 +180,12 @@ def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tupl
 def relevance_below(
     begin: Mapping[Node, Flags], within: Mapping[Node, Flags] | None = None
 ) -> Iterator[tuple[Node, Flags]]:
-    """Extend ``relevance`` to formulas that are evaluated at these agents and steps, (agents, steps + 1), boolean.
+    """Yield every node with the agents and steps that matter, for formulas evaluated at the agents and steps ``begin``.
 
     Args:
-        within: agents and steps at which each node counts; all if left out.
+        begin: agents and steps of each root, (agents, steps + 1), boolean.
+        within: agents and steps to which each node is restricted, (agents, steps + 1), boolean; None for no
+            restriction.
     """
     asked = dict(begin)
     nowhere = np.zeros_like(next(iter(begin.values()), np.zeros(0, dtype=np.bool_)))
@@ -192,7 +200,7 @@ def relevance_below(
 
 
 def _asked_there(ask: Ask, where: Flags) -> Flags:
-    """Agents and steps at which a child is evaluated, given those of its parent.
+    """Agents and steps at which a node evaluates its child, from the agents and steps of the node.
 
     Shape: (agents, steps + 1), boolean.
     """
@@ -204,7 +212,7 @@ def _asked_there(ask: Ask, where: Flags) -> Flags:
 
 
 def _ahead(where: Flags, ask: Ask) -> Flags:
-    """Steps of the window ahead of these: (agents, steps + 1), boolean."""
+    """Steps inside the window of ``ask`` ahead of the flagged steps: (agents, steps + 1), boolean."""
     steps = where.shape[1]
     high = steps - 1 if ask.high is None else ask.high
     before = np.zeros((len(where), steps + 1), dtype=np.int64)

@@ -1,11 +1,11 @@
-"""Choices that a plan makes once: nodes that are evaluated at one step, or that hold from an event on.
+"""Choices that a plan makes once: disjunctions evaluated at one step, or over one window after an event.
 
-in   formulas about the team
-out  the nodes and agents of such choices; formulas without some of their branches
+    in   formulas about the team
+    out  the nodes and agents of such choices; formulas without some of their branches
 
-If a formula must hold over a window that starts at an awaited moment (``eventually always[0, 2 s] (a or b)``), a plan
-may keep one branch for the whole window; this is also a choice. A choice that is made at every step of another window,
-or for every neighbour, is left to the motion.
+If a formula must hold over a window after an event (``eventually always[0, 2 s] (a or b)``), a plan may choose one
+branch for the whole window. A choice at every step of another window, or for every neighbour, is not listed here: it
+depends on the trajectory.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from missionc.ir.kernel.walk import awaited, children, rebuilt
 
 
 class ChoicePoint(NamedTuple):
-    """A choice: a node and the agent for which it is evaluated.
+    """Choice of a plan: a node and the agent for which the node is evaluated.
 
     Args:
-        low, high: the steps, counted from the event, over which the node must hold; ``high`` None: to the last step.
-        event: True if the node is evaluated from an event on, at a moment that the plan chooses.
+        low, high: steps, counted from the event, over which the node must hold; ``high`` None: to the last step.
+        event: True if the steps count from an event at a step that the plan chooses, False if from step 0.
     """
 
     node: Node
@@ -38,7 +38,7 @@ class ChoicePoint(NamedTuple):
 
 
 def made_once(formula: Node) -> Iterator[ChoicePoint]:
-    """Yield the choices of a formula about the team, each node before its children."""
+    """Yield the choice points of a formula about the team, each node before its children."""
     stack, seen = [ChoicePoint(formula, 0)], set[ChoicePoint]()
     while stack:
         asked = stack.pop()
@@ -50,7 +50,7 @@ def made_once(formula: Node) -> Iterator[ChoicePoint]:
 
 
 def branches(asked: ChoicePoint) -> tuple[ChoicePoint, ...]:
-    """Branches between which a plan chooses; empty if there is no choice."""
+    """Choice points of the parts between which a plan chooses; empty if the node is no choice."""
     match asked.node:
         case Any(parts) | AtLeast(_, parts) if len(parts) > _needed(asked.node):
             return tuple(asked._replace(node=part) for part in parts)
@@ -59,23 +59,21 @@ def branches(asked: ChoicePoint) -> tuple[ChoicePoint, ...]:
 
 
 def witnesses(asked: ChoicePoint) -> int:
-    """Number of branches that must hold."""
+    """Number of branches of a choice point that must be true."""
     return _needed(asked.node)
 
 
 def kept(asked: ChoicePoint) -> Node:
-    """Formula at the event's step that means the node holds over its whole window.
+    """Formula, evaluated at the event's step, that the node holds over its whole window.
 
-    A new node if it has several steps.
+    The formula is the node itself for a window of the event's step only, and a new node otherwise.
     """
     return asked.node if asked.low == asked.high == 0 else Always(asked.node, asked.low, asked.high)
 
 
 def without(formula: Node, removed: Mapping[ChoicePoint, frozenset[int]]) -> Node:
-    """The formula without some branches of its choices, by their numbers.
-
-    The same node if it has none of them.
-    """
+    """Formula without the given branches of its choices (by branch number); the same node if it has none of the
+    branches."""
     made: dict[ChoicePoint, Node] = {}
     stack = [ChoicePoint(formula, 0)]
     while stack:

@@ -1,4 +1,4 @@
-"""Conjuncts of kernel formulas: necessary parts, each about an agent or the team, over windows."""
+"""Conjuncts of kernel formulas: necessary conditions on one agent or the team, each over time windows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from missionc.ir.kernel.walk import asks
 
 
 class Conjunct(NamedTuple):
-    """A formula that must hold for an agent, or for the team (None), over nested windows, the outermost first."""
+    """Necessary condition: a formula that must hold for an agent, or for the team (None), over nested windows,
+    outermost first."""
 
     agent: int | None
     windows: tuple[Always, ...]
@@ -18,7 +19,7 @@ class Conjunct(NamedTuple):
 
     @property
     def steps(self) -> slice | None:
-        """The steps at which it must hold; None for nested windows, which are more than one range."""
+        """Steps at which the formula must hold; None for nested windows, whose steps are not a single range."""
         match self.windows:
             case ():
                 return slice(0, 1)
@@ -29,7 +30,7 @@ class Conjunct(NamedTuple):
 
 
 def conjuncts(formulas: Iterable[Node]) -> Iterator[Conjunct]:
-    """Yield the conjuncts that these formulas need at step 0, in their order, each once."""
+    """Yield the conjuncts of formulas that must be true at step 0, in their order, without repetition."""
     work = [Conjunct(None, (), formula) for formula in formulas][::-1]
     seen: set[Conjunct] = set()
     while work:

@@ -1,10 +1,11 @@
 """Evaluation of kernel formulas over a domain: a lattice of values with rules for windows and links.
 
-in   formulas, a Domain
-out  the value of each
+    in   formulas, a Domain
+    out  the value of each formula
 
-A domain gives the values of leaves, and combines the values of children for each group of constructors. ``node.every``
-distinguishes the two constructors of a group: for every step, neighbour or route, or for some.
+A domain defines the values of leaves, and combines the values of children for each group of constructors.
+``node.every`` distinguishes the two constructors of a group: the universal one (every step, neighbour or route) and the
+existential one.
 """
 
 from __future__ import annotations
@@ -22,59 +23,63 @@ Value = TypeVar("Value")
 
 
 class Domain(ABC, Generic[Value]):
-    """The values of formulas; one value covers every agent at every step."""
+    """Interpretation of kernel formulas: each value covers one formula for every agent at every step."""
 
     @abstractmethod
     def atom(self, predicate: Predicate, holds: bool) -> Value:
-        """Value of the predicate, or with False of its negation."""
+        """Value of a predicate, or of its negation if ``holds`` is False."""
 
     @abstractmethod
     def member(self, agents: frozenset[int], holds: bool) -> Value:
-        """Value of membership in these agents (mission indices), or with False of non-membership."""
+        """Value of "the agent is in ``agents``" (mission indices), or of its negation if ``holds`` is False."""
 
     @abstractmethod
     def path_length(self, node: k.PathLength, holds: bool) -> Value:
-        """Value of the shortest path to an agent being within its bounds, or with False outside them."""
+        """Value of "the shortest path to an agent has a length within the node's bounds", or of its negation if
+        ``holds`` is False."""
 
     @abstractmethod
     def meet(self, parts: Sequence[Value]) -> Value:
-        """Value of all parts; the greatest value without parts."""
+        """Value of the conjunction of ``parts``; the greatest value if there are no parts."""
 
     @abstractmethod
     def join(self, parts: Sequence[Value]) -> Value:
-        """Value of some part; the least value without parts."""
+        """Value of the disjunction of ``parts``; the least value if there are no parts."""
 
     @abstractmethod
     def at_least(self, count: int, parts: Sequence[Value]) -> Value:
-        """Value of at least ``count`` of the parts."""
+        """Value of "at least ``count`` of the parts are true"."""
 
     @abstractmethod
     def window(self, node: k.WindowNode, body: Value) -> Value:
-        """Value of every, or some, step of a window."""
+        """Value of ``Always`` or ``Eventually`` over the node's window, from the value of its body."""
 
     @abstractmethod
     def until(self, node: k.UntilNode, hold: Value, end: Value) -> Value:
-        """Value of ``Until``, or if ``every`` of its dual ``Release``."""
+        """Value of ``Until``, or of its dual ``Release`` if ``node.every``, from the values of its two operands."""
 
     @abstractmethod
     def at(self, agent: int, body: Value) -> Value:
-        """Value of the body at that agent."""
+        """Value of ``At``: the body's value for that agent."""
 
     @abstractmethod
     def neighbour(self, node: k.NeighbourNode, body: Value) -> Value:
-        """Value of the body at every, or some, linked agent."""
+        """Value of ``Neighbour``, or of ``EveryNeighbour`` if ``node.every``: the body for some or every linked
+        agent."""
 
     @abstractmethod
     def reach(self, node: k.ReachNode, through: Value, end: Value) -> Value:
-        """Value of every, or some, route with a bounded number of links."""
+        """Value of ``Reach``, or of ``EveryReach`` if ``node.every``: some or every route with a bounded number of
+        links."""
 
     @abstractmethod
     def route(self, node: k.RouteNode, through: Value, end: Value) -> Value:
-        """Value of every, or some, route with a bounded length in metres."""
+        """Value of ``Route``, or of ``EveryRoute`` if ``node.every``: some or every route with a bounded length in
+        metres."""
 
 
 def evaluate(roots: Iterable[k.Node], domain: Domain[Value]) -> dict[k.Node, Value]:
-    """Value of each of these formulas.
+    """Value of each root formula in a domain.
 
     To save memory, a node's value is dropped after its last parent is evaluated. Pass ``postorder(roots)`` to get the
     values of all nodes.
@@ -94,7 +99,7 @@ def evaluate(roots: Iterable[k.Node], domain: Domain[Value]) -> dict[k.Node, Val
 
 
 def value_of(node: k.Node, below: Sequence[Value], domain: Domain[Value]) -> Value:
-    """Value of a formula from those of its direct children."""
+    """Value of a formula from the values of its direct children (``below``)."""
     match node:
         case k.LeafNode():
             return _leaf(node, True, domain)

@@ -1,12 +1,12 @@
-"""The kernel: formulas about one agent at one step, from a small set of constructors.
+"""Nodes of the kernel: formulas about one agent at one step, from a small set of constructors.
 
 Nodes compare by identity, so a shared subformula is one object and every lowering memoises on it. The truth of a
-formula about the team does not depend on the agent. ``span`` covers the source text of the node. A node that several
+formula about the team does not depend on the agent. ``span`` is the source text of the node. A node that several
 formulas share has no span; its parent's span applies.
 
 The kernel is in negation normal form: ``Not`` appears only on leaves (``Atom``, ``Is``, ``PathLength``), and every
-other constructor has a dual. Both have the same kind and fields; ``every`` marks the universal one. A node is ``dual``
-if it came from negating the author's formula and therefore means the opposite of its text.
+other constructor has a dual. A constructor and its dual have the same kind and fields; ``every`` marks the universal
+one. A node is ``dual`` if it results from negating the author's formula and therefore means the opposite of its text.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir import Formula, Graph, Predicate
 
 
 class LeafNode:
-    """A constructor without child nodes."""
+    """Base class of constructors without child nodes."""
 
     __slots__ = ()
     every = False
@@ -29,7 +29,7 @@ class LeafNode:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Atom(LeafNode):
-    """True if the predicate holds here, now."""
+    """Atomic proposition: the predicate is true for the evaluated agent at the evaluated step."""
 
     predicate: Predicate
     span: Span | None = None
@@ -37,14 +37,14 @@ class Atom(LeafNode):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Is(LeafNode):
-    """True if this agent is in the set (mission indices)."""
+    """Membership: the evaluated agent is in the set (mission indices)."""
 
     agents: frozenset[int]
     span: Span | None = None
 
 
 class Not(Record, eq=False):
-    """Negation of a leaf. Operators may write it around any node; ``normal_form`` moves it down."""
+    """Negation of a leaf. Operators may negate any node; ``normal_form`` moves the negation to the leaves."""
 
     every = False
     body: Node
@@ -52,7 +52,7 @@ class Not(Record, eq=False):
 
 
 class All(Record, eq=False):
-    """Conjunction; true without parts."""
+    """Conjunction of the parts; true without parts."""
 
     every = True
     parts: tuple[Node, ...]
@@ -61,7 +61,7 @@ class All(Record, eq=False):
 
 
 class Any(Record, eq=False):
-    """Disjunction; false without parts."""
+    """Disjunction of the parts; false without parts."""
 
     every = False
     parts: tuple[Node, ...]
@@ -70,7 +70,8 @@ class Any(Record, eq=False):
 
 
 class AtLeast(Record, eq=False):
-    """At least ``count`` of the parts. Robustness: the ``count``-th largest."""
+    """Threshold: at least ``count`` of the parts are true. Its robustness is the ``count``-th largest robustness of a
+    part."""
 
     every = False
     count: int
@@ -80,9 +81,10 @@ class AtLeast(Record, eq=False):
 
 
 class WindowNode(Record, eq=False):
-    """The body at steps from ``low`` to ``high`` ahead; ``high`` None means the mission's last step.
+    """Temporal operator with one operand: ``body`` at the steps from ``low`` to ``high`` ahead.
 
-    A window that looks back has a ``low`` below 0 and a ``high`` of at most 0. Steps before step 0 are left out.
+    ``high`` None means the mission's last step. A window into the past has a ``low`` below 0 and a ``high`` of at most
+    0; steps before step 0 are excluded.
     """
 
     every = False
@@ -94,22 +96,24 @@ class WindowNode(Record, eq=False):
 
 
 class Always(WindowNode):
-    """The body at every step of the window."""
+    """Globally (STL G): ``body`` is true at every step of the window."""
 
     __slots__ = ()
     every = True
 
 
 class Eventually(WindowNode):
-    """The body at some step of the window."""
+    """Eventually (STL F): ``body`` is true at some step of the window."""
 
     __slots__ = ()
 
 
 class UntilNode(Record, eq=False):
-    """``end`` at steps from ``low`` to ``high`` ahead, ``hold`` at steps before; ``high`` as for a window.
+    """Temporal operator with two operands: ``end`` at steps from ``low`` to ``high`` ahead, ``hold`` at the steps
+    before.
 
-    If the window looks back, ``hold`` applies to the later steps: from now back to the step of ``end``, excluded.
+    ``high`` None means the mission's last step. For a window into the past, ``hold`` applies to the later steps: from
+    the current step back to the step of ``end``, excluded.
     """
 
     every = False
@@ -122,20 +126,20 @@ class UntilNode(Record, eq=False):
 
 
 class Until(UntilNode):
-    """``end`` at some step of the window, and ``hold`` at every step from now until then, excluded."""
+    """Until (STL U): ``end`` is true at some step of the window, and ``hold`` at every step before that step."""
 
     __slots__ = ()
 
 
 class Release(UntilNode):
-    """Dual of ``Until``: at every step of the window ``end``, or ``hold`` at an earlier step."""
+    """Dual of ``Until``: at every step of the window, ``end`` is true or ``hold`` was true at an earlier step."""
 
     __slots__ = ()
     every = True
 
 
 class NeighbourNode(Record, eq=False):
-    """The body now, at linked agents."""
+    """Spatial operator over direct links: ``body`` at agents linked to the evaluated agent, at the same step."""
 
     every = False
     graph: Graph
@@ -145,23 +149,24 @@ class NeighbourNode(Record, eq=False):
 
 
 class Neighbour(NeighbourNode):
-    """The body now, at some linked agent."""
+    """Existential neighbour operator: ``body`` is true at some agent linked to the evaluated agent."""
 
     __slots__ = ()
 
 
 class EveryNeighbour(NeighbourNode):
-    """Dual of ``Neighbour``: the body now, at every linked agent."""
+    """Dual of ``Neighbour``: ``body`` is true at every agent linked to the evaluated agent."""
 
     __slots__ = ()
     every = True
 
 
 class ReachNode(Record, eq=False):
-    """Routes, now, of at most ``hops`` links (possibly none) over ``through`` agents to an ``end`` agent.
+    """Spatial operator over routes of at most ``hops`` links (possibly none) through ``through`` agents to an ``end``
+    agent.
 
-    ``through`` holds at every agent of the route except the last. An agent outside the graph has no links. The
-    operators expand lower bounds to ``Is`` and ``Neighbour``.
+    ``through`` applies to every agent of the route except the last. An agent outside the graph has no links. Operators
+    expand lower bounds on the number of links to ``Is`` and ``Neighbour``.
     """
 
     every = False
@@ -175,20 +180,22 @@ class ReachNode(Record, eq=False):
 
 
 class Reach(ReachNode):
-    """Existence of such a route."""
+    """Reachability: some route of at most ``hops`` links through ``through`` agents ends at an ``end`` agent."""
 
     __slots__ = ()
 
 
 class EveryReach(ReachNode):
-    """Dual of ``Reach``: each such route has a ``through`` agent before its last, or ends at an ``end`` agent."""
+    """Dual of ``Reach``: every route of at most ``hops`` links has a ``through`` agent before its last, or ends at an
+    ``end`` agent."""
 
     __slots__ = ()
     every = True
 
 
 class RouteNode(Record, eq=False):
-    """Routes like those of ``ReachNode``, without repeated agents and with a bounded length in metres."""
+    """Spatial operator over routes like those of ``ReachNode``, without repeated agents, of ``low`` to ``high``
+    metres."""
 
     every = False
     graph: Graph
@@ -201,13 +208,15 @@ class RouteNode(Record, eq=False):
 
 
 class Route(RouteNode):
-    """Existence of such a route."""
+    """Reachability in metres: some route of ``low`` to ``high`` metres through ``through`` agents ends at an ``end``
+    agent."""
 
     __slots__ = ()
 
 
 class EveryRoute(RouteNode):
-    """Dual of ``Route``, as ``EveryReach`` is the dual of ``Reach``."""
+    """Dual of ``Route``: every route of ``low`` to ``high`` metres has a ``through`` agent before its last, or ends at
+    an ``end`` agent."""
 
     __slots__ = ()
     every = True
@@ -215,7 +224,7 @@ class EveryRoute(RouteNode):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathLength(LeafNode):
-    """Bound on the length of the shortest path from here to that agent, in metres along the links."""
+    """Bound on distance: the shortest path along the links to ``agent`` has a length of ``low`` to ``high`` metres."""
 
     graph: Graph
     agent: int
@@ -225,7 +234,7 @@ class PathLength(LeafNode):
 
 
 class At(Record, eq=False):
-    """The body now, at that agent."""
+    """Formula ``body`` evaluated for ``agent`` at the same step."""
 
     every = False
     agent: int
@@ -240,19 +249,17 @@ Node: TypeAlias = (
 )
 
 LinkNode: TypeAlias = NeighbourNode | ReachNode | RouteNode | PathLength
-"""Constructors that read the links of a graph."""
+"""Constructors whose truth depends on the links of a graph."""
 
 
 def says_opposite(node: Node) -> bool:
-    """Return whether the node means the opposite of its source text."""
+    """Return true if the node means the opposite of its source text, because a negation was moved through it."""
     return not isinstance(node, Not | LeafNode) and node.dual
 
 
 class Goal(Record, eq=False):
-    """A requirement or preference (``weight`` > 0) in kernel form.
-
-    ``formula`` is about the team, at step 0.
-    """
+    """Requirement or preference (``weight`` > 0) in kernel form; ``formula`` is about the team and is evaluated at step
+    0."""
 
     name: str
     formula: Node
@@ -261,10 +268,10 @@ class Goal(Record, eq=False):
 
 
 class Kernel(Record, eq=False):
-    """The mission's goals in kernel form: requirements in order of the text, then preferences.
+    """Requirements and preferences of a mission in kernel form, in the order of the text.
 
-    ``meanings`` maps each formula of the mission to its node, for messages; it is empty for kernels made in other ways.
-    ``opposites`` maps those of these nodes whose negation a goal requires to that negation.
+    ``meanings`` maps each formula of the mission to its node, for messages; it is empty for kernels that do not come
+    from ``lower.expand``. ``opposites`` maps nodes whose negation a goal requires to that negation.
     """
 
     requirements: tuple[Goal, ...]
@@ -274,16 +281,16 @@ class Kernel(Record, eq=False):
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """Requirements, then preferences."""
+        """Requirements, followed by preferences."""
         return (*self.requirements, *self.preferences)
 
     @property
     def formulas(self) -> tuple[Node, ...]:
-        """The formulas of all goals, in their order."""
+        """Formulas of all requirements, then of all preferences."""
         return tuple(goal.formula for goal in self.goals)
 
     def with_formulas(self, new: Callable[[Node], Node]) -> Kernel:
-        """Replace the formula of each goal, with the same ``meanings``."""
+        """Kernel with the formula of each goal replaced by the result of ``new``, and the same ``meanings``."""
         requirements, preferences = (
             tuple(replace(goal, formula=new(goal.formula)) for goal in goals)
             for goals in (self.requirements, self.preferences)

@@ -1,13 +1,13 @@
-"""Negation normal form of kernel formulas, with ``Not`` on leaves alone, and folding of their constants.
+"""Negation normal form of kernel formulas (``Not`` only on leaves), and constant folding.
 
     in   formulas from the operators
-    out  for each and a polarity, the formula, or its negation
+    out  for each formula and polarity, the formula or its negation
 
 A formula that is used twice remains one node for each polarity of its uses. A node without a negation below it remains
-the same node.
+the same object.
 
-Folding of constants preserves truth and robustness at every step from which a formula does not look past the mission's
-last step.
+Constant folding preserves truth and robustness at every step from which a formula does not read past the mission's last
+step.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ YES, NO = k.All(()), k.Any(())
 
 
 def truth(value: bool) -> k.Node:
-    """The constant formula of that truth; always the same object."""
+    """Constant formula, true or false; always the same object."""
     return YES if value else NO
 
 
 def constant(node: k.Node) -> bool | None:
-    """The truth of a constant formula; None for any other."""
+    """Truth of a constant formula; None for any other formula."""
     match node:
         case k.All(()):
             return True
@@ -40,10 +40,11 @@ def constant(node: k.Node) -> bool | None:
 
 
 def without_constants(kernel: k.Kernel, agents: int) -> k.Kernel:
-    """Fold constants in the kernel: a goal is constant, or has constants only along routes and before windows.
+    """Kernel with constants folded: afterwards a goal is constant, or has constants only along routes and in windows
+    that may be empty.
 
     Args:
-        agents: number of agents of the mission; ``Is`` of all of them is true, of none false.
+        agents: number of agents of the mission; ``Is`` of all agents is true, ``Is`` of none is false.
 
     Returns:
         The same object if there is nothing to fold.
@@ -62,7 +63,8 @@ def without_constants(kernel: k.Kernel, agents: int) -> k.Kernel:
 
 
 def folded(node: k.Node, parts: tuple[k.Node, ...]) -> k.Node:
-    """The constructor over other nodes, with constants folded; the same node over its own parts."""
+    """Node of the same constructor over ``parts``, with constants folded; the same object if ``parts`` are its own
+    children and none is constant."""
     values = [constant(part) for part in parts]
     value = _value(node, values)
     if value is not None:
@@ -83,7 +85,7 @@ def folded(node: k.Node, parts: tuple[k.Node, ...]) -> k.Node:
 
 
 def at_least(count: int, parts: tuple[k.Node, ...], span: Span | None = None, dual: bool = False) -> k.Node:
-    """Formula that at least ``count`` of the parts hold, by the plainest constructor."""
+    """Formula that at least ``count`` of the parts are true: a constant, conjunction or disjunction if possible."""
     if not 0 < count <= len(parts):
         return truth(count <= 0)
     if count == len(parts):
@@ -92,7 +94,7 @@ def at_least(count: int, parts: tuple[k.Node, ...], span: Span | None = None, du
 
 
 def _value(node: k.Node, values: list[bool | None]) -> bool | None:
-    """Truth of a node over parts with these truths; None if it depends on unknown parts."""
+    """Truth of a node over parts with these truths; None if the truth depends on parts of unknown truth (None)."""
     match node:
         case k.All() | k.Any():
             return (not node.every) if (not node.every) in values else None if None in values else node.every
@@ -123,31 +125,32 @@ def _value(node: k.Node, values: list[bool | None]) -> bool | None:
 
 
 def _holds_now(node: k.WindowNode | k.UntilNode) -> bool:
-    """Return whether the window includes the current step."""
+    """Return true if the window includes the current step."""
     return node.low <= 0 and (node.high is None or node.high >= 0)
 
 
 Forms: TypeAlias = dict[tuple[k.Node, bool], k.Node]
-"""Normal forms by formula and polarity; False means the negation."""
+"""Normal forms by formula and polarity; polarity False means the negation of the formula."""
 
 KINDS = (k.WindowNode, k.UntilNode, k.NeighbourNode, k.ReachNode, k.RouteNode)
 PAIRS = ((k.All, k.Any), (k.AtLeast, k.AtLeast), (k.At, k.At), *(kind.__subclasses__() for kind in KINDS))
 DUALS: dict[type[k.Node], type[k.Node]] = {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
-"""The dual of each constructor: the same fields, and the negation over negated children."""
+"""Dual of each constructor: with the same fields and negated children, the dual is the negation."""
 
 
 def negation_normal_form(formula: k.Node) -> k.Node:
-    """Move the formula's negations down to the leaves."""
+    """Formula with all negations moved to the leaves."""
     return normal_forms((formula,))[formula, True]
 
 
 def negated(formula: k.Node) -> k.Node:
-    """The negation of a formula, in normal form."""
+    """Negation of a formula, in negation normal form."""
     return normal_forms((), (formula,))[formula, False]
 
 
 def normal_forms(formulas: Iterable[k.Node], denied: Iterable[k.Node] = ()) -> Forms:
-    """Normal forms of formulas, of the negations of ``denied``, and of all their subformulas."""
+    """Normal forms of ``formulas``, of the negations of ``denied``, and of all their subformulas with the needed
+    polarities."""
     asserted, opposed = tuple(formulas), tuple(denied)
     order = postorder((*asserted, *opposed))
     written = {node.body: node for node in order if isinstance(node, k.Not) and not children(node.body)}
@@ -189,7 +192,7 @@ def _form(node: k.Node, holds: bool, forms: Forms, written: dict[k.Node, k.Not])
 
 
 def dual(node: k.Node, parts: tuple[k.Node, ...]) -> k.Node:
-    """The dual node: it fails if this node holds, over children that fail if this node's children hold."""
+    """Dual of a node over ``parts``: if the parts are the negations of the children, it is the negation of the node."""
     assert not isinstance(node, k.Not | k.LeafNode), "a leaf has no dual but its negation"
     same = {each.name: getattr(node, each.name) for each in fields(node)}
     opposite = rebuilt(DUALS[type(node)](**{**same, "dual": not node.dual}), parts)

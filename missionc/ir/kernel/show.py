@@ -1,6 +1,6 @@
-"""Printer of the kernel for ``--emit kernel``: one node a line.
+"""Printer of the kernel for ``--emit kernel``, with one node per line.
 
-Every node except leaves has a name, ``%1``, ``%2``, … in order of dependence, so that shared nodes are visible.
+Every node except leaves has a name, ``%1``, ``%2``, …, children before parents, so that shared nodes are visible.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from missionc.ir.kernel.walk import children, postorder
 
 
 def show(kernel: k.Kernel, mission: Mission) -> str:
-    """Print every node of the kernel, then its requirements and preferences."""
+    """Text of the kernel: every node, followed by the requirements and the preferences."""
     goals = kernel.goals
     words = KernelWords(mission)
     lines: list[str] = []
@@ -43,7 +43,7 @@ def _inline(node: k.Node) -> bool:
 
 
 class KernelWords:
-    """Text of a node from the texts of its children."""
+    """Printer of a kernel node from the texts of its children."""
 
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
@@ -97,7 +97,7 @@ class KernelWords:
 
 
 def asked(weight: float | None) -> str:
-    """Text for a requirement (no weight) or a preference."""
+    """Keyword of a goal: ``require`` for a requirement (``weight`` None), ``prefer[weight]`` for a preference."""
     return "require" if weight is None else f"prefer[{number_text(weight)}]"
 
 

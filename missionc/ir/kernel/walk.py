@@ -1,4 +1,4 @@
-"""Graph traversal of formulas that visits each shared node once."""
+"""Traversal of formula graphs that visits each shared node once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Value = TypeVar("Value")
 
 
 def children(node: k.Node) -> tuple[k.Node, ...]:
-    """Child nodes, in order."""
+    """Child nodes of a node, in order."""
     match node:
         case k.LeafNode():
             return ()
@@ -29,7 +29,8 @@ def children(node: k.Node) -> tuple[k.Node, ...]:
 
 
 def rebuilt(node: k.Node, parts: tuple[k.Node, ...], graph: Graph | None = None) -> k.Node:
-    """The same constructor over other nodes, and over another graph if given and if it reads one."""
+    """Node of the same constructor over other children ``parts``, and over another graph if ``graph`` is given and the
+    node reads one."""
     match node:
         case k.LeafNode():
             return node
@@ -48,17 +49,20 @@ def rebuilt(node: k.Node, parts: tuple[k.Node, ...], graph: Graph | None = None)
 
 
 def same_objects(some: Sequence[object], others: Sequence[object]) -> bool:
-    """Return whether two sequences hold identical objects; a rewritten object differs."""
+    """Return true if two sequences contain identical objects in the same order; a rewritten object is not identical."""
     return len(some) == len(others) and all(one is other for one, other in zip(some, others, strict=True))
 
 
 class Ask(Record):
-    """Agents and steps at which a node evaluates a child.
+    """Agents and steps for which a node evaluates a child, relative to the agent and the step of the node.
 
     Args:
-        high: None means the mission's last step, or with ``before_last`` the step before it.
-        of_itself: the child is evaluated for the node's own agent.
-        agents: the child is also evaluated for these; with ``linked``, only if the node's agent is one of them.
+        node: the child.
+        low, high: first and last step ahead; ``high`` None means the mission's last step, or with ``before_last`` the
+            step before it.
+        of_itself: True if the child is evaluated for the node's own agent.
+        agents: further agents for which the child is evaluated; with ``linked``, only if the node's agent is in
+            ``agents``.
     """
 
     node: k.Node
@@ -71,26 +75,27 @@ class Ask(Record):
 
     @property
     def steps(self) -> slice:
-        """Steps of the child if the node is evaluated at the first step."""
+        """Steps at which the child is evaluated if the node is evaluated at step 0."""
         if self.high is None:
             return slice(self.low, -1 if self.before_last else None)
         return slice(max(self.low, 0), max(self.high + 1, 0))
 
     def steps_from(self, step: int, last: int) -> range:
-        """Steps of the child if the node is evaluated at ``step`` of a mission with last step ``last``.
+        """Steps at which the child is evaluated if the node is evaluated at ``step`` of a mission with last step
+        ``last``.
 
-        Steps before the first are left out. If a window runs past the last step, there are none: neither the formula
-        nor its negation holds then. No goal of a checked mission is evaluated at such a step.
+        Steps before step 0 are excluded. If a window extends past the last step, the range is empty: neither the
+        formula nor its negation is true then. No goal of a checked mission is evaluated at such a step.
         """
         high = last - self.before_last if self.high is None else step + self.high
         return range(max(step + self.low, 0), high + 1 if high <= last else 0)
 
 
 def asks(node: k.Node) -> tuple[Ask, ...]:
-    """Agents and steps at which the node evaluates each child.
+    """Agents and steps for which the node evaluates each child.
 
     Source:
-        [strel] Definition 5, except that the left side of ``until`` is evaluated one step less.
+        [strel] Definition 5, except that the left side of ``until`` is evaluated at one step less.
     """
     match node:
         case k.LeafNode():
@@ -117,22 +122,21 @@ def asks(node: k.Node) -> tuple[Ask, ...]:
 
 
 def window_of(node: k.Node) -> tuple[int, int | None] | None:
-    """Window of a temporal operator in steps ahead; end None means the mission's last step.
+    """Window of a temporal operator in steps ahead (negative: back); None for other nodes.
 
-    Negative steps look back (``looks_back``).
+    An upper end of None means the mission's last step.
     """
     return (node.low, node.high) if isinstance(node, k.WindowNode | k.UntilNode) else None
 
 
 def looks_back(node: k.Node) -> bool:
-    """Return whether the node is a temporal operator whose window reaches back."""
+    """Return true if the node is a temporal operator with a window into the past."""
     return isinstance(node, k.WindowNode | k.UntilNode) and node.low < 0
 
 
 def range_asked(node: k.Node, place: k.Node, low: int, high: int, last: int) -> tuple[int, int] | None:
-    """First and last step of evaluation of a child if the node is evaluated from ``low`` to ``high``.
-
-    None if never.
+    """First and last step at which the child ``place`` is evaluated if ``node`` is evaluated from step ``low`` to
+    ``high``; None if never.
 
     Args:
         last: the mission's last step.
@@ -142,10 +146,10 @@ def range_asked(node: k.Node, place: k.Node, low: int, high: int, last: int) -> 
 
 
 def asked_between(roots: Iterable[k.Node], last: int, low: int = 0, high: int = 0) -> dict[k.Node, tuple[int, int]]:
-    """First and last step at which nodes are evaluated, if the roots are evaluated from ``low`` to ``high``.
+    """First and last step at which each node is evaluated, if the roots are evaluated from step ``low`` to ``high``.
 
-    A node that is evaluated only before the first step is left out. A last step after the mission's means that a
-    formula looks too far ahead. ``check`` rejects this, and no rewriting of a kernel may cause it.
+    Nodes that are evaluated only before step 0 are omitted. A last step after the mission's means that a formula looks
+    too far ahead: ``check`` rejects such missions, and no rewriting of a kernel may cause it.
 
     Args:
         last: the mission's last step.
@@ -165,17 +169,18 @@ def asked_between(roots: Iterable[k.Node], last: int, low: int = 0, high: int = 
 
 
 def awaited(node: k.Node) -> Ask | None:
-    """The awaited child of a temporal operator, for example the end of an ``until``."""
+    """Child whose truth an existential temporal operator awaits (for ``until``, its right side); None for other
+    nodes."""
     return asks(node)[-1] if window_of(node) and not node.every else None
 
 
 def graph_of(node: k.Node) -> Graph | None:
-    """The graph whose links a spatial operator reads."""
+    """Graph whose links a spatial operator reads; None for other nodes."""
     return node.graph if isinstance(node, k.LinkNode) else None
 
 
 def route_bounds(node: k.Node) -> tuple[float, float] | None:
-    """Least and greatest length of a route, in metres or hops, according to the operator."""
+    """Least and greatest route length of a spatial operator, in metres or hops; None for other nodes."""
     match node:
         case k.RouteNode() | k.PathLength():
             return node.low, node.high
@@ -186,7 +191,7 @@ def route_bounds(node: k.Node) -> tuple[float, float] | None:
 
 
 def more_than(most: int, roots: Iterable[k.Node]) -> bool:
-    """Return whether formulas have more than ``most`` nodes, each counted once; stops early."""
+    """Return true if formulas have more than ``most`` distinct nodes; counts no further."""
     seen: set[k.Node] = set()
     waiting = [iter(roots)]
     while waiting and len(seen) <= most:
@@ -200,7 +205,11 @@ def more_than(most: int, roots: Iterable[k.Node]) -> bool:
 
 
 def postorder(roots: Iterable[k.Node], below: Callable[[k.Node], tuple[k.Node, ...]] = children) -> list[k.Node]:
-    """List every node of these formulas once, after its children, for formulas of any depth."""
+    """Every node of the formulas once, after its children; works for formulas of any depth.
+
+    Args:
+        below: function from a node to its children.
+    """
     order: list[k.Node] = []
     seen: set[k.Node] = set()
     stack: list[tuple[k.Node, bool]] = [(root, False) for root in reversed(tuple(roots))]
@@ -220,7 +229,11 @@ def bottom_up(
     value_of: Callable[[k.Node, tuple[Value, ...]], Value],
     below: Callable[[k.Node], tuple[k.Node, ...]] = children,
 ) -> dict[k.Node, Value]:
-    """Compute a value for every node of these formulas from the values of its children."""
+    """Value of every node of the formulas, computed by ``value_of`` from the node and the values of its children.
+
+    Args:
+        below: function from a node to its children.
+    """
     values: dict[k.Node, Value] = {}
     for node in postorder(roots, below):
         values[node] = value_of(node, tuple(values[child] for child in below(node)))
@@ -228,5 +241,5 @@ def bottom_up(
 
 
 def reads_headings(kernel: k.Kernel) -> bool:
-    """Return whether a goal reads headings."""
+    """Return true if a requirement or preference depends on headings."""
     return any(isinstance(node, k.Atom) and node.predicate.reads_heading for node in postorder(kernel.formulas))

@@ -1,1 +1,1 @@
-"""The language's vocabulary: operators, a file for each family, and predicates."""
+"""Vocabulary of the mission language: operators (one file per family) and predicates."""

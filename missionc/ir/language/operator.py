@@ -1,4 +1,4 @@
-"""The operator as data: a value with its spelling, its bounds, its kernel form, and an example."""
+"""Operators as data: a value with the operator's spelling, bounds, kernel form and an example."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from missionc.ir.kernel.nodes import Node
 
 
 class Bounds(Enum):
-    """Content of the square brackets after the operator; for a period, the part before the colon."""
+    """Kind of bounds that an operator takes, in brackets or for a recurrence before the colon; the value is its name in
+    messages."""
 
     NONE = "no bounds"
     TIME = "a time window"
@@ -27,9 +28,9 @@ class Fixity(Enum):
 
 
 class Use(Record):
-    """One use of an operator, with all values that its meaning may depend on.
+    """One use of an operator, with everything that its kernel form may depend on.
 
-    ``arguments`` are kernel nodes; only ``count`` uses ``comparison`` and ``number``.
+    ``arguments`` are the kernel nodes of the operands. Only ``count`` uses ``comparison`` and ``number``.
     """
 
     arguments: tuple[Node, ...]
@@ -38,7 +39,7 @@ class Use(Record):
     comparison: str = ""
     number: int = 0
     room: int = 1_000_000
-    """Maximum number of kernel nodes for the use."""
+    """Maximum number of kernel nodes that the use may expand to."""
 
     @property
     def window(self) -> Window:
@@ -47,7 +48,7 @@ class Use(Record):
 
     @property
     def back(self) -> tuple[int, int]:
-        """Window of a past operator as steps ahead: the earliest first, neither above 0."""
+        """Window of a past operator in steps ahead, both at most 0: the earliest step first."""
         low, high = self.window.low, self.window.high
         assert high is not None
         return -high, -low
@@ -68,33 +69,35 @@ class Use(Record):
 
 
 class TooLarge(Record):
-    """Result of a use that would need at least this many kernel nodes, more than its ``room``."""
+    """Result of an expansion that would need more kernel nodes than the allowed ``room``; ``nodes`` is a lower
+    bound."""
 
     nodes: int
 
 
 def no_traps(use: Apply) -> tuple[str, ...]:
-    """No traps: the operator means the same in all tools."""
+    """Empty list of conventions, for operators that mean the same in all tools."""
     return ()
 
 
 class Operator(Record):
-    """Operator.
+    """Definition of an operator of the mission language.
 
-    ``expand`` gives its kernel form; ``letter`` is its symbol in logic (``G``, ``->``), if any.
+    Args:
+        expand: function from a use to its kernel form.
+        letter: symbol in logic (``G``, ``->``), if there is one.
+        bounds: kind of bounds.
+        says: meaning in a few words.
+        reads: sentence with placeholders. ``{body}``, or ``{left}`` and ``{right}``, or ``{parts}`` of a chain, are the
+            operands. ``{each}``, ``{some}``, ``{before}`` and ``{earlier}`` stand for the window. ``{period}`` and
+            ``{start}`` are the length of the periods and the start of the first. ``{route}``, ``{far}``, ``{graph}``,
+            ``{here}``, ``{perhaps}``, ``{included}`` and ``{number}`` belong to spatial operators, whose operands are
+            verbs: ``that {right}``, or with a noun ``{left:agent on it}``, "every agent on it is …".
+        traps: names (in ``explain.convention_examples``) of the conventions that affect a use and differ in other
+            tools.
 
-    ``spatial`` operators follow a graph: their operands and the result are about one agent. Other operators keep the
-    subject of their operands.
-
-    ``says`` is the meaning in a few words. ``reads`` is a sentence with placeholders: ``{body}``, or ``{left}`` and
-    ``{right}``, or ``{parts}`` of a chain, are the operands. ``{each}``, ``{some}``, ``{before}`` and ``{earlier}``
-    stand for the window. ``{period}`` and ``{start}`` stand for the length of the periods and the start of the first.
-    ``{route}``, ``{far}``, ``{graph}``, ``{here}``, ``{perhaps}``, ``{included}`` and ``{number}`` belong to spatial
-    operators. Their operands are verbs: ``that {right}``, or with a noun ``{left:agent on it}``, "every agent on it is
-    …".
-
-    ``traps`` lists conventions that affect a use and differ in other tools, by their names in
-    ``explain.convention_examples``.
+    ``spatial`` operators follow a graph: their operands and the result are about one agent. Other operators preserve
+    the subject of their operands.
     """
 
     name: str
@@ -109,7 +112,7 @@ class Operator(Record):
 
     @property
     def spatial(self) -> bool:
-        """True if it looks along a graph."""
+        """True if the operator follows the links of a graph."""
         return self.bounds is Bounds.LENGTH
 
     @property

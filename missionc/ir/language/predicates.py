@@ -1,6 +1,6 @@
-"""The predicates of the language as data: names, subjects, parameters, wording and examples.
+"""Vocabulary of predicates as data: names, subjects, parameters, wording and examples.
 
-``ir.predicates`` defines their margins and wording.
+``ir.predicates`` defines the margins and the wording of each predicate.
 """
 
 from __future__ import annotations
@@ -14,10 +14,14 @@ from missionc.ir.predicates import Connected, Inside, Touches
 
 
 class Predicate(Record):
-    """Predicate as vocabulary. ``parameters`` are in order; a name that ends in ``?`` is optional.
+    """Predicate of the mission language.
 
-    ``about`` is EITHER if the parameters decide the subject. ``says`` is its meaning in a few words. ``meant`` makes
-    the predicate from its arguments, None for an omitted one; only for ``called`` predicates.
+    Args:
+        about: subject of the predicate; EITHER if its parameters decide.
+        parameters: names of the parameters in order; a name that ends in ``?`` is optional.
+        says: meaning in a few words.
+        meant: function from the arguments (None for an omitted one) to the predicate; None if the predicate has its own
+            syntax.
     """
 
     name: str
@@ -29,7 +33,8 @@ class Predicate(Record):
 
     @property
     def called(self) -> bool:
-        """True if it is written with a name and brackets; others have their own syntax (``example``)."""
+        """True if missions write the predicate as a name with arguments in brackets; others have their own syntax
+        (``example``)."""
         return self.meant is not None
 
 
@@ -85,4 +90,4 @@ PREDICATES: tuple[Predicate, ...] = (
     ),
     HEADING,
 )
-"""All predicates. To add one, define its meaning in ``ir.predicates`` and a value here."""
+"""All predicates of the language. To add one, define its meaning in ``ir.predicates`` and its vocabulary here."""

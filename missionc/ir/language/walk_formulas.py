@@ -1,4 +1,4 @@
-"""Graph traversal of resolved formulas without recursion: shared subformulas, and ``let`` chains of any depth."""
+"""Traversal of resolved formulas without recursion, for shared subformulas and ``let`` chains of any depth."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ V = TypeVar("V")
 
 
 def once(function: Callable[[T], V]) -> Callable[[T], V]:
-    """Cache a function of one formula or mission; the entry is dropped together with its argument.
+    """Decorator that caches a function of one formula or mission; an entry is dropped together with its argument.
 
     The result must not refer to the argument.
     """
@@ -38,12 +38,12 @@ def once(function: Callable[[T], V]) -> Callable[[T], V]:
 
 
 def goals(mission: ir.Mission) -> tuple[ir.Requirement | ir.Preference, ...]:
-    """All goals of the mission: its requirements, then its preferences."""
+    """Requirements of the mission, followed by its preferences."""
     return (*mission.requirements, *mission.preferences)
 
 
 def operands(formula: ir.Formula) -> tuple[ir.Formula, ...]:
-    """Direct subformulas."""
+    """Direct subformulas of a formula."""
     match formula:
         case ir.Truth() | ir.Holds() | ir.Belongs():
             return ()
@@ -58,23 +58,21 @@ def operands(formula: ir.Formula) -> tuple[ir.Formula, ...]:
 
 
 def as_written(formula: ir.Formula) -> tuple[ir.Formula, ...]:
-    """Direct subformulas in the text.
-
-    For a team with lost agents, the body that is written once for all cases.
-    """
+    """Direct subformulas as the text has them: for ``without`` (lost agents), the body once instead of one case per
+    loss."""
     return (formula.body,) if isinstance(formula, ir.Without) else operands(formula)
 
 
 @once
 def formulas(mission: ir.Mission) -> tuple[ir.Formula, ...]:
-    """All subformulas of the mission's goals, bottom up."""
+    """All subformulas of the mission's requirements and preferences, operands first."""
     return tuple(formulas_bottom_up(goal.formula for goal in goals(mission)))
 
 
 def formulas_bottom_up(
     roots: Iterable[ir.Formula], below: Callable[[ir.Formula], tuple[ir.Formula, ...]] = operands
 ) -> list[ir.Formula]:
-    """List every formula below the roots, and the roots, once each, operands first."""
+    """Root formulas and all formulas below them, once each, operands first."""
     order: dict[ir.Formula, None] = {}
     stack = list(roots)[::-1]
     while stack:
@@ -88,7 +86,7 @@ def formulas_bottom_up(
 
 
 def bits_of(agents: tuple[int, ...]) -> int:
-    """Agent set as the bits of an integer."""
+    """Agent set as a bit mask: bit i is set for agent i."""
     if agents and agents == tuple(range(agents[0], agents[0] + len(agents))):
         return ((1 << len(agents)) - 1) << agents[0]
     bits = bytearray(max(agents, default=0) // 8 + 1)
@@ -98,10 +96,10 @@ def bits_of(agents: tuple[int, ...]) -> int:
 
 
 def asked_agents(mission: ir.Mission) -> Iterator[tuple[ir.Formula, tuple[int, ...]]]:
-    """Yield every formula of the mission's goals with the agents that it is evaluated for.
+    """Yield every subformula of the mission's requirements and preferences with the agents for which it is evaluated.
 
-    Quantifiers and graphs determine these agents. A formula used in several places appears once with each set of
-    agents.
+    Quantifiers and graphs determine these agents. A formula that is used in several places is yielded once with each
+    set of agents.
     """
     seen: set[tuple[ir.Formula, tuple[int, ...]]] = set()
     waiting: list[tuple[ir.Formula, tuple[int, ...]]] = [(goal.formula, ()) for goal in goals(mission)]
@@ -125,10 +123,10 @@ def asked_agents(mission: ir.Mission) -> Iterator[tuple[ir.Formula, tuple[int, .
 
 @once
 def meaning(formula: ir.Apply) -> tuple[Node, tuple[Is, ...]]:
-    """Kernel form of a temporal or Boolean operator, over a placeholder for each of its operands.
+    """Kernel form of a temporal or Boolean operator over placeholders, with the placeholder of each operand.
 
-    A pass therefore knows the kernel's few constructors and no operator by name. Spatial operators are excluded: their
-    kernel form may grow with the team.
+    Passes therefore depend on the few kernel constructors and on no operator by name. Spatial operators are excluded,
+    since their kernel form may grow with the team.
     """
     assert not formula.operator.spatial
     places = tuple(Is(frozenset()) for _ in formula.operands)
@@ -138,25 +136,23 @@ def meaning(formula: ir.Apply) -> tuple[Node, tuple[Is, ...]]:
 
 
 def reaches_back(formula: ir.Formula) -> TypeGuard[ir.Apply]:
-    """Return whether a formula is a past operator."""
+    """Return true if a formula is the application of a past operator."""
     return _in_time(formula) and looks_back(meaning(formula)[0])
 
 
 def asks_the_past(formula: ir.Formula) -> TypeGuard[ir.Apply]:
-    """Return whether the kernel form of an operator also reads earlier steps."""
+    """Return true if the kernel form of an operator reads earlier steps."""
     return _in_time(formula) and any(map(looks_back, postorder((meaning(formula)[0],))))
 
 
 def _in_time(formula: ir.Formula) -> TypeGuard[ir.Apply]:
-    """Return whether a formula may depend on other steps: not spatial, and not a chain of ``and`` or ``or``."""
+    """Return true if a formula may read other steps: a non-spatial operator with at most two operands."""
     return isinstance(formula, ir.Apply) and not formula.operator.spatial and len(formula.operands) <= 2
 
 
 def operator_words(formula: ir.Apply) -> Span:
-    """Source text of the operator with its bounds (``always[0, 16 s]``).
-
-    Without bounds, of the whole formula.
-    """
+    """Source text of the operator with its bounds (``always[0, 16 s]``); for an operator without bounds, of the whole
+    formula."""
     whole = formula.span
     if formula.bounds is None:
         return whole

@@ -1,7 +1,7 @@
-"""Routes with a bounded weight of links in kernel form: one link at a time, with the rest of the bound.
+"""Routes with a bounded total link weight in kernel form: a recursion over links with the remaining weight.
 
-Every link weighs at least 1, so the recursion ends. Its states differ in the rest of the bound and in the weights of an
-agent's links, not in agent names. With a lower bound, they also differ in the agents already visited. The helpers on
+Every link weighs at least 1, so the recursion ends. Its states depend on the remaining weight and on the link weights
+of an agent, not on agent names. With a lower bound, they also depend on the agents already visited. The helpers for
 route lengths serve all spatial operators.
 """
 
@@ -18,14 +18,14 @@ from missionc.ir.pair_ranges import heaviest, kinds_of_weight, weigh
 
 
 def nodes_at_most(length: Length, most: int) -> int:
-    """Estimated number of kernel nodes of the routes that weigh up to ``most``."""
+    """Estimated number of kernel nodes for routes of weight up to ``most``."""
     assert length.weight is not None
     alike = len(kinds_of_weight(length.graph, length.weight))
     return (most + 1) * (4 + alike * (3 + 2 * alike))
 
 
 def weight_within(length: Length, through: Node, end: Node, most: int) -> Node:
-    """Formula of a route over ``through`` agents to an ``end`` agent with a total weight of at most ``most``."""
+    """Formula of a route through ``through`` agents to an ``end`` agent with a total weight of at most ``most``."""
     graph, weight, span = length.graph, length.weight, length.span
     assert weight is not None
     ways = _ways(graph, weight)
@@ -43,10 +43,11 @@ def weight_within(length: Length, through: Node, end: Node, most: int) -> Node:
 
 
 def weight_at_least(length: Length, through: Node, end: Node, low: int, high: int) -> Node:
-    """Formula of such a route with a total weight of at least ``low`` > 0, without repeated agents.
+    """Formula of a route through ``through`` agents to an ``end`` agent with a total weight of ``low`` (above 0) to
+    ``high``.
 
-    Up to that weight, the formula distinguishes the visited agents. The rest runs over the other agents; removing the
-    loops of a walk among them gives a route.
+    The route repeats no agent. Up to the weight ``low``, the formula distinguishes the visited agents. The rest runs
+    over the other agents; removing the loops of a walk among them gives a route.
     """
     graph, weight, span = length.graph, length.weight, length.span
     assert weight is not None
@@ -59,7 +60,8 @@ def weight_at_least(length: Length, through: Node, end: Node, low: int, high: in
 
     @cache
     def leaving(behind: frozenset[int], spent: int) -> Node:
-        """Formula for an agent that is not among the visited ones."""
+        """Formula that a route continues from an agent outside the visited agents ``behind``, after the weight
+        ``spent``."""
         return Any(tuple(from_(agent, behind, spent) for agent in graph.agents if agent not in behind), span)
 
     @cache
@@ -79,7 +81,8 @@ def weight_at_least(length: Length, through: Node, end: Node, low: int, high: in
 
 
 def _ways(graph: Graph, weight: Weight) -> tuple[tuple[tuple[int, ...], tuple[int, ...], int], ...]:
-    """Groups of agents with the same weights, pairwise: sources, targets, weight of their links."""
+    """Groups of agents with equal link weights, pairwise: source agents, target agents, weight of the links between
+    them."""
     alike = kinds_of_weight(graph, weight)
     return tuple(
         (senders, receivers, weigh(weight, senders[0], receivers[-1]))
@@ -96,7 +99,11 @@ def _onward(
     rest: int,
     span: Span,
 ) -> Any:
-    """Formula of a link that weighs at most the rest, to an agent from which the remaining rest suffices."""
+    """Formula of a link of weight at most ``rest`` to an agent from which a route of the remaining weight exists.
+
+    Args:
+        made: formula of a route by its remaining weight.
+    """
     starts: dict[tuple[int, ...], list[Node]] = {}
     for senders, receivers, each in ways:
         if each <= rest and rest - each in made:
@@ -112,19 +119,19 @@ def _onward(
 
 
 def most_hops(length: Length) -> int:
-    """Number of links of the longest route without repeated agents: one fewer than the graph's agents."""
+    """Number of links of the longest route without repeated agents: one less than the number of agents."""
     return max(len(length.graph.agents) - 1, 0)
 
 
 def longest(length: Length) -> float:
-    """Greatest length of a route without repeated agents: in hops or weights; infinite in metres."""
+    """Greatest length of a route without repeated agents, in hops or weight; infinite in metres."""
     if measured_in_metres(length):
         return math.inf
     return most_hops(length) * (1 if length.weight is None else heaviest(length.weight))
 
 
 def whole_bounds(length: Length) -> tuple[int, int]:
-    """Bounds of a length in hops or weights as integers, the upper one at most ``longest``."""
+    """Bounds of a length in hops or weight as integers; the upper bound is at most ``longest``."""
     return int(length.low), int(min(length.high, longest(length)))
 
 
@@ -133,14 +140,15 @@ def measured_in_metres(length: Length) -> bool:
 
 
 def up_to(length: Length, through: Node, end: Node, most: int, span: Span) -> Node:
-    """Formula of a route over ``through`` agents to an ``end`` agent of at most ``most`` hops or weight."""
+    """Formula of a route through ``through`` agents to an ``end`` agent with at most ``most`` hops, or at most that
+    weight."""
     if length.weight is not None:
         return weight_within(length, through, end, most)
     return Reach(length.graph, through, end, min(most, most_hops(length)), span)
 
 
 def no_hops(use: Apply) -> bool:
-    """Return whether the agent itself is within the bounds, as a route without links."""
+    """Return true if the bounds allow a route without links, so that the agent reaches itself."""
     return isinstance(use.bounds, Length) and use.bounds.low <= 0
 
 
@@ -149,7 +157,7 @@ def always_true(span: Span) -> Node:
 
 
 def distance_to(length: Length, agent: int, span: Span) -> Node:
-    """Formula that the shortest path from here to ``agent``, over any agents, is within the bounds."""
+    """Formula that the shortest path from the evaluated agent to ``agent``, over any agents, is within the bounds."""
     if measured_in_metres(length):
         return PathLength(length.graph, agent, length.low, length.high, span)
     low, high = whole_bounds(length)
@@ -158,7 +166,8 @@ def distance_to(length: Length, agent: int, span: Span) -> Node:
 
 
 def distance_from(length: Length, agent: int, span: Span) -> Node:
-    """Like ``distance_to`` if a route to ``agent`` is known to exist, so that an infinite bound adds no condition."""
+    """Formula of ``distance_to`` for an agent that a route is known to reach, so that an infinite bound adds no
+    condition."""
     if not measured_in_metres(length) and length.low > 0 and length.high >= longest(length):
         low = int(length.low)
         return Not(_within(length, agent, low - 1, span), span)

@@ -1,1 +1,1 @@
-"""Lowering: the choice of a backend, and the expansion of the mission to kernel formulas."""
+"""Lowering of missions: expansion to kernel formulas, and tightening for vehicles, delays and continuous time."""

@@ -4,9 +4,9 @@
     out  a Kernel with earlier deadlines, a Mission with more clearance between agents and from changing obstacles
 
 At step 0, an *eventually* window ends earlier and an *always* window begins earlier. An agent with a finish region
-arrives earlier. A formula about one agent's motion only then also holds with the delay. A delayed agent is off its plan
-by at most the distance that it travels in that time, so the separations grow by this distance. ``verify`` judges the
-result.
+arrives earlier. A formula about one agent's trajectory then also holds with the delay. A delayed agent deviates from
+its plan by at most the distance that it travels in that time, so the separations grow by this distance. ``verify``
+checks the result.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir.lower.tighten import moved
 
 
 def ahead_of_time(mission: Mission, kernel: k.Kernel) -> k.Kernel:
-    """Shift all goals of possibly delayed agents earlier by the longest tolerated delay."""
+    """Kernel in which the goals of agents that may be delayed are due earlier, by the largest tolerated delay."""
     delay = max((tolerance.steps for tolerance in mission.tolerances), default=0)
     late = {agent for tolerance in mission.tolerances for agent in tolerance.agents}
 
@@ -45,9 +45,8 @@ def ahead_of_time(mission: Mission, kernel: k.Kernel) -> k.Kernel:
 
 
 def with_room_for_delays(mission: Mission, share: float) -> Mission:
-    """The mission with larger separations, and larger clearances from changing obstacles, by a share of a delay's
-    travel.
-    """
+    """Mission with separations and clearances from changing obstacles increased by ``share`` times the distance that an
+    agent travels during a tolerated delay."""
     most = max(
         (
             mission.agents[agent].dynamics.top_speed * mission.step * tolerance.steps
@@ -63,7 +62,7 @@ def with_room_for_delays(mission: Mission, share: float) -> Mission:
 
 
 def _finishes(mission: Mission) -> list[k.Goal]:
-    """Goals that possibly delayed agents reach their finish regions earlier."""
+    """Goals that each agent that may be delayed arrives in its finish region early, by the tolerated delay."""
     goals = []
     for tolerance in mission.tolerances:
         for agent in tolerance.agents:

@@ -1,7 +1,7 @@
-"""Expansion of requirements and preferences to kernel form by the operators' own rules.
+"""Expansion of requirements and preferences to kernel formulas by the operators' definitions.
 
 in   Mission, as resolved
-out  Kernel; a formula that is used twice is one node there too
+out  Kernel, in which a formula that is used twice is one node
 says MC207
 """
 
@@ -26,7 +26,7 @@ from missionc.ir.pair_ranges import directed
 
 
 def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | None, list[Diagnostic]]:
-    """Kernel form of all goals; None and diagnostics if an operator would grow too large."""
+    """Kernel form of all requirements and preferences, and findings; None if an operator exceeds the size limit."""
     expansion = _Expansion((limits or Limits()).formula_nodes)
     for formula in formulas(mission):
         expansion.nodes[formula] = expansion.expanded(formula)
@@ -36,7 +36,7 @@ def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | 
 
 
 def _normal(mission: ir.Mission, written: dict[ir.Formula, Node]) -> Kernel:
-    """Kernel in negation normal form from the operators' formulas."""
+    """Kernel in negation normal form, from the expanded formula of each formula of the mission."""
     forms = normal_forms(written.values())
     nodes = {formula: forms[node, True] for formula, node in written.items()}
     goals = [
@@ -54,7 +54,7 @@ def _normal(mission: ir.Mission, written: dict[ir.Formula, Node]) -> Kernel:
 
 
 class _Expansion:
-    """Formulas expanded so far, by identity."""
+    """Kernel nodes of the formulas expanded so far, by formula identity."""
 
     def __init__(self, room: int) -> None:
         self.room = room
@@ -96,7 +96,7 @@ class _Expansion:
         return All((node,), formula.span) if own else node
 
     def connected(self, predicate: ir.Predicate, span: Span) -> Node:
-        """The shared nodes of a connectivity predicate, below a node with the span."""
+        """Kernel form of a connectivity predicate: a new node with the span, whose children equal predicates share."""
         return All(tuple(self.of_part(part, part.restricted) for part in predicate.parts), span)
 
     def of_part(self, part: ir.Predicate, graph: ir.Graph | None) -> Node:
@@ -108,7 +108,7 @@ class _Expansion:
 
 
 def _linked(graph: ir.Graph) -> Node:
-    """Formula that every agent of the graph reaches the first; for directed links also the reverse."""
+    """Formula that every agent of the graph has a route to the first agent, and for directed links also back."""
     first, *others = graph.agents
 
     def route(end: int) -> Node:
@@ -121,7 +121,7 @@ def _linked(graph: ir.Graph) -> Node:
 
 
 def _too_many_sums(use: Use) -> TooLarge | None:
-    """Result if the sums of weights, separate for each final agent of a route, exceed the ``room``."""
+    """Size estimate if a use with link weights needs more than ``room`` kernel nodes; None otherwise."""
     if not isinstance(use.bounds, ir.Length) or use.bounds.weight is None:
         return None
     cost = len(use.graph.agents) * nodes_at_most(use.bounds, whole_bounds(use.bounds)[1])

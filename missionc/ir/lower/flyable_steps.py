@@ -3,11 +3,11 @@
     in   an agent's dynamics and vehicle, the duration of a step
     out  limits on the velocities of steps and on their changes; None without limits
 
-Such a plan changes its velocity instantly at the steps; its flight passes the same places at the same times with smooth
-changes. The constants are measured on straight flights with even acceleration and braking, for steps of 0.1 to 2 s. A
-change of velocity x between steps of duration d is flown with an acceleration of up to ``BEND`` x / d if the adjacent
-changes are similar. The factor doubles for a single change, such as a start or stop at rest. The flight is up to
-``CRUISE`` times as fast as the plan, and ``SETTING_OUT`` times at the start.
+A first-order plan changes its velocity instantly at the steps; its flight passes the same positions at the same times
+with smooth changes. The constants are measured on straight flights with uniform acceleration and braking, for steps of
+0.1 to 2 s. A change of velocity x between steps of duration d is flown with an acceleration of up to ``BEND`` x / d if
+the adjacent changes are similar. The factor doubles for a single change, such as a start or stop at rest. The flight is
+up to ``CRUISE`` times as fast as the plan, and ``SETTING_OUT`` times at the start.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from missionc.base.late_dataclass import Record
 from missionc.ir import Agent
 
 ROUNDING = 1e-9
-"""Share of a step that does not require another step on a path."""
+"""Fraction of a step by which a path may exceed a whole number of steps without another step."""
 
 BEND, CRUISE, SETTING_OUT = 1.7, 1.06, 1.6
 ALONE = 0.5
-"""Share of a limit for a single change: an agent turns, starts or stops at once."""
+"""Factor on a limit for a single velocity change without similar neighbours: a turn, start or stop."""
 JERKY = 1.7
-"""Jerk of a change of changes x in steps of duration d, over x / d²."""
+"""Jerk of the flight if velocity changes differ by x in steps of duration d, divided by x / d²."""
 
 
 BETWEEN_RESTS = 0.95
-"""Share of the limits in the first and last step of a straight path next to paths with corners."""
+"""Factor on the limits in the first and last step of a straight path that begins or ends at a corner."""
 
 
 class StepLimits(Record):
-    """Limits on the velocities of steps, m/s.
+    """Limits on the velocities of a first-order plan's steps, m/s.
 
     Args:
-        speed: maximum in a step.
-        rest: maximum in the first and the last step, which begin or end at rest.
-        climb: maximum vertical speed in a step.
-        change: maximum change between two steps.
-        turn: maximum difference of consecutive changes.
+        speed: maximum speed of a step.
+        rest: maximum speed of the first and the last step, which begin or end at rest.
+        climb: maximum vertical speed of a step.
+        change: maximum velocity change between two steps.
+        turn: maximum difference of consecutive velocity changes.
     """
 
     speed: float
@@ -51,9 +51,13 @@ class StepLimits(Record):
 
 
 def step_limits(agent: Agent, step: float) -> StepLimits | None:
-    """Limits of a first-order agent in steps of ``step`` seconds; None if its vehicle has none.
+    """Limits on the step velocities of a first-order agent; None without limits.
 
-    Also None for an agent that is planned faster than its vehicle; such a plan is time-scaled.
+    There are no limits if the vehicle has no limits, or if the agent's top speed exceeds the vehicle's; such a plan is
+    time-scaled.
+
+    Args:
+        step: duration of a step, seconds.
     """
     vehicle = agent.vehicle
     if (
@@ -75,15 +79,15 @@ def step_limits(agent: Agent, step: float) -> StepLimits | None:
 def flown_way(
     length: float, limits: StepLimits, step: float, speed: float, fewest: int, most: int
 ) -> list[float] | None:
-    """Distance along a straight path, metres, at each step, from 0 to ``length``.
+    """Distances along a straight path, metres, at each step, from 0 to ``length``; None if ``most`` steps do not
+    suffice.
 
-    None if ``most`` steps do not suffice.
-
-    The agent accelerates and brakes evenly, so that it can rest or turn at both ends.
+    The agent accelerates and brakes uniformly, so that it can be at rest or turn at both ends.
 
     Args:
-        step: seconds.
-        speed: m/s, maximum besides the limits.
+        length: metres.
+        step: duration of a step, seconds.
+        speed: maximum speed besides the limits, m/s.
         fewest: minimum number of steps.
     """
     end, top = BETWEEN_RESTS * limits.rest, min(limits.speed, speed)

@@ -41,7 +41,7 @@ from missionc.ir.kernel.walk import asked_between, bottom_up, children, postorde
 from missionc.ir.predicates.during_motion import OfPlace, decided_by_place
 
 MOST_LINKS = 2000
-"""Maximum number of links that a formula about routes lists: agents times agents times hops."""
+"""Maximum number of links in a strengthened formula about routes: agents times agents times hops."""
 
 
 def hold_throughout(mission: Mission, kernel: Kernel, names: Set[str], *, motions: bool = False) -> Kernel:
@@ -60,7 +60,7 @@ def hold_throughout(mission: Mission, kernel: Kernel, names: Set[str], *, motion
 
 
 class _Strengthening:
-    """Strengthened formulas at one step, and from a step to the next; each is made once."""
+    """Cache of strengthened formulas, for one step and for the time from one step to the next."""
 
     def __init__(self, last: int, motions: bool, straight: bool) -> None:
         self.last, self.motions, self.straight = last, motions, straight
@@ -68,7 +68,7 @@ class _Strengthening:
         self._links: dict[tuple[Graph, int], Node] = {}
 
     def at_a_step(self, root: Node) -> Node:
-        """The formula evaluated at step 0."""
+        """Strengthened form of a formula that is evaluated at step 0."""
         asked = asked_between((root,), self.last)
 
         def strengthened(node: Node, below: tuple[Node, ...]) -> Node:
@@ -78,9 +78,12 @@ class _Strengthening:
         return bottom_up((root,), strengthened)[root]
 
     def _at_a_step(self, node: Node, below: tuple[Node, ...], latest: int) -> Node:
-        """Strengthened node at a step: a condition up to a window's end holds from the step before it.
+        """Strengthened form of a node at one step: a condition that ends with a window holds from the step before the
+        window's end.
 
-        ``latest``: last step.
+        Args:
+            below: strengthened children.
+            latest: last step at which the node is evaluated.
         """
         match node:
             case Always(body, low, high) | Release(_, body, low, high) if low >= 0:
@@ -118,7 +121,7 @@ class _Strengthening:
         return Any((replace(node, hold=lasting, end=end, high=high - 1), at_last), node.span, node.dual)
 
     def lasting(self, root: Node) -> Node:
-        """The formula at all times from its step to the next."""
+        """Strengthened formula that holds at all times from the evaluated step to the next."""
         for node in postorder((root,)):
             if node not in self._lasting:
                 below = tuple(self._lasting[child] for child in children(node))
@@ -171,7 +174,8 @@ class _Strengthening:
         return min(node.hops, len(node.graph.agents) - 1)
 
     def _beside(self, graph: Graph, body: Node) -> tuple[Node, ...]:
-        """For each agent of the graph: linked from this step to the next, with the strengthened body."""
+        """For each agent of the graph, the formula that it is linked from this step to the next and satisfies the
+        strengthened body."""
         return tuple(All((self._linked(graph, agent), At(agent, body))) for agent in graph.agents)
 
     def _linked(self, graph: Graph, agent: int) -> Node:

@@ -1,10 +1,10 @@
 """Tightening of a mission by a margin, so that a flight with a small tracking error still satisfies it.
 
-in   Mission, Kernel, a margin in metres
-out  a stricter Mission and Kernel: a plan that satisfies them satisfies the original by the margin
+    in   Mission, Kernel, a margin in metres
+    out  a stricter Mission and Kernel: a plan that satisfies them satisfies the original with the margin
 
 Requirements are tightened by their sense: a region to enter shrinks, a region to avoid grows. The radius of a graph and
-the tolerance of a formation shrink by twice the margin, since both agents may be off. No region, radius or tolerance
+the tolerance of a formation shrink by twice the margin, since both agents may deviate. No region, radius or tolerance
 loses more than half of its size. In addition, vehicles need clearance from each other, from obstacles and from the
 world's bounds, and plans must be slow enough to fly from rest to rest.
 """
@@ -26,25 +26,25 @@ from missionc.ir.lower.flyable_steps import CRUISE
 from missionc.ir.pair_ranges import with_ranges
 
 MITRE = 2.0
-"""Limit on the movement of a polygon's corner when it grows, in margins."""
+"""Mitre limit: how far a polygon's corner moves at most when the polygon grows, in multiples of the margin."""
 
 PEAK, START = 1.5, 4.6
-"""Measured on straight starts from rest: peak over planned speed, and acceleration over speed per step duration."""
+"""Measured on straight flights from rest: peak speed / planned speed, acceleration / speed per step duration."""
 SHARES = (1.0, 0.5, 0.25)
-"""Shares of the agents' drift at top speed; the largest that leaves room at starts and finishes is used."""
+"""Fractions of the agents' start-time drift at top speed; the largest that starts and finishes permit is used."""
 SURELY = 1e-5
-"""Additional separation, metres, so that rounding in a backend brings no agents too near."""
+"""Additional separation, metres, so that rounding errors of a backend do not violate the separation."""
 SPARE = 0.8
-"""Share of a vehicle's limits for plans with gradual starts; rounded corners use the rest."""
+"""Fraction of a vehicle's speed limits for plans with gradual starts; rounded corners need the rest."""
 
 
 def tracking_margin(mission: ir.Mission) -> Metres:
-    """Largest tracking margin of the mission's vehicles: metres between a flight and its plan."""
+    """Largest tracking error of the mission's vehicles: distance between a flight and its plan, metres."""
     return Metres(max((agent.vehicle.tracking for agent in mission.agents), default=0.0))
 
 
 def with_vehicle_room(mission: ir.Mission) -> ir.Mission:
-    """The mission with the clearance that its vehicles need; the same object if none is needed."""
+    """Mission with the clearance, world bounds and drift that its vehicles need; the same object if nothing changes."""
     rooms = [mission.room(agent.index) for agent in mission.agents]
     # If vehicles differ, use the largest clearance; the flight check uses the exact one.
     low = tuple(min(axis) for axis in zip(*(room[0] for room in rooms), strict=True))
@@ -60,9 +60,10 @@ def with_vehicle_room(mission: ir.Mission) -> ir.Mission:
 
 
 def _drift(mission: ir.Mission) -> tuple[Metres, ...]:
-    """Drift of each agent at top speed, since agents start at slightly different times.
+    """Distance of each agent from its plan at top speed, metres, if agents start at slightly different times.
 
-    It is smaller if starts or finishes are too near, since agents are slow there. Empty without drift.
+    The distance is smaller if starts or finishes are close together, since agents are slow near them. The result is
+    empty if no vehicle drifts.
     """
     drift = [
         agent.vehicle.start_skew * min(agent.vehicle.speed, PEAK * agent.dynamics.top_speed) for agent in mission.agents
@@ -77,7 +78,7 @@ def _drift(mission: ir.Mission) -> tuple[Metres, ...]:
 
 
 def _apart(mission: ir.Mission, ends: Iterable[tuple[ir.Agent, ir.InitialSet]]) -> bool:
-    """Return whether those starts or finishes that are points satisfy the mission's spacing."""
+    """Return true if all starts (or finishes) that are points satisfy the mission's separations."""
     exact = [(agent.index, place.point) for agent, place in ends if place.point is not None]
     for (one, here), (other, there) in combinations(exact, 2):
         spacing = mission.spacing(one, other)
@@ -87,14 +88,14 @@ def _apart(mission: ir.Mission, ends: Iterable[tuple[ir.Agent, ir.InitialSet]]) 
 
 
 def with_flyable_speeds(mission: ir.Mission, share: float | None = None) -> ir.Mission:
-    """The mission with speeds that its vehicles can fly smoothly; the same object if all are.
+    """Mission with top speeds at which its vehicles can fly the plan smoothly; the same object if nothing changes.
 
     A first-order plan starts at full speed, but its flight starts at rest. In a step of duration d that covers v d, the
     flight reaches up to ``PEAK`` v, with an acceleration of up to ``START`` v / d.
 
     Args:
-        share: share of a vehicle's limits for plans with gradual starts (``world.flyable_steps``).
-            If absent, speeds are low enough for plans that start at full speed.
+        share: fraction of a vehicle's limits for plans with gradual starts (``lower.flyable_steps``). If None, speeds
+            are low enough for plans that start at full speed.
     """
     agents = tuple(
         replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step), share))
@@ -114,7 +115,7 @@ def _slower(dynamics: ir.Dynamics, vehicle: ir.Vehicle, step: float, share: floa
 
 
 def tightened(mission: ir.Mission, kernel: Kernel, margin: Metres) -> tuple[ir.Mission, Kernel]:
-    """Tighten the requirements by the margin; preferences stay the same."""
+    """Mission and kernel with all requirements tightened by the margin, metres; preferences are unchanged."""
     if margin <= 0:
         return mission, kernel
     tighter, wider = _Borders(-margin), _Borders(margin)
@@ -125,7 +126,8 @@ def tightened(mission: ir.Mission, kernel: Kernel, margin: Metres) -> tuple[ir.M
 
 
 def tightened_alone(kernel: Kernel, names: Set[str], margin: Metres) -> Kernel:
-    """Tighten only the requirements of these names; the others and the world are the same objects."""
+    """Kernel with the named requirements tightened by the margin, metres; the other requirements are the same
+    objects."""
     if margin <= 0:
         return kernel
     some = [goal for goal in kernel.requirements if goal.name in names]
@@ -153,7 +155,7 @@ def _more(node: Node, below: tuple[Node, ...], tighter: _Borders, wider: _Border
 
 
 class _Borders:
-    """Boundaries of truth moved by ``metres``, once per object; negative is stricter."""
+    """Boundaries of regions, graphs and formations moved by ``metres`` (negative is stricter), each object once."""
 
     def __init__(self, metres: float) -> None:
         self.metres = metres
@@ -167,7 +169,7 @@ class _Borders:
         return self._regions[region]
 
     def graph(self, graph: ir.Graph) -> ir.Graph:
-        """The graph with its range moved: both agents of a pair may be off, but a beacon is fixed.
+        """Graph with its range moved by the margin, twice for links between two agents (a beacon does not deviate).
 
         Shapes that block a line of sight grow or shrink by the margin.
         """
@@ -187,14 +189,16 @@ class _Borders:
         return self._formations[formation]
 
     def _by(self, misses: int, length: float) -> Metres:
-        """A length moved by the margin for each of ``misses`` inexact ends; by at most half of it."""
+        """Length changed by the margin for each of ``misses`` inexact ends, but by at most half of the length;
+        metres."""
         return Metres(length + math.copysign(min(misses * abs(self.metres), length / 2), self.metres))
 
 
 def moved(shape: ir.Shape, by: float) -> ir.Shape:
-    """Move the border of a shape outward by at least ``by`` if positive, inward by at least ``-by`` if negative.
+    """Shape with its border moved outward by at least ``by`` metres if positive, inward by at least ``-by`` if
+    negative.
 
-    The move is limited so that a shape loses at most half of its least width.
+    A shape loses at most half of its least width.
     """
     match shape:
         case ir.Union(left, right):
@@ -231,7 +235,7 @@ def _prism(band: ir.Prism | None, by: float) -> ir.Prism | None:
 
 
 def _outline(corners: tuple[tuple[float, float], ...], by: float) -> tuple[tuple[float, float], ...]:
-    """Corners of the moved polygon if it stays in one piece without holes; else of a polygon moved less."""
+    """Corners of a polygon moved by ``by`` metres, or by less if it would fall apart or get holes."""
     from shapely import Polygon as Outline  # needed only for polygons
 
     for part in (by, by / 2, by / 4):

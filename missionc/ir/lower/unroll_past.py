@@ -45,13 +45,13 @@ from missionc.ir.language.operator import TooLarge
 
 
 def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLarge:
-    """Kernel for planners: without past operators and, after that, without constants.
+    """Kernel for planners: without past operators and without constants; the same object if nothing changes.
 
-    A constant goal keeps its name, with ``All(())`` or ``Any(())``: any plan satisfies the first, and none the second.
-    The result is the same object if nothing changes.
+    A constant goal keeps its name, with ``All(())`` or ``Any(())``: every plan satisfies the first, and none the
+    second.
 
     Args:
-        room: maximum number of nodes.
+        room: maximum number of nodes; ``TooLarge`` is returned beyond it.
     """
     order = postorder(kernel.formulas)
     past: set[Node] = set()
@@ -86,7 +86,7 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
 
 
 def _stretches(window: range) -> Iterator[range]:
-    """Split a window into the fewest ranges of 1, 2, 4, … steps that begin at multiples of their length."""
+    """Fewest ranges of 1, 2, 4, … steps, each beginning at a multiple of its length, that partition a window."""
     first = window.start
     while first < window.stop:
         size = first & -first or 1 << window.stop.bit_length()
@@ -97,7 +97,7 @@ def _stretches(window: range) -> Iterator[range]:
 
 
 def _parts(node: Node, window: int) -> int:
-    """Maximum number of formulas of an expanded node for each of its children."""
+    """Maximum number of formulas into which an expanded node splits, for each of its children."""
     match node:
         case UntilNode():
             return 1 if looks_back(node) else window
@@ -147,17 +147,18 @@ class _Unrolling:
         self.links: dict[tuple[Graph, int, bool], Node] = {}
 
     def window(self, node: WindowNode | UntilNode, step: int) -> range:
-        """Steps of the node's window at a step."""
+        """Steps of the node's window if the node is evaluated at ``step``."""
         return asks(node)[-1].steps_from(step, self.last)
 
     def at(self, node: Node, step: int) -> Node:
-        """The formula at that step; a formula about the past is already expanded."""
+        """Formula, evaluated at step 0, that ``node`` holds at ``step``; nodes with past operators are already
+        expanded."""
         if node not in self.past and (node, step) not in self.known:
             self.known[node, step] = self.later(node, step)
         return self.known[node, step]
 
     def later(self, node: Node, step: int) -> Node:
-        """The same for a formula that only looks ahead."""
+        """Formula, evaluated at step 0, that a node without past operators holds at ``step``."""
         if step == 0 or isinstance(node, Is) or constant(node) is not None:
             return node
         if isinstance(node, WindowNode):
@@ -165,13 +166,13 @@ class _Unrolling:
         return Eventually(node, step, step, node.span, says_opposite(node))
 
     def each(self, node: Node, steps: range, every: bool) -> Node:
-        """The formula at every, or at some, of these steps."""
+        """Formula that the node holds at every (or if not ``every``, at some) of the steps."""
         if node not in self.past and steps:
             return (Always if every else Eventually)(node, steps[0], steps[-1], node.span, says_opposite(node))
         return (All if every else Any)(tuple(self.at(node, step) for step in steps), node.span, says_opposite(node))
 
     def made(self, node: Node, step: int) -> Node:
-        """A formula about the past, from its children."""
+        """Expansion of a node that contains a past operator, evaluated at ``step``, from its children."""
         match node:
             case All() | Any() | AtLeast() | At():
                 return rebuilt(node, tuple(self.at(child, step) for child in children(node)))
@@ -224,12 +225,13 @@ class _Unrolling:
         return self.moves[node, by]
 
     def pair(self, node: Node, parts: tuple[Node, ...], *, contrary: bool = False) -> Node:
-        """Disjunction of the parts, or conjunction if ``node`` is universal; ``contrary`` swaps them."""
+        """Disjunction of the parts, or conjunction if ``node`` is universal; ``contrary`` exchanges the two cases."""
         assert not isinstance(node, LeafNode | Not)
         return (All if node.every is not contrary else Any)(parts, node.span, node.dual)
 
     def until(self, node: UntilNode, step: int) -> Node:
-        """``end`` at some step of the window, with ``hold`` from here up to it; or the dual."""
+        """Expansion of ``until`` at ``step``: ``end`` at some step of the window, with ``hold`` before it; or its
+        dual."""
         parts = []
         for when in self.window(node, step):
             held = (self.each(node.hold, range(step, when), not node.every),) if when > step else ()
@@ -237,9 +239,9 @@ class _Unrolling:
         return self.pair(node, tuple(parts))
 
     def since(self, node: UntilNode, step: int) -> Node:
-        """``end`` at some step of the window, with ``hold`` after it; or the dual.
+        """Expansion of ``since`` at ``step``: ``end`` at some step of the window, with ``hold`` after it; or its dual.
 
-        The window is split into ranges that other steps share, so that few formulas are needed.
+        The window is split into ranges that several steps share, so that few formulas are needed.
         """
         window = self.window(node, step)
         if not window:
@@ -252,12 +254,14 @@ class _Unrolling:
         return self.pair(node, (found, self.held(node, rest)), contrary=True) if rest else found
 
     def after(self, node: UntilNode, before: Node, stretch: range) -> Node:
-        """``end`` within a range of steps and ``hold`` after it, or ``before`` and ``hold`` at all of them."""
+        """Formula that ``end`` holds in the range ``stretch`` with ``hold`` after it, or that ``before`` holds with
+        ``hold`` in the whole range; or its dual."""
         lasting = self.pair(node, (self.held(node, stretch), before), contrary=True)
         return self.pair(node, (self.within(node, stretch), lasting))
 
     def within(self, node: UntilNode, stretch: range) -> Node:
-        """``end`` at some step of a range and ``hold`` at later ones, from its two halves, each made once."""
+        """Formula that ``end`` holds at some step of a range with ``hold`` at the later steps, from the two halves of
+        the range; or its dual."""
         if len(stretch) == 1:
             return self.at(node.end, stretch[0])
         key = node, stretch
@@ -267,14 +271,14 @@ class _Unrolling:
         return self.stretches[key]
 
     def held(self, node: UntilNode, steps: range) -> Node:
-        """``hold`` at all of these steps; or the dual."""
+        """Formula that ``hold`` is true at all of these steps; or its dual."""
         key = node.hold, steps, node.every
         if key not in self.stretches:
             self.stretches[key] = self.each(node.hold, steps, not node.every)
         return self.stretches[key]
 
     def linked(self, node: NeighbourNode | ReachNode, agent: int, body: Node, step: int) -> Node:
-        """That agent is linked to this one at the step and satisfies the body then; or the dual."""
+        """Formula that ``agent`` is linked to the evaluated agent at the step and satisfies ``body``; or its dual."""
         key = (node.graph, agent, node.every)
         if key not in self.links:
             it = Is(frozenset((agent,)))
@@ -282,7 +286,7 @@ class _Unrolling:
         return self.pair(node, (self.at(self.links[key], step), At(agent, body, node.span)), contrary=True)
 
     def reach(self, node: ReachNode, step: int) -> Node:
-        """Routes without a link, then with one more at a time."""
+        """Expansion of ``Reach`` at ``step``: routes without a link, then with one more link at a time; or its dual."""
         end, through = self.at(node.end, step), self.at(node.through, step)
         found = end
         for _ in range(min(node.hops, len(node.graph.agents) - 1)):

@@ -1,7 +1,7 @@
-"""Predicates: atomic propositions about an agent, or the team, at one step; each kind in its own file.
+"""Predicates: atomic propositions about an agent, or the team, at one step; each kind has its own file.
 
-A predicate is data with facts; callers use its facts and test for no kind (``facts``). It defines its measure, rate and
-wording over ``views``.
+A predicate is data with facts; callers read its facts and never test for a kind (``facts``). Each predicate defines its
+measure, rate and wording over ``views``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Comparisons: inequalities, linear in the state of an agent and distances from it, or in those of named agents.
+"""Comparisons: linear inequalities in the state of an agent and its distances, or in distances of named agents.
 
 The margin is the value divided by its greatest rate of change per metre of motion: the norm of the coordinates' weights
 plus the magnitudes of the distances' weights. A comparison of speed only is divided by the speed's weight and stays in
@@ -20,7 +20,7 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 @dataclass(frozen=True, slots=True)
 class Compare(PredicateFacts):
-    """``constant + sum(weight * feature) >= 0``, or ``> 0`` if ``strict``."""
+    """Comparison predicate: ``constant + sum(weight * feature) >= 0``, or ``> 0`` if ``strict``."""
 
     terms: tuple[tuple[float, Feature], ...]
     constant: float
@@ -28,7 +28,7 @@ class Compare(PredicateFacts):
 
     @property
     def about_team(self) -> bool:
-        """True if it reads only distances of named pairs."""
+        """True if the comparison reads only distances between named pairs of agents."""
         return bool(self.terms) and all(isinstance(feature, DistanceBetween) for _, feature in self.terms)
 
     @property
@@ -44,7 +44,7 @@ class Compare(PredicateFacts):
         return self.pairs + tuple((agent, each) for each in targets if isinstance(each, int) and each != agent)
 
     def asked_of(self, agent: int) -> Compare:
-        """The comparison without distances between an agent and itself, which are 0."""
+        """Comparison without the distances between ``agent`` and itself, which are 0."""
         terms = tuple(term for term in self.terms if not term[1].is_of_one(agent))
         return self if len(terms) == len(self.terms) else replace(self, terms=terms)
 
@@ -62,7 +62,7 @@ class Compare(PredicateFacts):
 
     @property
     def regions(self) -> tuple[Region, ...]:
-        """Regions whose distances it measures and that decide the comparison."""
+        """Regions on which the comparison depends: targets of distances and refill regions of resources."""
         found: dict[Region, None] = {}
         for _, feature in self.terms:
             match feature:
@@ -87,7 +87,7 @@ class Compare(PredicateFacts):
         return any(weight and feature.reads_oneself(dimension) for weight, feature in self.terms)
 
     def scale(self, dimension: int) -> float:
-        """Greatest change of the value for each metre of an agent's motion (m/s if only speed counts)."""
+        """Greatest change of the value per metre of an agent's motion, or per m/s if only the speed counts."""
         distances: dict[Feature, float] = defaultdict(float)
         speed = 0.0
         for weight, feature in self.terms:
@@ -99,13 +99,13 @@ class Compare(PredicateFacts):
         return in_metres or abs(speed) or 1.0
 
     def margin(self, view: Measures) -> Array:
-        """Value over ``scale``: (...), metres, or m/s for speeds."""
+        """Margin of the comparison, its value divided by ``scale``: (...), metres, or m/s for speeds."""
         total = sum((weight * feature.measured(view) for weight, feature in self.terms), start=self.constant)
         value = total / self.scale(view.dimension)
         return value if self.terms else value + view.nothing()
 
     def rate(self, view: Changes) -> Array:
-        """Bound on the rate of change of the margin: (...), m/s."""
+        """Upper bound on the rate of change of the margin: (...), m/s."""
         direction = self._direction(view.dimension)
         rate = view.along(direction) if any(direction) else 0.0
         for weight, feature in self.terms:
@@ -114,7 +114,8 @@ class Compare(PredicateFacts):
         return rate / self.scale(view.dimension)
 
     def moved(self, borders: Borders) -> Compare:
-        """For every metre of agents' error, a distance between two of them changes by two."""
+        """Comparison with its bound moved by the position error of the agents; a distance between two agents moves by
+        twice the error."""
         reach = sum(abs(weight) * _moves(feature) for weight, feature in self.terms)
         return Compare(self.terms, self.constant + borders.metres * reach, self.strict)
 
@@ -139,7 +140,7 @@ class Compare(PredicateFacts):
         return tuple(weights)
 
     def _bound(self, unit: str, words: Phrases) -> str:
-        """One weighted feature and a constant against 0, as a bound on the feature."""
+        """Wording of a comparison with one feature as a bound on that feature: ``at least 3 m``."""
         weight = self.terms[0][0]
         value = f"{words.number(-self.constant / weight)} {unit}".rstrip()
         if weight > 0:
@@ -148,12 +149,12 @@ class Compare(PredicateFacts):
 
 
 def _moves(feature: Feature) -> float:
-    """Greatest change of a feature if every agent is off by a metre."""
+    """Greatest change of a feature, metres, if the position of every agent changes by a metre."""
     return 0.0 if feature.unit != "m" else 2.0 if feature.others else 1.0
 
 
 def _of_one(feature: Feature, bound: str, words: Phrases) -> tuple[str, str]:
-    """Wording of a bound on one feature, and of its negation."""
+    """Wording of a bound on one feature, and wording of its negation."""
     match feature:
         case DistanceBetween(first, second):
             both = f"{words.agent(first)} and {words.agent(second)}"

@@ -2,8 +2,7 @@
 
 Source:
     Diestel, "Graph Theory" (2017), 1.4: a graph is k-connected if it has more than k vertices and no set of fewer than
-    k
-    separates it. If a smaller set separates it, so does some set of k - 1; only these are tested.
+    k vertices separates it. If a smaller set separates it, so does some set of k - 1; only sets of k - 1 are tested.
 """
 
 from __future__ import annotations
@@ -20,7 +19,8 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 @dataclass(frozen=True, slots=True)
 class Connected(PredicateFacts):
-    """Routes exist between any two of these agents over these agents, also without any ``order - 1`` of them.
+    """Connectivity predicate: routes among ``agents`` join any two of them, also after the loss of any ``order - 1`` of
+    them.
 
     ``order`` is at least 1; above 1 it is less than the number of agents.
     """
@@ -46,7 +46,10 @@ class Connected(PredicateFacts):
         return self.graph if self.agents == self.graph.agents else replace(self.graph, agents=self.agents)
 
     def among(self, agents: frozenset[int]) -> Connected | None:
-        """Connectivity among these agents only. The whole does not imply it, since routes may use the others."""
+        """Connectivity among the agents that are also in ``agents``; None if fewer than two remain.
+
+        The connectivity of all agents does not imply the result, since routes may pass through the others.
+        """
         members = tuple(agent for agent in self.agents if agent in agents)
         if members == self.agents:
             return self
@@ -60,12 +63,13 @@ class Connected(PredicateFacts):
         return tuple(Connected(self.graph, rest) for rest in rests)
 
     def margin(self, view: Measures) -> Array:
-        """Worst link of the best spanning tree over the remaining agents: (...), metres."""
+        """Margin of connectivity: worst link of the maximum spanning tree, over the worst loss of agents; (...),
+        metres."""
         worst = [-view.weakest_link(part.restricted) for part in self.parts]
         return -reduce(view.larger, worst)
 
     def rate(self, view: Changes) -> Array:
-        """Raise ``ValueError``: the kernel has routes instead, so no rate (...), m/s, exists."""
+        """Raise ``ValueError``: kernels express connectivity by routes, so its margin has no rate."""
         raise ValueError("a kernel has routes in the place of `connected`")
 
     def moved(self, borders: Borders) -> Connected:

@@ -1,7 +1,7 @@
-"""Headings as predicates: an agent faces a direction, or a beacon, within an angle.
+"""Heading predicates: an agent faces a direction, or a beacon, within an angle.
 
-Angles are differences on the circle, so that 350 deg is 20 deg from 10 deg. For a direction, the margin is an angle.
-For a beacon, it is the agent's distance from the nearest position with too large an angle, in metres.
+Angles are differences on the circle: 350 deg and 10 deg differ by 20 deg. For a direction, the margin is an angle. For
+a beacon, it is the agent's distance from the nearest position with too large an angle, in metres.
 """
 
 from __future__ import annotations
@@ -14,14 +14,18 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 @dataclass(frozen=True, slots=True)
 class Facing(PredicateFacts):
-    """Heading within ``within``, rad, in (0, pi), of ``towards``: rad from the x axis to the left."""
+    """Heading predicate: the heading is within the angle ``within``, rad, in (0, pi), of a direction or of the bearing
+    of a beacon.
+
+    A direction ``towards`` is in rad, counterclockwise from the x axis.
+    """
 
     towards: float | Beacon
     within: float
 
     @property
     def reads_speed(self) -> bool:
-        """True: a moving agent faces along its velocity."""
+        """True, since the heading of a moving agent is the direction of its velocity."""
         return True
 
     @property
@@ -37,14 +41,14 @@ class Facing(PredicateFacts):
         return view.facing(self.towards, self.within)
 
     def rate(self, view: Changes) -> Array:
-        """Bound on the rate of change: (...), m/s.
+        """Upper bound on the rate of change of the margin: (...), m/s.
 
         The heading is constant between steps; the bearing of a beacon changes.
         """
         return view.motion() if isinstance(self.towards, Beacon) else 0.0 * view.motion()
 
     def moved(self, borders: Borders) -> Facing:
-        """The predicate itself: a position error does not change the heading."""
+        """Predicate unchanged, since a position error does not change the heading."""
         return self
 
     def show(self, words: Words) -> str:

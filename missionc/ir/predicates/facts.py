@@ -1,4 +1,4 @@
-"""Facts of predicates, common to all kinds."""
+"""Facts of predicates: properties that all kinds of predicates provide."""
 
 from __future__ import annotations
 
@@ -10,60 +10,62 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 
 class PredicateFacts:
-    """Facts of a proposition about an agent or the team at one step; kinds override these defaults."""
+    """Base class of predicates about an agent or the team at one step; each kind overrides some of these defaults."""
 
     __slots__ = ()
 
     @property
     def region(self) -> Region | None:
-        """Region whose border, possibly moved by the agent's body, is the boundary of truth."""
+        """Region whose border, possibly moved by the agent's body radius, is the boundary of truth; None if no region
+        has such a border."""
         return None
 
     @property
     def graph(self) -> Graph | None:
-        """Graph of the predicate."""
+        """Communication graph that the predicate reads; None if it reads no graph."""
         return None
 
     @property
     def restricted(self) -> Graph | None:
-        """That graph restricted to the agents that must be connected."""
+        """Communication graph restricted to the agents that must be connected; None if the predicate reads no graph."""
         return self.graph
 
     @property
     def formation(self) -> Formation | None:
-        """Formation of the predicate."""
+        """Formation that the predicate is about; None if it is about no formation."""
         return None
 
     @property
     def about_team(self) -> bool:
-        """True if its truth at a step is the same for every agent."""
+        """True if the predicate's truth at a step is the same for every agent."""
         return False
 
     @property
     def others(self) -> frozenset[int]:
-        """Named agents, whose positions it reads for every evaluated agent."""
+        """Agents that the predicate names, whose positions it reads for every evaluated agent."""
         return frozenset()
 
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of named agents whose positions it compares."""
+        """Pairs of named agents whose positions the predicate compares."""
         return ()
 
     def pairs_of(self, agent: int) -> tuple[tuple[int, int], ...]:
-        """Pairs of agents whose positions it compares if evaluated for ``agent``."""
+        """Pairs of agents whose positions the predicate compares if it is evaluated for ``agent``."""
         return self.pairs
 
     def asked_of(self, agent: int) -> Self:
-        """The predicate without relations of ``agent`` to itself, if evaluated for it."""
+        """Predicate without relations of ``agent`` to itself, for evaluation at that agent."""
         return self
 
     def among(self, agents: frozenset[int]) -> Self | None:
-        """The predicate restricted to those of its named agents in ``agents``; None if nothing remains."""
+        """Predicate restricted to the named agents that are in ``agents``; None if nothing remains."""
         return self if self.others <= agents else None
 
     @property
     def parts(self) -> tuple[Self, ...]:
-        """Predicates about fewer agents whose conjunction it is; itself if it cannot be split."""
+        """Predicates about fewer agents whose conjunction equals this predicate; the predicate itself if it cannot be
+        split."""
         return (self,)
 
     @property
@@ -81,57 +83,58 @@ class PredicateFacts:
 
     @property
     def is_of_speed(self) -> bool:
-        """True if its margin is in m/s."""
+        """True if the margin is in m/s."""
         return False
 
     @property
     def reads_past(self) -> bool:
-        """True if it depends on earlier steps, so that no state of an agent decides it."""
+        """True if the predicate depends on earlier steps, so that the agent's current state does not decide it."""
         return False
 
     @property
     def regions(self) -> tuple[Region, ...]:
-        """Regions of the predicate."""
+        """Regions on which the predicate depends."""
         return () if self.region is None else (self.region,)
 
     @property
     def unit(self) -> str:
-        """The unit of its margin."""
+        """Unit of the predicate's margin."""
         return "m"
 
     @property
     def open_border(self) -> bool:
-        """True if the predicate is false at margin exactly 0."""
+        """True if the predicate is false when its margin is exactly 0."""
         return False
 
     @property
     def is_exact(self) -> bool:
-        """True if it needs exact positions, which a roadmap with random nodes only has by chance."""
+        """True if the predicate is satisfied only at exact positions, which random roadmap nodes have only by
+        chance."""
         return False
 
     def reads_oneself(self, dimension: int) -> bool:
-        """Return whether it depends on the state of the evaluated agent."""
+        """Return true if the predicate depends on the state of the evaluated agent."""
         return not self.about_team
 
     def margin(self, view: Measures) -> Array:
-        """Signed distance to the boundary of its truth, positive if true: (...), metres.
+        """Margin of the predicate: signed distance to the boundary of its truth, positive if true; (...), metres.
 
-        In m/s if it ``is_of_speed``. At exactly 0 the sign is undecided.
+        The unit is m/s if ``is_of_speed``. A margin of 0 does not decide the truth.
         """
         raise NotImplementedError
 
     def rate(self, view: Changes) -> Array:
-        """Bound on the rate of change of its margin: (...), m/s."""
+        """Upper bound on the rate of change of the margin: (...), m/s."""
         raise NotImplementedError
 
     def moved(self, borders: Borders) -> Self:
-        """The predicate with the boundary of its truth moved."""
+        """Predicate with the boundary of its truth moved."""
         raise NotImplementedError
 
     def show(self, words: Words) -> str:
-        """Text as a formula."""
+        """Text of the predicate as a formula."""
         raise NotImplementedError
 
     def phrases(self, words: Phrases) -> tuple[str, str]:
-        """Wording of it and of its negation: verbs of an agent, or clauses if it is about the team."""
+        """Wording of the predicate and of its negation: verb phrases about an agent, or clauses about the team."""
         raise NotImplementedError

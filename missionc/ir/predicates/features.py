@@ -1,4 +1,4 @@
-"""Features of an agent's state and distances, the terms of comparisons."""
+"""Features: quantities of an agent's state, and distances, that comparisons combine linearly."""
 
 from __future__ import annotations
 
@@ -11,28 +11,26 @@ from missionc.ir.resources import Resource
 
 
 class FeatureFacts:
-    """Facts of a feature; kinds override these defaults."""
+    """Base class of features; each kind overrides some of these defaults."""
 
     __slots__ = ()
 
     @property
     def others(self) -> tuple[int, ...]:
-        """Named agents."""
+        """Agents that the feature names."""
         return ()
 
     def reads_oneself(self, dimension: int) -> bool:
         return True
 
     def is_of_one(self, agent: int) -> bool:
-        """Return whether it is the distance from an agent to itself."""
+        """Return true if the feature, evaluated for ``agent``, is the distance from an agent to itself."""
         ends = {*self.others, agent} if self.reads_oneself(3) else {*self.others}
         return bool(self.others) and len(ends) == 1
 
     def direction(self, dimension: int) -> tuple[float, ...] | None:
-        """Vector whose inner product with the agent's position equals it up to a constant.
-
-        None if there is none.
-        """
+        """Vector whose inner product with the agent's position equals the feature up to a constant; None if the feature
+        is not linear."""
         return None
 
     @property
@@ -41,15 +39,15 @@ class FeatureFacts:
 
     @property
     def reads_past(self) -> bool:
-        """True if it depends on earlier steps."""
+        """True if the feature depends on earlier steps."""
         return False
 
     def measured(self, view: Measures) -> Array:
-        """Value: (...), in its unit (metres, m/s or the unit of a resource)."""
+        """Value of the feature: (...), in its unit (metres, m/s or the unit of a resource)."""
         raise NotImplementedError
 
     def rate(self, view: Changes) -> Array:
-        """Bound on the rate of change of its value if it has no direction: (...), per second."""
+        """Upper bound on the rate of change of a feature without ``direction``: (...), its unit per second."""
         return view.motion()
 
     def show(self, words: Words) -> str:
@@ -64,7 +62,7 @@ class Coordinate(FeatureFacts):
         return tuple(float(axis == self.axis) for axis in range(dimension))
 
     def measured(self, view: Measures) -> Array:
-        """Coordinate: (...), metres."""
+        """Coordinate of the agent's position: (...), metres."""
         return view.coordinate(self.axis)
 
     def show(self, words: Words) -> str:
@@ -73,18 +71,18 @@ class Coordinate(FeatureFacts):
 
 @dataclass(frozen=True, slots=True)
 class Speed(FeatureFacts):
-    """Speed at a step: of the motion that starts there (at the last step, of the last motion)."""
+    """Speed of the agent during the step that starts at the evaluated time (at the last step, of the last motion)."""
 
     @property
     def unit(self) -> str:
         return "m/s"
 
     def measured(self, view: Measures) -> Array:
-        """Speed: (...), m/s."""
+        """Speed of the agent: (...), m/s."""
         return view.speed()
 
     def rate(self, view: Changes) -> Array:
-        """Acceleration: (...), m/s²."""
+        """Acceleration of the agent: (...), m/s²."""
         return view.acceleration()
 
     def show(self, words: Words) -> str:
@@ -93,7 +91,7 @@ class Speed(FeatureFacts):
 
 @dataclass(frozen=True, slots=True)
 class Altitude(FeatureFacts):
-    """The third coordinate in a volume; the team's ``altitude`` in a plane mission."""
+    """Altitude of the agent: the third coordinate in a volume, the team's ``altitude`` in a plane mission."""
 
     def reads_oneself(self, dimension: int) -> bool:
         return dimension == 3
@@ -102,7 +100,7 @@ class Altitude(FeatureFacts):
         return (0.0, 0.0, 1.0)[:dimension]
 
     def measured(self, view: Measures) -> Array:
-        """Altitude: (...), metres."""
+        """Altitude of the agent: (...), metres."""
         return view.altitude()
 
     def show(self, words: Words) -> str:
@@ -120,13 +118,13 @@ class DistanceTo(FeatureFacts):
         return (self.target,) if isinstance(self.target, int) else ()
 
     def measured(self, view: Measures) -> Array:
-        """Distance: (...), metres."""
+        """Distance from the agent's centre to the target: (...), metres."""
         if isinstance(self.target, Region):
             return view.outside(self.target)
         return view.to_beacon(self.target) if isinstance(self.target, Beacon) else view.apart(None, self.target)
 
     def rate(self, view: Changes) -> Array:
-        """Bound on its rate of change: (...), m/s."""
+        """Upper bound on the rate of change of the distance from the agent's centre to the target: (...), m/s."""
         return view.relative(None, self.target) if isinstance(self.target, int) else view.motion()
 
     def show(self, words: Words) -> str:
@@ -146,11 +144,11 @@ class DistanceBetween(FeatureFacts):
         return False
 
     def measured(self, view: Measures) -> Array:
-        """Distance: (...), metres."""
+        """Distance between the centres of two named agents: (...), metres."""
         return view.apart(self.first, self.second)
 
     def rate(self, view: Changes) -> Array:
-        """Bound on its rate of change: (...), m/s."""
+        """Upper bound on the rate of change of the distance between the centres of two named agents: (...), m/s."""
         return view.relative(self.first, self.second)
 
     def show(self, words: Words) -> str:
@@ -159,7 +157,7 @@ class DistanceBetween(FeatureFacts):
 
 @dataclass(frozen=True, slots=True)
 class Level(FeatureFacts):
-    """Level of an agent's resource."""
+    """Level of a resource of the agent."""
 
     resource: Resource
 
@@ -172,11 +170,11 @@ class Level(FeatureFacts):
         return True
 
     def measured(self, view: Measures) -> Array:
-        """Level: (...), in the unit of the resource (a number)."""
+        """Level of the resource: (...), in the resource's unit."""
         return view.level(self.resource)
 
     def rate(self, view: Changes) -> Array:
-        """Bound on its rate of change: (...), units per second (a number)."""
+        """Upper bound on the rate of change of the level: (...), the resource's unit per second."""
         return view.use(self.resource)
 
     def show(self, words: Words) -> str:

@@ -1,4 +1,4 @@
-"""Flags as predicates: an agent has been in one region since it was last in another."""
+"""Flag predicates: an agent has visited one region since its last visit to another."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from missionc.ir.resources import Flag
 
 @dataclass(frozen=True, slots=True)
 class Flagged(PredicateFacts):
-    """True if the flag is set.
+    """Flag predicate: the agent's flag is set.
 
-    The margin is the robustness of the formula of *or*, *and*, *not* over the past steps.
+    Its margin is the robustness of the equivalent past formula over the earlier steps.
     """
 
     flag: Flag
@@ -28,11 +28,11 @@ class Flagged(PredicateFacts):
         return (self.flag.set_in,) if cleared is None else (self.flag.set_in, cleared)
 
     def margin(self, view: Measures) -> Array:
-        """Margin of the flag: (...), metres."""
+        """Margin of the flag being set: (...), metres."""
         return view.flagged(self.flag)
 
     def rate(self, view: Changes) -> Array:
-        """Zero rate: (...), m/s. Between steps, a flag keeps its value from the earlier one."""
+        """Zero rate, (...), m/s: between two steps a flag has its value of the earlier step."""
         return 0.0 * view.motion()
 
     def moved(self, borders: Borders) -> Flagged:

@@ -1,4 +1,4 @@
-"""Formations as predicates: each edge's error, or for a total their sum, is within the tolerance."""
+"""Formation predicates: the error of each edge, or the sum of the errors, is within the tolerance."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class InFormation(PredicateFacts):
         return True
 
     def margin(self, view: Measures) -> Array:
-        """Tolerance minus the largest error, or minus the sum of errors: (...), metres.
+        """Margin of the formation: tolerance minus the largest edge error, or minus the sum of errors; (...), metres.
 
         Source:
             [clot] III-C, F_form, with absolute errors.
@@ -57,7 +57,7 @@ class InFormation(PredicateFacts):
         return self.formation.tolerance - reduce(operator.add if self.formation.total else view.larger, errors)
 
     def rate(self, view: Changes) -> Array:
-        """Bound on the rate of change of the margin: (...), m/s."""
+        """Upper bound on the rate of change of the margin: (...), m/s."""
         rates = [view.relative(*pair) for pair in self.pairs] or [0.0]
         return reduce(operator.add if self.formation.total else view.larger, rates)
 

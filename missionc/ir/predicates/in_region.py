@@ -1,4 +1,4 @@
-"""Predicates about an agent and a region: bounds on the signed distance of its centre or body."""
+"""Region predicates: bounds on the signed distance of an agent's centre or body to a region."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 
 class _Bound(PredicateFacts):
-    """Centre inside a region by ``radii`` times the body's radius."""
+    """Base class: the agent's centre is inside the region by at least ``radii`` times its body radius."""
 
     __slots__ = ()
 
@@ -18,7 +18,7 @@ class _Bound(PredicateFacts):
         raise NotImplementedError
 
     def margin(self, view: Measures) -> Array:
-        """Depth of the agent's centre or body in the region: (...), metres.
+        """Margin of the predicate: depth of the agent's centre or body in the region; (...), metres.
 
         Source:
             [clot] III-C, first class of predicates, for one agent.
@@ -33,10 +33,8 @@ class _Bound(PredicateFacts):
 
 @dataclass(frozen=True, slots=True)
 class Inside(_Bound):
-    """The agent's centre (``body`` False) or its whole body is in the region.
-
-    The border belongs to the region.
-    """
+    """Region predicate: the agent's centre, or its whole body if ``body``, is in the region; the border belongs to the
+    region."""
 
     region: Region
     body: bool
@@ -60,7 +58,7 @@ class Inside(_Bound):
 
 @dataclass(frozen=True, slots=True)
 class Touches(_Bound):
-    """Some part of the agent's body is in the region; contact with the border counts."""
+    """Region predicate: some part of the agent's body is in the region; contact with the border counts."""
 
     region: Region
 

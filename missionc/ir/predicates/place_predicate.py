@@ -1,4 +1,4 @@
-"""Predicates of extensions about an agent's position: a base class with wording, margin and slope."""
+"""Base class for predicates of extensions about an agent's position: wording, margin and slope."""
 
 from __future__ import annotations
 
@@ -14,46 +14,47 @@ from missionc.ir.predicates.facts import PredicateFacts
 from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phrases, Words
 
 UNITS = {Dimension.NUMBER: "", Dimension.LENGTH: " m", Dimension.TIME: " s", Dimension.SPEED: " m/s"}
-"""Unit after a number of each dimension."""
+"""Text of the unit after a number, by dimension."""
 
 PARAMETERS = ("region", "beacon", *(each.value for each in UNITS), Dimension.ANGLE.value)
-"""Kinds of parameters."""
+"""Kinds of parameters that a predicate of an extension may have."""
 
 SLACK, COARSE = 1e-6, 1e-3
-"""Share of a value, and metres, that rounding may add to its change: of 64 bits, and of 32."""
+"""Tolerated rounding error of values: a fraction of the value in 64-bit, and metres in 32-bit arithmetic."""
 
 SAMPLE = 4
-"""Places of an array at which the value is computed twice."""
+"""Number of positions of an array at which the value is computed twice, to check that it is deterministic."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlacePredicate(PredicateFacts):
-    """Proposition about the position of one agent, written ``name(argument, …)``.
+    """Predicate of an extension about the position of one agent, written ``name(argument, …)``.
 
     A subclass is a frozen data class with one field for each of its ``parameters``, in their order: a ``Region``, a
-    ``Beacon``, or a number in SI units. If its construction raises ``Unfit``, the compiler reports a finding.
+    ``Beacon``, or a number in SI units. If its constructor raises ``Unfit``, the compiler reports a finding.
 
     Args:
-        eased: outward move of the boundary of its truth, metres.
+        eased: distance by which the boundary of truth is moved outward, metres.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ()
     """Kind of each argument, one of ``PARAMETERS``."""
     says: ClassVar[str]
-    """Meaning, as a clause about an agent: ``the agent is …``."""
+    """Meaning of the predicate as a clause about an agent: ``the agent is …``."""
     example: ClassVar[str]
-    """The predicate as a mission writes it."""
+    """Example of the predicate as missions write it."""
     slope: ClassVar[float]
-    """The Lipschitz constant of ``value``: it changes by at most this for each metre that the agent moves."""
+    """Lipschitz constant of ``value``: its maximum change per metre that the agent moves."""
 
     eased: float = 0.0
 
     def value(self, xp: Any, place: Array) -> Array:
-        """Value at positions, (..., dim), metres -> (...): at least 0 if the predicate is true.
+        """Value of the predicate at positions, (..., dim), metres -> (...): at least 0 if and only if the predicate is
+        true.
 
         Args:
-            xp: array library: numpy, torch, or one for plain numbers. Each has ``abs``, ``maximum``,
-                ``minimum``, ``sqrt``, ``where`` and ``clip``; ``place[..., 0]`` is the x coordinate.
+            xp: array library: numpy, torch, or one for plain numbers. Each has ``abs``, ``maximum``, ``minimum``,
+                ``sqrt``, ``where`` and ``clip``; ``place[..., 0]`` is the x coordinate.
         """
         raise NotImplementedError
 
@@ -61,10 +62,10 @@ class PlacePredicate(PredicateFacts):
         return view.of_place(self._margin) + self.eased
 
     def _margin(self, xp: Any, place: Array) -> Array:
-        """The margin at places, (..., dim) -> (...), metres.
+        """Margin of the predicate at positions: (..., dim), metres -> (...), metres.
 
         Raises:
-            ExtensionError: ``value`` failed, or its numbers cannot be used.
+            ExtensionError: ``value`` failed, or its result is unusable.
         """
         with guard(Kind.PREDICATE, self.word), warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             value = self.value(xp, place)
@@ -76,7 +77,7 @@ class PlacePredicate(PredicateFacts):
         return value / self.slope
 
     def _fault_at(self, xp: Any, place: Array, value: object) -> str:
-        """Why the value at one place cannot be used; empty if it can be."""
+        """Reason why the value at one position is unusable, as the predicate of a sentence; empty if it is usable."""
         if isinstance(value, bool) or not isinstance(value, int | float):
             return f"has a value that is no number: {_excerpt(value)}"
         if not math.isfinite(value) and all(map(math.isfinite, place)):
@@ -84,7 +85,8 @@ class PlacePredicate(PredicateFacts):
         return f"has two values at {_written(place)}" if self.value(xp, place) != value else ""
 
     def _fault(self, xp: Any, place: Array, value: Any) -> str:
-        """Why the values at places cannot be used; empty if they can be."""
+        """Reason why the values at positions (..., dim) are unusable, as the predicate of a sentence; empty if they are
+        usable."""
         if tuple(getattr(value, "shape", (-1,))) != tuple(place.shape[:-1]):
             shape = getattr(value, "shape", None)
             found = f"the shape {tuple(shape)}" if shape is not None else _excerpt(value)
@@ -109,7 +111,7 @@ class PlacePredicate(PredicateFacts):
         return ""
 
     def rate(self, view: Changes) -> Array:
-        """Bound on the rate of change of the margin: (...), m/s."""
+        """Upper bound on the rate of change of the margin: (...), m/s."""
         return view.motion()
 
     def moved(self, borders: Borders) -> Self:
@@ -117,7 +119,7 @@ class PlacePredicate(PredicateFacts):
 
     @property
     def arguments(self) -> tuple[Region | Beacon | float, ...]:
-        """The arguments, in the order of the parameters."""
+        """Arguments of the predicate, in the order of its parameters."""
         return tuple(getattr(self, each.name) for each in fields(self) if not each.kw_only)
 
     @property

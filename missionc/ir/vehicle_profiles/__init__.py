@@ -1,7 +1,8 @@
-"""Vehicle profiles of the compiler: one TOML file each, in this folder.
+"""Vehicle profiles of the compiler: one TOML file per vehicle in this folder.
 
-A file holds figures of ``ir.FIGURES`` by name, each as a text with its unit, ``speed = "1 m/s"``, a band as ``"0.3..2
-m"``. ``like = "NAME"`` takes the rest from another profile; figures in no file have the values of ``plain``.
+A file contains parameters of ``ir.FIGURES`` by name, each as a text with its unit, ``speed = "1 m/s"``, or a range
+``"0.3..2 m"``. ``like = "NAME"`` inherits the other parameters from another profile. Parameters that no file sets have
+the values of ``plain``.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ _FIGURE = re.compile(r"(?:(?P<low>[0-9.]+)\.\.)?(?P<high>[0-9]+(?:\.[0-9]+)?)(?:
 
 @cache
 def profiles() -> dict[str, Vehicle]:
-    """Every profile by its name: ``plain``, then the files in the order of their names.
+    """Vehicle profiles by name: ``plain``, then the files in alphabetical order.
 
     Raises:
         ValueError: a file is not a valid profile.
@@ -34,12 +35,12 @@ def profiles() -> dict[str, Vehicle]:
 
 
 def read_profile(name: str, figures: dict[str, object], known: dict[str, Vehicle]) -> Vehicle:
-    """Read a profile from its figures.
+    """Vehicle that the parameters of a profile file describe.
 
-    ``known`` are the profiles for ``like``, which use no ``like`` themselves.
+    ``known`` are the profiles that ``like`` may name, which use no ``like`` themselves.
 
     Raises:
-        ValueError: a figure is unknown, has no unit or is out of range.
+        ValueError: a parameter is unknown, has no unit or is out of range.
     """
     like = figures.get("like", PLAIN.name)
     if like not in known:
@@ -80,7 +81,7 @@ def _dimension(unit: str | None) -> Dimension | None:
 
 
 def example(figure: Figure) -> str:
-    """Example of the figure as text."""
+    """Example value of a vehicle parameter as text, with unit."""
     unit = next((f" {unit}" for unit, known in UNITS.items() if known == (figure.dimension, 1.0)), "")
     low = "0" if figure.around else "1"
     return (f"{low}..2" if figure.relation == ".." else "1") + unit

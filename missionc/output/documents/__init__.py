@@ -1,1 +1,3 @@
-"""The documents of an output folder as bytes: plan, certificate, near miss, simulation, table of states."""
+"""Documents of an output folder as bytes: plan, certificate, closest infeasible candidate, simulation, table of
+states.
+"""

@@ -1,4 +1,4 @@
-"""``alternatives.json``: the different plans in a folder, ranked, with their differences.
+"""``alternatives.json``: the alternative plans in a folder, ranked, with their differences.
 
 in   the signature, the trace and the certificate of each plan, the best first
 out  rows of a table; the document's text
@@ -20,14 +20,14 @@ from missionc.verification.monitoring.signature import Signature, differences
 SCHEMA = "missionc.alternatives/1"
 
 DIGITS = 9
-"""Decimals of numbers: values read back from a plan differ by less."""
+"""Number of decimals in the document; values read back from a plan differ by less."""
 
 ROOM = frozenset(("requirement", "separation", "obstacle"))
-"""Kinds of checks of a plan at its steps whose margins in metres are clearances."""
+"""Names of the checks of a plan at its steps whose margins in metres are clearances."""
 
 
 class AlternativeRow(Record):
-    """One plan of the table.
+    """Row of the table of alternative plans.
 
     Args:
         rank: rank by the mission's objective, or by length without one; 1 is the best.
@@ -49,7 +49,7 @@ class AlternativeRow(Record):
     margin: float
 
     def as_record(self) -> dict[str, object]:
-        """JSON form: null for the folder of the best plan, and for an infinite margin."""
+        """The row as a JSON record; null for the folder of the best plan, and for an infinite margin."""
         return {
             "rank": self.rank,
             "folder": self.folder or None,
@@ -62,14 +62,14 @@ class AlternativeRow(Record):
 
 
 def folder_of(rank: int) -> str:
-    """Subfolder of a plan in the output folder; empty for the best one."""
+    """Subfolder of a plan in the output folder, by its rank; empty for the best plan."""
     return f"{ALTERNATIVES_FOLDER}/{rank}" if rank > 1 else ""
 
 
 def rows(
     signatures: Sequence[Signature], traces: Sequence[Trace], certificates: Sequence[Certificate]
 ) -> list[AlternativeRow]:
-    """Rows of the table, the best plan first; differences are relative to it."""
+    """Rows of the table of alternative plans, the best plan first; differences are relative to the best plan."""
     return [
         AlternativeRow(
             rank,
@@ -85,16 +85,19 @@ def rows(
 
 
 def least_margin(certificate: Certificate) -> float:
-    """Smallest margin of a plan at its steps, metres; infinite if there are none."""
+    """Smallest margin of requirements, separations and clearances of a plan at its steps, metres.
+
+    Infinite without one.
+    """
     return min((each.margin for each in certificate.checks if each.name in ROOM and each.unit == "m"), default=math.inf)
 
 
 def alternatives_json(mission: Mission, table: Sequence[AlternativeRow]) -> str:
-    """Text of ``alternatives.json``."""
+    """Content of ``alternatives.json``."""
     head = {"schema": SCHEMA, "mission": mission.name, "ranked_by": ranked_by(mission)}
     return document(head, listed("plans", (compact(row.as_record()) for row in table)))
 
 
 def ranked_by(mission: Mission) -> str:
-    """Quantity that the best plan minimizes."""
+    """Name of the quantity by which plans are ranked, smaller first: duration, energy or length."""
     return {"duration": "duration", "energy": "energy"}.get(mission.objective.value, "length")

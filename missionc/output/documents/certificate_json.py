@@ -1,4 +1,4 @@
-"""The certificate as JSON: every verified check with its motion and margin."""
+"""The certificate of a plan as JSON: every check with its margin."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from missionc.verification.proof.proof_boxes import Boxes
 
 
 def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
-    """Text of ``certificate.json``; ``plan_sha256`` is the hash of its ``plan.json``."""
+    """Content of ``certificate.json``.
+
+    Args:
+        plan_sha256: hash of the ``plan.json`` that it certifies.
+    """
     head = {
         "schema": SCHEMA,
         "mission": certificate.mission,

@@ -1,4 +1,6 @@
-"""A near miss as JSON, ``missionc.near_miss/2``: a trace that breaks a requirement, for analysis and not for flight."""
+"""Closest infeasible candidate as JSON, ``missionc.near_miss/2``: a trace that violates a requirement, not for
+flight.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +10,10 @@ from missionc.output.json_layout import compact, document, listed, record
 
 
 def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str, scope: Scope | None) -> str:
-    """Text of ``near_miss.json``, one line for each list of positions.
+    """Content of ``near_miss.json``, one line for each list of positions.
 
     Args:
-        planned_for: change of the mission for which the motion is a plan; empty if unknown.
+        planned_for: change of the mission with which the candidate is a plan; empty if unknown.
         scope: scope that is proven to contain no plan, or None.
     """
     position = attempt.trace.position

@@ -1,4 +1,4 @@
-"""The joint plan as JSON, ``missionc.plan/1``: every number reads back as the same double."""
+"""The joint plan of all agents as JSON, ``missionc.plan/1``: every number reads back as the same double."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.output.json_layout import compact, document, listed, record
 
 
 def plan_json(mission: Mission, plan: Plan) -> str:
-    """Text of ``plan.json``, one line for each list of states."""
+    """Content of ``plan.json``, one line for each list of states."""
     trace = plan.trace
     states = trace.position.shape[1]
     kept = _kept(mission, trace)
@@ -56,7 +56,7 @@ def plan_json(mission: Mission, plan: Plan) -> str:
 
 
 def _kept(mission: Mission, trace: Trace) -> list[dict[str, dict[str, list[float] | list[bool]]]]:
-    """Level of each resource and state of each flag, by agent and step."""
+    """Level of each resource and state of each flag at all steps, by agent."""
     kept: list[dict[str, dict[str, list[float] | list[bool]]]] = [{} for _ in mission.agents]
     for resource in mission.resources:
         left = levels(resource, trace)
@@ -70,9 +70,8 @@ def _kept(mission: Mission, trace: Trace) -> list[dict[str, dict[str, list[float
 
 
 def _edges(graph: Graph, trace: Trace) -> list[list[list[int]]]:
-    """Links of the graph at each step, as ordered pairs of mission indices.
-
-    (from, to) if they are directed.
+    """Links of a communication graph at each step, as pairs of mission indices, (sender, receiver) if they are
+    directed.
     """
     members = np.array(graph.agents, dtype=np.int64)
     one_way = directed(graph)

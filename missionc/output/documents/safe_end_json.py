@@ -1,4 +1,4 @@
-"""Safe ends as JSON: at each moment polynomials that bring every agent to rest, and the order of landing."""
+"""Safe ends as JSON: at each of many times polynomials that bring every agent to rest, and the order of landing."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from missionc.verification.flight.verify_whole_flight import Stop
 
 SCHEMA = "missionc.safe_end/1"
 MOST_MOMENTS = 1000
-"""Maximum number of moments in a file."""
+"""Maximum number of stop times in a file."""
 
 
 def safe_end_json(mission: Mission, stops: Sequence[Stop]) -> str:
-    """Text of ``safe_end.json``; nine digits distinguish all float32 numbers."""
+    """Content of ``safe_end.json``; nine digits distinguish all float32 numbers."""
     names = [agent.name for agent in mission.agents]
     rows = []
     for stop in stops:
@@ -40,7 +40,10 @@ def safe_end_json(mission: Mission, stops: Sequence[Stop]) -> str:
 
 
 def safe_end_noted(certificate: Certificate) -> list[str]:
-    """Note for the user on whether the flight can be ended at every moment."""
+    """Note for the user that states whether the flight can be ended safely at every time, as a list.
+
+    Empty if unknown.
+    """
     figures = {figure.name: figure.value for figure in certificate.figures}
     wait, without = figures.get(WAIT), figures.get(WITHOUT)
     if wait is None or without is None:
@@ -51,13 +54,13 @@ def safe_end_noted(certificate: Certificate) -> list[str]:
 
 
 def _numbers(own: Pieces) -> list[float]:
-    """Eight ascending coefficients each of x, y, z and yaw."""
+    """Polynomial coefficients of a stop: eight ascending ones each for x, y, z and yaw."""
     numbers: list[float] = own.coefficients[0].reshape(-1).tolist()
     return numbers
 
 
 def read_safe_end(text: str, mission: Mission) -> tuple[Stop, ...] | str:
-    """Parse the stops in a text, with numbers as in the firmware; returns the error as text otherwise."""
+    """Stops in the text of ``safe_end.json``, with numbers as in the firmware, or a text that describes the error."""
     try:
         value = parse_record(text, SCHEMA)
     except NotJsonError as error:
@@ -106,7 +109,7 @@ def _pieces(numbers: list[float], seconds: float) -> Pieces:
 
 
 def _turns(land: object, names: list[str]) -> tuple[tuple[int, ...], ...] | None:
-    """Landing turns by agent index; None if one is empty, or if an agent is repeated or unknown."""
+    """Landing turns by agent index; None if a turn is empty, or if an agent is repeated or unknown."""
     if not isinstance(land, list) or not all(isinstance(turn, list) and turn for turn in land):
         return None
     known = {name: index for index, name in enumerate(names)}

@@ -1,4 +1,4 @@
-"""The simulation as JSON, ``simulation.json``: its conditions, its results, and the path of the first flight."""
+"""The simulation as JSON, ``simulation.json``: its conditions, its results, and the trajectory of the first flight."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from missionc.output.folder.file_names import SIMULATION_SCHEMA
 from missionc.output.json_layout import document, record
 
 EACH = 4
-"""Stride of the samples that are kept."""
+"""Interval of the samples that are stored: every fourth sample."""
 DIGITS = 4
-"""Decimals: tenths of millimetres."""
+"""Number of decimals of positions in metres: tenths of millimetres."""
 
 
 def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Trials) -> dict[str, object]:
-    """Conditions and results of flights.
+    """Conditions and results of the simulated flights, as a JSON record.
 
     Args:
         planned: verdicts of the plan on the requirements.
@@ -53,7 +53,7 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
 
 
 def _kept(trials: Trials) -> dict[str, object]:
-    """Numbers of flights that satisfy everything; without confidence bounds if all flights are equal."""
+    """Number of flights that satisfy everything; without confidence bounds if all flights are equal."""
     found = _fraction(trials.kept)
     return found if trials.trial.disturbance.random else {**found, "least": None, "low": None, "high": None}
 
@@ -63,10 +63,10 @@ def _fraction(each: Fraction) -> dict[str, object]:
 
 
 def simulation_json(mission: Mission, entries: Mapping[str, object], flown: Flown) -> bytes:
-    """Bytes of the document, equal for equal flights.
+    """Bytes of ``simulation.json``, equal for equal flights.
 
     Args:
-        entries: a ``simulation_record``.
+        entries: result of ``simulation_record``.
     """
     position = np.round(flown.position[0, :, ::EACH], DIGITS) + 0.0
     paths = {agent.name: position[agent.index].T.tolist() for agent in mission.agents}

@@ -1,8 +1,7 @@
-"""The trajectory table, CSV: state of every agent at every step, SI units.
+"""The trajectory table in CSV: state of every agent at every step, SI units.
 
-A plane mission is at its altitude.
-
-Each resource and flag has a column, which is empty for agents without it.
+Agents of a plane mission are at their altitudes. Each resource and flag has a column, which is empty for agents without
+it.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ COLUMNS = "agent,t,x,y,z,vx,vy,vz,yaw"
 
 
 def trajectories(mission: Mission, trace: Trace) -> str:
-    """Text of ``trajectories.csv``: one row for each agent and step."""
+    """Content of ``trajectories.csv``: one row for each agent and step."""
     more = [(each.name, each.agents, levels(each, trace).tolist()) for each in mission.resources]
     more += [(each.name, each.agents, flag_truths(each, trace).astype(int).tolist()) for each in mission.flags]
     lines = [",".join([COLUMNS, *(cell(name) for name, _, _ in more)])]
@@ -36,5 +35,5 @@ def trajectories(mission: Mission, trace: Trace) -> str:
 
 
 def cell(name: str) -> str:
-    """Name as a cell of the table, in quotes if it contains a comma: ``"rack[3, 7]"``."""
+    """The name as a cell of a CSV table, in quotes if it contains a comma: ``"rack[3, 7]"``."""
     return f'"{name}"' if "," in name else name

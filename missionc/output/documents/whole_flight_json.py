@@ -1,4 +1,4 @@
-"""The whole flight as JSON: its phases on the mission's clock, and where agents stand, hover, start and end."""
+"""The flight from takeoff to landing as JSON: its phases on the mission's clock, and the agents' main positions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,12 @@ SCHEMA = "missionc.whole_flight/1"
 
 
 def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) -> str:
-    """Text of ``whole_flight.json``; the files and transfers were verified."""
+    """Content of ``whole_flight.json``.
+
+    Args:
+        files: verified polynomials of each agent.
+        ways: verified transfers.
+    """
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
     wanted = ways_of(mission, flown)
@@ -44,7 +49,7 @@ def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) ->
 
 
 def ways_in(mission: Mission, files: Mapping[str, bytes]) -> Ways:
-    """Transfers in the files of a folder; an incomplete one has empty texts for the missing files."""
+    """Texts of the transfers in the files of a folder; a missing file of a transfer has an empty text."""
     names, found = file_names(mission.agents), {}
     for stage in Stage if is_whole(mission) else ():
         own = {agent.name: files.get(way_file(stage.value, names[agent.name])) for agent in mission.agents}
@@ -54,7 +59,7 @@ def ways_in(mission: Mission, files: Mapping[str, bytes]) -> Ways:
 
 
 def phases_on_the_clock(mission: Mission, files: Mapping[str, str], ways: Ways) -> list[tuple[str, float, float]]:
-    """Phases, each with its start and end in seconds since the mission began, negative before."""
+    """Phases of a flight, each with its start and end in seconds since the mission began, negative before."""
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
     lengths = {stage: _seconds(files_of) for stage, files_of in ways.items()}

@@ -3,9 +3,9 @@
 Trajectories are raw if they fit. Otherwise they are compressed and verified again in that form, and written only if no
 agent comes closer to anything than the mission allows.
 
-The compressed format has whole millimetres and milliseconds, rounded here and never truncated. It has a start point (x,
-y, z in mm, yaw in 0.1°), then the pieces: two bits for each axis' degree, milliseconds, and the Bernstein control
-points but the first, which is the last one of the piece before. An axis is constant or of degree seven: with fewer
+The compressed format has integer millimetres and milliseconds, rounded here and never truncated. It has a start point
+(x, y, z in mm, yaw in 0.1°), then the pieces: two bits for each axis' degree, milliseconds, and the Bernstein control
+points except the first, which is the last one of the previous piece. An axis is constant or of degree seven: with fewer
 control points the flight would lose its smoothness.
 
 Source:
@@ -37,15 +37,15 @@ from missionc.output.export.verified_flight import Flight, Part
 from missionc.verification.certificate import TUBE
 
 CONSTANT, SEVENTH = 0, 3
-"""Types of an axis; 1 and 2, linear and cubic, are not used."""
+"""Types of an axis in a compressed piece: constant, and degree seven; 1 and 2, linear and cubic, are not used."""
 FARTHEST, LONGEST = 32767, 65535
-"""Maximum distance from the origin in mm, and maximum duration of a piece in ms."""
+"""Limits of the compressed format: distance from the origin in mm, and duration of a piece in ms."""
 PADDING = 1e-9
-"""Margin in metres for the rounding of float64 in a bound."""
+"""Margin in metres that covers float64 rounding in a bound."""
 
 
 class Compressed(Record, eq=False):
-    """Trajectory of one vehicle.
+    """Trajectory of one vehicle in the firmware's compressed format.
 
     Args:
         blob: bytes in memory.
@@ -61,7 +61,7 @@ class Compressed(Record, eq=False):
 
 
 def compress(own: Pieces) -> Compressed | str:
-    """Compress raw pieces, or return the reason why it is impossible."""
+    """The trajectory in the compressed format, or the reason why compression is impossible."""
     if own.coefficients[:, 3].any():
         return "its yaw changes, and firmware before 2026.08 decodes compressed yaw incorrectly"
     raw = control_points(own.coefficients[:, :3], own.duration)
@@ -85,14 +85,19 @@ def compress(own: Pieces) -> Compressed | str:
 
 
 def as_polynomials(packed: Compressed) -> Pieces:
-    """Polynomials as the firmware decodes them, in float32."""
+    """Polynomials as the firmware decodes them from the compressed format, in float32."""
     coefficients = np.zeros((packed.duration.size, 4, 8))
     coefficients[:, :3] = from_control_points(packed.points, packed.duration).astype(np.float32)
     return Pieces(packed.duration.astype(np.float32).astype(np.float64), coefficients)
 
 
 def _blob(grid: Indices, lasting: Indices) -> bytes:
-    """Encode (pieces, 3, 8) mm and (pieces,) ms as bytes; a piece without duration ends them."""
+    """Bytes of the compressed format; a piece of duration zero ends them.
+
+    Args:
+        grid: control points, (pieces, 3, 8), mm.
+        lasting: durations, (pieces,), ms.
+    """
     parts = [struct.pack("<hhhh", *grid[0, :, 0].tolist(), 0)]
     for piece, duration in zip(grid.tolist(), lasting.tolist(), strict=True):
         types, elements = 0, list[int]()
@@ -108,13 +113,13 @@ def _blob(grid: Indices, lasting: Indices) -> bytes:
 NAME = "cflib"
 
 KINDS = ("raw", "compressed")
-"""Kinds in the order of the firmware's numbers."""
+"""Names of the trajectory formats, in the order of the firmware's numbers."""
 
 
 class _Packed(Record):
-    """Bytes of every vehicle, one kind for all.
+    """Encoded trajectories of all vehicles, in one format.
 
-    ``within`` is the maximum distance from its raw polynomials, mm.
+    ``within`` is the maximum distance of each vehicle from its raw polynomials, mm.
     """
 
     blobs: tuple[bytes, ...]
@@ -124,7 +129,9 @@ class _Packed(Record):
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
-    """Write the folder; an error if no form fits a Crazyflie's memory, or if vehicles cannot take off at once."""
+    """Files of the cflib export, or a diagnostic if no format fits a Crazyflie's memory or vehicles cannot take off at
+    once.
+    """
     grounded = cannot_rise_or_land(NAME, flight)
     if grounded is not None:
         return grounded
@@ -170,9 +177,9 @@ def _packed(flight: Flight) -> _Packed | Diagnostic:
 
 
 def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | Diagnostic:
-    """Notes on the rounding error.
+    """Notes on the rounding error of compression.
 
-    An error if a body comes too close to another, an obstacle or the world's border.
+    A diagnostic if a body comes too close to another body, an obstacle or the world's border.
     """
     exact = flight.judged({each.agent.name: each.pieces for each in flight.parts})
     rounded = flight.judged(
@@ -204,7 +211,7 @@ def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | D
 
 
 def _millimetres(metres: float) -> str:
-    """Millimetres rounded up to a hundredth, so that a bound stays a bound."""
+    """Text of a length in millimetres, rounded up to a hundredth, so that an upper bound stays valid."""
     return f"{-(-metres * 1e5 // 1) / 100:.2f}"
 
 

@@ -1,4 +1,4 @@
-"""Export for Crazyswarm2: polynomials, ``crazyflies.yaml``, a script that flies all of them, and a readme.
+"""Export for Crazyswarm2: polynomials, ``crazyflies.yaml``, a script that flies all vehicles, and a readme.
 
 Source:
     IMRCLab/crazyswarm2: crazyflie_py (``Crazyflie``, ``CrazyflieServer``, ``uav_trajectory``), config/crazyflies.yaml.
@@ -18,7 +18,9 @@ NAME = "crazyswarm2"
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
-    """Write the folder; an error if a Crazyflie cannot store the polynomials or cannot take off to their start."""
+    """Files of the Crazyswarm2 export, or a diagnostic if a Crazyflie cannot store its polynomials or reach their
+    start.
+    """
     for each in flight.parts:
         taken, memory = len(raw(each.pieces)), each.agent.vehicle.memory
         if taken > memory:

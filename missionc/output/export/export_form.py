@@ -1,4 +1,4 @@
-"""An export format as data: a value with a name that writes files."""
+"""Export formats as data: a name, a description and a function that writes files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from missionc.output.export.verified_flight import Flight
 
 
 class Exported(Record):
-    """Files by name relative to the export's own folder, and notes for the user."""
+    """Files of an export by name, relative to the export's own folder, and notes for the user."""
 
     files: Mapping[str, bytes]
     notes: tuple[str, ...] = ()
@@ -25,7 +25,7 @@ Write: TypeAlias = Callable[[Flight], Exported | Diagnostic]
 
 
 class Format(Record):
-    """Export format.
+    """Export format: its name, its description, and the function that creates its files.
 
     Args:
         name: name on the command line, and of the folder.
@@ -40,7 +40,7 @@ class Format(Record):
     needs: str = ""
 
     def missing(self) -> Diagnostic | None:
-        """Finding about a missing package that the format needs."""
+        """Diagnostic of a package that the format needs and that is not installed; None if there is none."""
         if not self.needs or find_spec(self.needs):
             return None
         return Diagnostic(
@@ -51,7 +51,11 @@ class Format(Record):
         )
 
     def export(self, flight: Flight) -> Exported | Diagnostic:
-        """The files, or why there are none."""
+        """Files of the flight in this format, or a diagnostic that states why there are none.
+
+        Raises:
+            ExtensionError: the format belongs to an extension, and returned something else.
+        """
         with guard(Kind.EXPORT, self.name):
             made = self.missing() or self.write(flight)
             if isinstance(made, Diagnostic):
@@ -69,5 +73,5 @@ def _is_file(name: object, content: object) -> bool:
 
 
 def refused(name: str, why: str, *notes: str, help: str) -> Diagnostic:
-    """Finding for a flight that the format cannot represent."""
+    """Diagnostic of a flight that the format cannot represent."""
     return Diagnostic(NOT_EXPORTED, f"the flight cannot be exported as `{name}`: {why}", None, notes=notes, help=help)

@@ -1,7 +1,7 @@
 """Template rendering for exports: names from missions enter a text only as literals of its language.
 
-The environment is a sandbox, and its ``finalize`` rejects values that did not pass a quoting filter: a template without
-one does not render.
+The template environment is a sandbox, and its ``finalize`` rejects values that did not pass a quoting filter: a
+template that omits the filter does not render.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ FOLDER = "templates"
 
 
 class Quoted(str):
-    """Text that is safe in its place."""
+    """Text that is already quoted for the language of the template."""
 
     __slots__ = ()
 
 
 def python(value: object) -> Quoted:
-    """Python literal in ASCII of a string, a number, or a tuple of them."""
+    """Python literal in ASCII for a string, a number, or a tuple of them."""
     assert _plain(value), value
     return Quoted(ascii(value))
 
@@ -32,6 +32,9 @@ def yaml(value: object) -> Quoted:
     """YAML scalar or flow sequence in ASCII.
 
     PyYAML reads ``1e-05`` as a word, so floats have a decimal point.
+
+    Raises:
+        TypeError: the value is of another type than a string, a number, a truth value or a tuple of these.
     """
     match value:
         case str():
@@ -50,13 +53,13 @@ def yaml(value: object) -> Quoted:
 
 
 def code(value: object) -> Quoted:
-    """Word or number in Markdown's back ticks, with any content."""
+    """Word or number as Markdown code in backticks, whatever characters it contains."""
     text = "".join(letter if letter.isprintable() and letter != "`" else "?" for letter in str(value))
     return Quoted(f"`{text}`")
 
 
 def render(template: str, /, **given: object) -> bytes:
-    """Render a template in this package, which may include others, as UTF-8."""
+    """Text of a template in this package, filled with the given values, as UTF-8."""
     return _environment().get_template(template).render(given).encode()
 
 

@@ -1,4 +1,4 @@
-"""Values that the templates of scripts and readmes share: vehicles, phases of the flight, turns and limits."""
+"""Values for the templates of scripts and readmes: vehicles, phases of the flight, turns and limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.verification.flight.verify_whole_flight import LANDED, landing_sec
 from missionc.verification.flight.way_missions import is_whole
 
 NEAR = 0.1
-"""Maximum horizontal distance from its first point at which a vehicle takes off, metres."""
+"""Maximum horizontal distance from its first point at which a vehicle may take off, metres."""
 CLOCK_ERROR, UPTIME = 2.0**-10, 2**14
 """Error of the firmware's float32 clock in seconds, up to an uptime in seconds.
 
@@ -25,7 +25,7 @@ Source:
 
 
 def for_templates(flight: Flight) -> dict[str, object]:
-    """Values of the flight, by their names in the templates."""
+    """Values that describe a flight, by their names in the templates."""
     return asdict(phases(flight)) | {
         "mission": flight.mission.name,
         "robots": [
@@ -55,11 +55,14 @@ def for_templates(flight: Flight) -> dict[str, object]:
 
 
 def _seconds_to_land(flight: Flight) -> float:
-    """Duration of a landing from any height in the flight within the maximum sink speed, seconds."""
+    """Duration of a landing from the maximum altitude of the flight within the maximum sink speed, seconds."""
     return max(landing_seconds(each.agent, height) for each, height in zip(flight.parts, peaks(flight), strict=True))
 
 
 def _near(flight: Flight) -> float:
-    """Maximum distance of a vehicle from below its first point, metres: proved columns allow its tracking error."""
+    """Maximum horizontal distance of a vehicle from its first point at takeoff, metres.
+
+    For columns that were proved clear, it is the vehicles' tracking error.
+    """
     missed = [each.agent.vehicle.tracking for each in flight.parts if each.agent.vehicle.tracking > 0]
     return min([NEAR, *missed]) if is_whole(flight.mission) else NEAR

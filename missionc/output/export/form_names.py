@@ -1,4 +1,4 @@
-"""Registry of export formats: built-in ones, each a module next to this one, and those of extensions.
+"""Registry of export formats: built-in formats, each a module next to this one, and those of extensions.
 
 Listing the names, as completion and help do, loads no built-in format.
 """
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from missionc.output.export.export_form import Format
 
 NAMES = ("crazyswarm2", "cflib", "skybrush", "mcap", "ros2", "px4")
-"""Built-in formats, each a module with a ``FORMAT`` of its name."""
+"""Names of the built-in formats; each is a module that defines ``FORMAT``."""
 
 
 def _format(name: str, value: object) -> Format:
@@ -27,4 +27,4 @@ def _format(name: str, value: object) -> Format:
 FORMATS: Registry[Format] = Registry(
     Kind.EXPORT, {name: f"missionc.output.export.{name}:FORMAT" for name in NAMES}, _format
 )
-"""All formats by name."""
+"""Registry of all export formats, by name."""

@@ -1,4 +1,4 @@
-"""Table of export formats for verified flights.
+"""Export formats for verified flights.
 
 in   Flight
 out  Exported: files by name; or why the format cannot represent the flight

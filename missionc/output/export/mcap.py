@@ -18,7 +18,7 @@ from missionc.output.export.verified_flight import Flight
 NAME = "mcap"
 FRAME = "world"
 LIBRARY = "missionc"
-"""Library name without the version of the writer, which would change the bytes."""
+"""Library name in the file, without the version of the writer, which would change the bytes."""
 
 
 def _object(**properties: object) -> dict[str, object]:
@@ -36,7 +36,7 @@ MANY = _object(timestamp=TIME, frame_id={"type": "string"}, poses={"type": "arra
 
 
 def write(flight: Flight) -> Exported:
-    """Write ``flight.mcap``: ``/NAME/pose`` over time, and ``/NAME/path`` at the beginning."""
+    """File ``flight.mcap`` with ``/NAME/pose`` over time and ``/NAME/path`` at the beginning, for each vehicle."""
     from mcap.writer import CompressionType, Writer
 
     samples = sampled(flight)

@@ -18,13 +18,13 @@ from missionc.output.export.verified_flight import Flight
 NAME = "px4"
 COLUMNS = "idx,t,px,py,pz,vx,vy,vz,ax,ay,az,yaw,mode,ledr,ledg,ledb"
 MANEUVERING = 70
-"""Mode of every row: following the trajectory. Takeoff and landing are done by the player."""
+"""Mode number in every row, which means "following the trajectory"; the player adds takeoff and landing."""
 WHITE = (255, 255, 255)
 TO_NED = np.array([1.0, -1.0, -1.0])
 
 
 def write(flight: Flight) -> Exported:
-    """Write ``Drone 1.csv`` and so on, as the player expects, and a readme with the vehicle of each."""
+    """Files ``Drone 1.csv`` and so on, as the player expects, and a readme with the vehicle of each."""
     samples = sampled(flight)
     files = {}
     names = [f"Drone {index + 1}.csv" for index in range(len(flight.parts))]

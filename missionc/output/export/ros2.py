@@ -20,7 +20,7 @@ STILL = "{x: 0.0, y: 0.0, z: 0.0}"
 
 
 def write(flight: Flight) -> Exported:
-    """Write ``trajectory.yaml``, with the fields in the order of the message."""
+    """File ``trajectory.yaml`` with the fields in the order of the message."""
     samples = sampled(flight)
     lines = [
         f"header: {{stamp: {{sec: 0, nanosec: 0}}, frame_id: {yaml(FRAME)}}}",

@@ -12,11 +12,11 @@ from missionc.output.export.verified_flight import Flight
 from missionc.verification.certificate import CLOCK
 
 RATE = 20
-"""Samples per second."""
+"""Number of samples per second."""
 
 
 class Samples(Record, eq=False):
-    """State of every agent at some times.
+    """States of every agent at some times of a flight.
 
     Args:
         times: (samples,), seconds, including the beginning and the end of the flight.
@@ -33,7 +33,10 @@ class Samples(Record, eq=False):
 
 
 def sampled(flight: Flight) -> Samples:
-    """Samples at ``RATE`` per second and at the end; one too close to the end for clocks is omitted."""
+    """Samples of a flight, ``RATE`` per second and one at the end.
+
+    A sample too close to the end for clocks is omitted.
+    """
     nearly = flight.duration - CLOCK * max(1.0, flight.duration)
     inner = np.arange(math.ceil(nearly * RATE)) / RATE
     times = np.append(inner, flight.duration)
@@ -50,10 +53,10 @@ def sampled(flight: Flight) -> Samples:
 
 
 def fixed(number: float) -> str:
-    """Text with nine decimals; adding zero after rounding turns -0 into 0."""
+    """Text of a number with nine decimals; adding zero after rounding turns -0 into 0."""
     return f"{round(number, 9) + 0.0:.9f}"
 
 
 def clock(seconds: float) -> tuple[int, int]:
-    """Seconds and nanoseconds of a time."""
+    """A time as seconds and nanoseconds."""
     return divmod(round(seconds * 1e9), 1_000_000_000)

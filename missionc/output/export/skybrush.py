@@ -1,10 +1,10 @@
-"""Export for Skybrush: a ``.skyc`` show for its viewer, with every flight as cubic Bézier curves.
+"""Export for Skybrush: a ``.skyc`` show for its viewer, with every trajectory as cubic Bézier curves.
 
-It contains the whole flight from takeoff to landing, with yaw and a light for each drone. Axes are the mission's: x
+The show contains the flight from takeoff to landing, with yaw and a light for each drone. Axes are the mission's: x
 north, y west, z up. Yaw is in degrees clockwise, and linear between its setpoints.
 
 Cubics approximate the curves of degree seven within a millimetre. Each has the position and the velocity of the curve
-at its ends, which are at whole milliseconds. The difference is piecewise polynomial and bounded by its Bernstein
+at its ends, which are at integer milliseconds. The difference is piecewise polynomial and bounded by its Bernstein
 control points.
 
 Source:
@@ -44,15 +44,15 @@ from missionc.output.export.verified_flight import Flight, Part
 from missionc.verification.plan.clearances import relative_margins
 
 CLOSE = 1e-3
-"""Maximum error of a cubic in metres; a worse one is halved."""
+"""Maximum error of a cubic in metres; a cubic with a larger error is split."""
 GRAIN = 1e-6
 """Resolution of written coordinates, metres."""
 PADDING = 1e-9
-"""Margin in metres for the rounding of float64 in a bound."""
+"""Margin in metres that covers float64 rounding in a bound."""
 
 
 class Cubics(Record, eq=False):
-    """Flight of one agent.
+    """Trajectory of one agent as cubic Bézier curves.
 
     Args:
         clock: (cubics + 1,), whole milliseconds.
@@ -66,15 +66,15 @@ class Cubics(Record, eq=False):
 
     @property
     def curves(self) -> Curves:
-        """Cubics as polynomials, (1, cubics, 3, 4)."""
+        """The cubics as polynomials in powers of time, (1, cubics, 3, 4)."""
         times = self.clock / 1000
         return Curves(times, from_control_points(self.points, np.diff(times))[None])
 
 
 def cubics(curve: Curves) -> Cubics:
-    """Cubics of one agent's curve, (1, pieces, 3, 8), that ends at rest.
+    """Cubic approximation of one agent's trajectory, (1, pieces, 3, 8), which ends at rest.
 
-    Cubics within ``CLOSE`` are not halved.
+    Cubics are split until each is within ``CLOSE`` of the trajectory.
     """
     curve = _held(curve)
     clock = np.unique(np.rint(curve.times * 1000).astype(np.int64))
@@ -89,7 +89,7 @@ def cubics(curve: Curves) -> Cubics:
 
 
 def _held(curve: Curves) -> Curves:
-    """Curve extended at its end point to the next whole millisecond."""
+    """The trajectory extended by rest to the next integer millisecond."""
     end = math.ceil(curve.times[-1] * 1000 - 1e-3) / 1000
     if end <= curve.times[-1]:
         return curve
@@ -99,7 +99,9 @@ def _held(curve: Curves) -> Curves:
 
 
 def _through(curve: Curves, times: Array) -> Array:
-    """Control points of the cubics between these times, (cubics, 3, 4), metres."""
+    """Control points of cubics with the trajectory's positions and velocities at these times, (cubics, 3, 4),
+    metres.
+    """
     place, velocity = curve.at(times)[0], curve.derivative().at(times)[0]
     third = np.diff(times)[:, None] / 3
     points = np.stack(
@@ -109,7 +111,7 @@ def _through(curve: Curves, times: Array) -> Array:
 
 
 def _apart(curve: Curves, times: Array, points: Array) -> Array:
-    """Maximum distance of each cubic from the curve, (cubics,), metres."""
+    """Upper bound on the distance of each cubic from the trajectory, (cubics,), metres."""
     own = Curves(times, from_control_points(points, np.diff(times))[None])
     # On one grid of times: the joints of both.
     fine, course = refined(curve, times), refined(own, curve.times)
@@ -129,17 +131,17 @@ def _apart(curve: Curves, times: Array, points: Array) -> Array:
 
 NAME = "skybrush"
 SET_COLOUR, END, FRAMES = 4, 0, 50
-"""Two commands of a light program, and the number of its time units per second."""
+"""Codes of two commands in a light program, and the number of its time units per second."""
 STRAIGHT = 0.05
-"""Tolerance in degrees: a yaw setpoint closer to the line through its neighbours is omitted."""
+"""Tolerance in degrees: a yaw setpoint closer to the line through adjacent setpoints is omitted."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Fixed date of every entry, since zip files need one."""
+"""Fixed date of every entry in the archive, since zip files require a date."""
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
-    """Write ``show.skyc``, and the error of its curves, which is never above ``CLOSE``.
+    """File ``show.skyc``, with a note on the error of its curves, or a diagnostic.
 
-    An error if the vehicles cannot take off and land at once.
+    The export fails if the vehicles cannot take off and land at once.
     """
     if flight.in_flight:
         return refused(
@@ -191,9 +193,9 @@ def _drone(each: Part, whole: Pieces, own: Cubics) -> dict[str, object]:
 
 
 def _yaw(whole: Pieces) -> list[list[float]]:
-    """Yaw setpoints: seconds and degrees clockwise, ``RATE`` per second during turns.
+    """Yaw setpoints of a vehicle: seconds and degrees clockwise, ``RATE`` per second during turns.
 
-    Collinear ones are omitted.
+    Collinear setpoints are omitted.
     """
     turn = curves_of([whole], slice(3, 4))
     last = float(turn.times[-1])
@@ -212,7 +214,7 @@ def _yaw(whole: Pieces) -> list[list[float]]:
 
 
 def _light(index: int, seconds: float) -> str:
-    """Light program in Base64: the agent's colour on a dark background, for the whole flight."""
+    """Light program in Base64 that shows the agent's colour during the flight."""
     colours = DARK["agents"]
     colour = bytes.fromhex(colours[index % len(colours)].removeprefix("#"))
     lasting, duration = math.ceil(seconds * FRAMES), bytearray()
@@ -226,8 +228,11 @@ def _light(index: int, seconds: float) -> str:
 def _validation(flight: Flight, kept: float, splines: list[Cubics]) -> dict[str, float]:
     """Limits that this show satisfies, so that the viewer marks only violations.
 
-    Height and speeds are the largest of its cubics. The distance is the smallest required one, or the ``kept`` one,
-    metres, if vehicles come closer, as on the floor.
+    The altitude and the speeds are the largest of the show's cubics. The distance is the smallest required one, or
+    ``kept`` if vehicles come closer, as on the floor.
+
+    Args:
+        kept: smallest distance between vehicles in the show, metres.
     """
     heights = [hulls(own.curves, PARTS)[:, :, 2] for own in splines]
     velocities = [hulls(own.curves.derivative(), PARTS) for own in splines]
@@ -241,15 +246,12 @@ def _validation(flight: Flight, kept: float, splines: list[Cubics]) -> dict[str,
 
 
 def _raised(value: float) -> float:
-    """Value rounded up to whole centimetres, at least one."""
+    """The value rounded up to centimetres, at least 0.01."""
     return max(1, math.ceil(value * 100 - 1e-9)) / 100
 
 
 def _nearest(curves: Curves) -> float:
-    """Lower bound on the distance between any two vehicles, within 0.1 %, metres.
-
-    Infinite for one vehicle.
-    """
+    """Lower bound on the distance between any two vehicles, within 0.1 %, metres; infinite for one vehicle."""
     first, second = np.triu_indices(len(curves.coefficients), 1)
     least = math.inf
     for piece in range(curves.durations.size):

@@ -1,7 +1,7 @@
-"""Take-off and landing, outside the polynomials: vehicles rise to their first points and sink from their last.
+"""Takeoff and landing, outside the polynomials: vehicles rise to their first points and sink from their last points.
 
 Each moves straight up and down in a column of its own, clear of obstacles, as fast as its profile allows, and lands
-before its battery is empty. If that is impossible, a format that does so reports an error.
+before its battery is empty. If that is impossible, a format with takeoff and landing reports an error.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from missionc.verification.flight.way_missions import is_whole
 GROUND = FLOOR
 """Height of the vehicles before takeoff, metres."""
 PARTS = 32
-"""Number of parts of each piece whose hulls bound a height or a speed, to about 0.1 %."""
+"""Number of parts of each piece whose convex hulls bound an altitude or a speed, to about 0.1 %."""
 
 
 def phases(flight: Flight, bottom: float = LANDED) -> Phases:
-    """Duration of each phase of a flight, so that no vehicle exceeds the vertical speeds of its profile.
+    """Duration of each phase of a flight in which no vehicle exceeds the vertical speeds of its profile.
 
     Args:
         bottom: height to which vehicles sink, metres: scripts stop motors above the floor.
@@ -42,14 +42,14 @@ def phases(flight: Flight, bottom: float = LANDED) -> Phases:
 
 
 def peaks(flight: Flight) -> list[float]:
-    """Maximum height of each vehicle on its trajectory, metres, at most some millimetres too large."""
+    """Upper bound on the altitude of each vehicle along its trajectory, metres, at most some millimetres too large."""
     return [float(points[:, 2].max()) for points in hulls(flight.curves, PARTS)]
 
 
 def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
-    """Indices of the agents that take off together, turn by turn; landing is in reverse.
+    """Indices of the agents that take off together, turn by turn; landing uses the reverse order.
 
-    One turn unless above pads.
+    Vehicles without pads take off in one turn.
     """
     everyone = tuple(each.agent.index for each in flight.parts)
     if not is_whole(flight.mission):
@@ -59,7 +59,7 @@ def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
 
 
 def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
-    """Whole flight of each vehicle as polynomials in doubles, with the floor at both ends.
+    """Flight of each vehicle as polynomials in double precision, with the floor at both ends.
 
     Vehicles rise, hover, fly, hover and sink. Unlike in scripts, they rise directly to their first points.
     """
@@ -85,8 +85,13 @@ def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
 
 
 def _upright(part: Part, at: int, low: float, high: float, seconds: float) -> Array:
-    """Coefficients (4, 8) of a vertical motion between two heights (m) above the start (0) or end (-1)
-    of the flight.
+    """Coefficients (4, 8) of a vertical motion between two heights, at the horizontal position of one end of the
+    flight.
+
+    Args:
+        at: 0 for the start of the flight, -1 for its end.
+        low, high: heights, metres.
+        seconds: duration.
     """
     piece = part.pieces.coefficients[at]
     there = piece[:, 0] if at == 0 else values(piece, part.pieces.duration[at])
@@ -98,7 +103,7 @@ def _upright(part: Part, at: int, low: float, high: float, seconds: float) -> Ar
 
 
 def cannot_rise_or_land(name: str, flight: Flight, bottom: float = LANDED) -> Diagnostic | None:
-    """Reason why this format cannot fly from the floor to the floor, or None if it can.
+    """Diagnostic that states why this format cannot fly from floor to floor; None if it can.
 
     Args:
         bottom: as in ``phases``.
@@ -108,13 +113,13 @@ def cannot_rise_or_land(name: str, flight: Flight, bottom: float = LANDED) -> Di
 
 
 def _columns(flight: Flight, part: Part) -> list[tuple[str, tuple[float, float, float], bool]]:
-    """Columns in which a vehicle rises (unless in the air) and sinks: verb, point in the air, whether at the end."""
+    """Columns in which a vehicle takes off (unless in the air) and lands: verb, point in the air, True for landing."""
     land = ("land", part.last, True)
     return [land] if flight.in_flight else [("take off", part.first, False), land]
 
 
 def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
-    """Finding for two vehicles that would take off or land through each other."""
+    """Diagnostic of two vehicles that would take off or land through each other; None if there are none."""
     if len(turns_of(flight)) > 1:
         return None
     for first, second in combinations(flight.parts, 2):
@@ -133,9 +138,9 @@ def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
 
 
 def _blocked_column(name: str, flight: Flight) -> Diagnostic | None:
-    """Finding for a vehicle that would rise or sink through an obstacle.
+    """Diagnostic of a vehicle that would rise or sink through an obstacle; None if there is none.
 
-    In a plane, obstacles have no height.
+    In a plane mission, obstacles have no height and are not checked.
     """
     mission = flight.mission
     if mission.dimension < 3:

@@ -1,4 +1,4 @@
-"""A Crazyflie's trajectory memory, and the raw polynomial pieces in it.
+"""Raw polynomial pieces as a Crazyflie stores them in its trajectory memory.
 
 Source:
     crazyflie-firmware, src/modules/src/crtp_commander_high_level.c and pptraj.c.
@@ -12,6 +12,8 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 
 def raw(own: Pieces) -> bytes:
-    """Encode each piece as 33 little-endian float32: eight coefficients of x, y, z and yaw each, and the duration."""
+    """Bytes of a trajectory: 33 little-endian float32 for each piece, eight coefficients each of x, y, z and yaw, and
+    the duration.
+    """
     rows = np.concatenate([own.coefficients.reshape(-1, 32), own.duration[:, None]], axis=1)
     return rows.astype("<f4").tobytes()

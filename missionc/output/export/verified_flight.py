@@ -20,7 +20,7 @@ from missionc.verification.verify_plan import verify_polynomials
 
 
 class Part(Record, eq=False):
-    """Part of one agent in a flight.
+    """Trajectory of one agent in a verified flight.
 
     Args:
         file: name of its file, without a suffix.
@@ -49,12 +49,12 @@ class Part(Record, eq=False):
 
     @property
     def yaw(self) -> float:
-        """Yaw at the beginning, rad."""
+        """Yaw at the beginning of the polynomials, rad."""
         return float(self.pieces.coefficients[0, 3, 0])
 
 
 class Flight(Record, eq=False):
-    """Polynomials of every agent, in mission order, on one grid of times.
+    """Verified polynomials of every agent, in mission order, with common joints.
 
     Args:
         before: seconds before the mission begins; 0 if there are none.
@@ -74,7 +74,7 @@ class Flight(Record, eq=False):
 
     @property
     def times(self) -> Array:
-        """Times of the joints, (pieces + 1,), seconds."""
+        """Times at which the polynomial pieces meet, (pieces + 1,), seconds."""
         return self.parts[0].pieces.times
 
     @property
@@ -83,7 +83,7 @@ class Flight(Record, eq=False):
 
     @property
     def curves(self) -> Curves:
-        """Positions of all agents: x, y and z, in plane missions too."""
+        """Trajectories of all agents with x, y and z, in plane missions too."""
         return curves_of([each.pieces for each in self.parts], slice(0, 3))
 
     @property
@@ -92,7 +92,7 @@ class Flight(Record, eq=False):
         return curves_of([each.pieces for each in self.parts], slice(3, 4))
 
     def judged(self, pieces: Mapping[str, Pieces]) -> Certificate:
-        """Verify other polynomials with the same number of pieces, by the agent's name, instead of these."""
+        """Certificate for other polynomials in place of these, with the same number of pieces, by the agent's name."""
         sections: dict[Stage | None, dict[str, str]] = {}
         for each in self.parts:
             begin = 0
@@ -110,7 +110,9 @@ class Flight(Record, eq=False):
 
 
 def _sizes(flight: Flight, name: str) -> list[tuple[Stage | None, int]]:
-    """Number of pieces of an agent in the outbound transfer, the mission (None) and the return transfer."""
+    """Number of pieces of an agent's polynomials in the outbound transfer, the mission (None) and the return
+    transfer.
+    """
     stages: list[tuple[Stage | None, str]] = []
     for stage in (Stage.OUT, None, Stage.HOME):
         texts = flight.texts if stage is None else flight.ways.get(stage)
@@ -128,7 +130,7 @@ def flight(
     ways: Ways | None = None,
     in_flight: bool = False,
 ) -> Flight:
-    """Build the flight of verified polynomials, with the transfers before and after the mission.
+    """Verified polynomials as a flight, with the transfers before and after the mission.
 
     Args:
         texts: file of each agent, by the agent's name.
@@ -163,14 +165,14 @@ def _read(agent: Agent, text: str) -> Pieces:
 
 
 def robot_names(mission: Mission) -> dict[str, str]:
-    """Name of each agent in ROS 2, by the agent's name."""
+    """ROS 2 name of each agent, by the agent's name."""
     files = file_names(mission.agents)
     robots = _robots([files[agent.name] for agent in mission.agents])
     return {agent.name: robot for agent, robot in zip(mission.agents, robots, strict=True)}
 
 
 def _robots(files: list[str]) -> list[str]:
-    """ROS 2 names, as similar to the files' names as possible."""
+    """Unique ROS 2 names, as similar to the files' names as possible."""
     names: list[str] = []
     for index, file in enumerate(files):
         name = re.sub(r"\W", "_", file, flags=re.ASCII)

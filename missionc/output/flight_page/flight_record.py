@@ -1,4 +1,4 @@
-"""The record of a live flight for its page, with links and formations, and the page itself as HTML.
+"""The record of a live flight for its web page, with links and formations, and the page itself as HTML.
 
     in   events of a session of online monitoring, one after the other; the current plan
     out  the changes since an event, for a page that has the flight up to it: a dict that JSON can hold
@@ -44,25 +44,25 @@ MOST_MEMBERS = 200
 """Maximum number of agents in a graph whose links are drawn."""
 
 EVERY = 0.1
-"""Interval of link updates, in seconds of the mission."""
+"""Interval of link updates, in seconds of mission time."""
 
 INSTANT = 1e-9
-"""Tolerance in seconds for equal moments."""
+"""Tolerance in seconds up to which two times count as equal."""
 
 KEPT, AT_RISK, BROKEN = range(3)
-"""States of an edge of a formation."""
+"""States of a formation edge: satisfied, at risk, violated."""
 
 NOWHERE = 1e6
 """Position uncertainty in metres from which an agent counts as lost and has no link."""
 
 
 def drawn_graphs(mission: Mission) -> tuple[Graph, ...]:
-    """Graphs whose links are drawn."""
+    """Communication graphs whose links the page draws."""
     return tuple(graph for graph in mission.graphs if 1 < len(graph.agents) <= MOST_MEMBERS)
 
 
 def couplings_data(mission: Mission) -> dict[str, Any]:
-    """Static data for the page: names, directions of links, edges by the agents' numbers."""
+    """Static data on graphs and formations for the page: names, directions of links, edges by the agents' numbers."""
     return {
         "graphs": [{"name": graph.name, "directed": directed(graph)} for graph in drawn_graphs(mission)],
         "formations": [
@@ -73,14 +73,14 @@ def couplings_data(mission: Mission) -> dict[str, Any]:
 
 
 class Links(Record, eq=False):
-    """Linked pairs of each graph at a step: (pairs,), boolean."""
+    """Flags of the linked pairs of each graph at a step, (pairs,), boolean."""
 
     step: int
     links: Mapping[str, Flags]
 
 
 class CouplingsRecord:
-    """Links that begin and end at each column, and margins of formations there.
+    """Record of the links that begin and end at each column, and of formation margins there.
 
     Args:
         columns: number of columns.
@@ -95,13 +95,20 @@ class CouplingsRecord:
         self.set_world(mission)
 
     def set_world(self, mission: Mission) -> None:
-        """Set the mission: same graphs and formations, possibly with other ranges; new ones have no past."""
+        """Set the current mission, with the same graphs and formations but possibly other ranges.
+
+        New ones have no past.
+        """
         self.mission = mission
         for each in mission.formations:
             self._margins.setdefault(each.name, np.full((len(each.edges), self._columns), -np.inf))
 
     def take(self, state: StepState, column: int | None) -> None:
-        """Record the team at a step, and the column of it, if any; steps come in order."""
+        """Record the team's state at a step; steps come in order.
+
+        Args:
+            column: column of the step, or None if the step has none.
+        """
         known, seconds = _known(state), float(self.mission.step)
         if self.last.step < 0 or (state.step - self.last.step) * seconds > EVERY - INSTANT:
             found = {graph.name: _linked(graph, state.position, known) for graph in drawn_graphs(self.mission)}
@@ -121,7 +128,7 @@ class CouplingsRecord:
             self._margins[formation.name][:, column] = _edges(formation, state.position, known)
 
     def since(self, first: int, last: int) -> dict[str, Any]:
-        """Data for a page that has the columns before ``first``; the result does not change later."""
+        """Data of the columns from ``first`` to before ``last``, as copies that do not change later."""
         changes = {
             graph.name: list(enumerate(self._changes.get(graph.name, [])[first:last], first))
             for graph in drawn_graphs(self.mission)
@@ -131,7 +138,7 @@ class CouplingsRecord:
 
 
 def packed(fresh: dict[str, Any]) -> dict[str, Any]:
-    """Pack ``CouplingsRecord.since`` for a page: changes are rows of column, two agents, and whether linked."""
+    """Result of ``CouplingsRecord.since`` packed for a page; rows are column, two agents, and 1 if the link begins."""
     return {
         "changes": {name: pack(_rows(changes)) for name, changes in fresh["changes"].items()},
         "margins": {name: pack(thousandths(margins)) for name, margins in fresh["margins"].items()},
@@ -144,9 +151,8 @@ def _rows(changes: list[tuple[int, NDArray[np.int64]]]) -> NDArray[np.int64]:
 
 
 def couplings_now(mission: Mission, state: StepState, plan: Trace | None, last: Links) -> dict[str, Any]:
-    """Current, endangered and broken links of each graph, as pairs of agents.
-
-    The result also has the state of formation edges.
+    """Current, endangered and broken links of each graph, as pairs of agents, and states of formation edges, for the
+    page.
 
     A link is at risk if it will break within one step at current velocities, or if it is uncertain because an agent was
     not observed. A link is broken if the plan has it now, and the team does not.
@@ -176,12 +182,12 @@ def couplings_now(mission: Mission, state: StepState, plan: Trace | None, last: 
 
 
 def _known(state: StepState) -> Flags:
-    """Agents with a known position, (agents,), boolean."""
+    """Flags of the agents with a known position, (agents,), boolean."""
     return np.asarray((state.doubt < NOWHERE) & np.isfinite(state.position).all(axis=1))
 
 
 def _pairs(graph: Graph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Agents of each pair that may be linked, from and to, (pairs,) each; once if links are undirected."""
+    """Agents of each pair that may be linked, sender and receiver, (pairs,) each; once if links are undirected."""
     members = np.array(graph.agents, dtype=np.int64)
     first, second = np.triu_indices(len(members), 1)
     if directed(graph):
@@ -190,9 +196,10 @@ def _pairs(graph: Graph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _linked(graph: Graph, position: Array, known: Flags) -> Flags:
-    """Linked pairs among the agents with a known position, (pairs,), boolean.
+    """Flags of the linked pairs among the agents with a known position, (pairs,), boolean.
 
-    Position: (agents, dim), metres.
+    Args:
+        position: (agents, dim), metres.
     """
     first, second = _pairs(graph)
     near = known[first] & known[second]
@@ -201,7 +208,7 @@ def _linked(graph: Graph, position: Array, known: Flags) -> Flags:
 
 
 def _edges(formation: Formation, position: Array, known: Flags) -> Array:
-    """Margins of the edges, (edges,), metres; unsatisfied for agents without a known position."""
+    """Margins of a formation's edges, (edges,), metres; -inf for agents without a known position."""
     margins = [
         float(formation_margin(formation, edge, position[edge.first], position[edge.second]))
         if known[edge.first] and known[edge.second]
@@ -223,20 +230,20 @@ POLICY = (
     "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""Content security policy of the page: run its own script, and connect to its own server."""
+"""Content security policy of the page: it runs only its own script, and connects only to its own server."""
 
 ASSETS = Path(__file__).resolve().parent / "assets"
 OF_ONE_PLAN = frozenset(
     {"svg_canvas.js", "charts.js", "words.js", "margins.js", "plans.js", "suggestions.js", "export.js", "main.js"}
 )
-"""Scripts of the report about a single plan, which a flight in progress does not use."""
+"""Scripts of the report about a single plan, which the page of a flight in progress omits."""
 OF_REPORT = tuple(name for name in SCRIPTS if name not in OF_ONE_PLAN)
 OWN = ("flight_model.js", "flight_lanes.js", "flight_status.js", "flight_main.js")
-"""Scripts in order, after those of the report."""
+"""Scripts of the page in order, after those of the report."""
 
 
 def flight_html() -> tuple[bytes, str]:
-    """The page, independent of the mission, and its content security policy."""
+    """HTML of the page, the same for every mission, and its content security policy."""
     script = "\n".join([scripts(OF_REPORT), *map(_own, OWN)])
     parts = {"STYLE": asset("style.css") + _own("flight.css"), "SCRIPT": script}
     pieces = _own("flight.html").split("%%")
@@ -250,7 +257,7 @@ def _own(name: str) -> str:
 
 
 MOST_COLUMNS = 2000
-"""Maximum number of past moments that are kept; for missions with more steps, every second one, or third, and so on."""
+"""Maximum number of past times that are stored; for missions with more steps, every second or third step, and so on."""
 
 MOST_NEWS = 200
 
@@ -260,7 +267,7 @@ Tone = Literal["plain", "good", "risk", "bad"]
 
 
 class News(Record):
-    """Message that is shown once; ``t`` in seconds of the mission, or None without a time."""
+    """Message that the page shows once; ``t`` in seconds of mission time, or None without a time."""
 
     number: int
     t: float | None
@@ -269,7 +276,7 @@ class News(Record):
 
 
 class Seen(Record):
-    """State of a page: its columns, news, world and plan."""
+    """State of a page: the last column, message, world and plan that it has."""
 
     columns: int = 0
     news: int = 0
@@ -278,9 +285,9 @@ class Seen(Record):
 
 
 class FlightRecord:
-    """Current data of a flight.
+    """Data of a flight in progress for its page.
 
-    A column is a moment of the past: one for every ``stride`` steps. Callers must synchronize threads that read and
+    A column is a time in the past: one for every ``stride`` steps. Callers must synchronize threads that read and
     write; ``since`` returns copies.
     """
 
@@ -305,19 +312,19 @@ class FlightRecord:
     # ------------------------------------------------------------------ writing
 
     def set_world(self, mission: Mission, kernel: Kernel) -> None:
-        """Set the current world: same agents, steps and goals, possibly other regions and obstacles."""
+        """Set the current mission: same agents, steps and goals, possibly other regions and obstacles."""
         self.mission, self.kernel = mission, kernel
         self._couplings.set_world(mission)
         self._world = _world(mission, kernel, self.stride, self.columns)
         self._known = replace(self._known, world=self._known.world + 1, plan=self._known.plan + 1)
 
     def set_plan(self, trace: Trace | None) -> None:
-        """Set the current plan, which is drawn as paths."""
+        """Set the current plan, which the page draws as paths."""
         self._plan = trace
         self._known = replace(self._known, plan=self._known.plan + 1)
 
     def take(self, event: session.Event) -> None:
-        """Record an event of a session."""
+        """Record an event of a monitoring session."""
         seconds = float(self.mission.step)
         match event:
             case session.Judged():
@@ -348,16 +355,20 @@ class FlightRecord:
                 self.tell(f"unusable line {line}: {reason}", "plain")
 
     def tell(self, says: str, tone: Tone = "plain", t: float | None = None) -> None:
-        """Add another message to the news."""
+        """Add a message to those that the page shows."""
         self._known = replace(self._known, news=self._known.news + 1)
         self._news.append(News(self._known.news, t, tone, says))
 
     def hear(self, newest: float) -> None:
-        """Record that a sample has arrived; ``newest`` is the latest time of any, seconds of the mission."""
+        """Record that a sample has arrived.
+
+        Args:
+            newest: latest time of any sample, seconds of mission time.
+        """
         self._heard, self._heard_at = (newest if math.isfinite(newest) else self._heard), time.monotonic()
 
     def end(self, says: str) -> None:
-        """End the flight; ``says`` is the reason in words."""
+        """Record that the flight has ended; ``says`` is the reason in words."""
         self._ended = says
 
     def _judged(self, judged: session.Judged) -> None:
@@ -383,9 +394,9 @@ class FlightRecord:
     # ------------------------------------------------------------------ reading
 
     def since(self, seen: Seen | None) -> tuple[Seen, Callable[[], dict[str, Any]]]:
-        """Changes for a page in the state ``seen``, and its new state.
+        """New state of a page, and a function that returns its changes from the state ``seen`` as a dict.
 
-        The returned function builds the dict later, in any thread: it shares no data with this object.
+        The function may run later, in any thread: it shares no data with this object.
         """
         known, seen = self._known, seen or Seen()
         fresh = slice(seen.columns, known.columns)
@@ -431,7 +442,7 @@ _FAR = 1e6
 
 
 def _world(mission: Mission, kernel: Kernel, stride: int, columns: int) -> dict[str, Any]:
-    """World for the map, with columns instead of steps, and the goals."""
+    """Data of the world and the goals for the page, with columns instead of steps."""
     words = {goal.name: " ".join(goal.formula.span.text.split()) for goal in goals(mission)}
     told = [
         {
@@ -480,7 +491,7 @@ def _now(judged: session.Judged, since: list[float], seconds: float) -> dict[str
 
 
 def _change(standing: Standing, unit: str, seconds: float) -> tuple[str, Tone]:
-    """Sentence about a changed verdict."""
+    """Sentence about a changed verdict on a goal, and its tone."""
     match standing.verdict:
         case LiveVerdict.VIOLATED:
             most = f", robustness at most {decimals(standing.most)} {unit}".rstrip()
@@ -498,7 +509,7 @@ def _thousandths(values: NDArray[np.float32]) -> NDArray[np.int64]:
 
 
 def _number(value: float) -> float | None:
-    """Number for JSON, which has no infinity."""
+    """The number for JSON, with None for infinity."""
     return value if math.isfinite(value) else None
 
 

@@ -1,1 +1,3 @@
-"""Atomic writing of files and folders: staged next to their target, all or nothing, and only over our own files."""
+"""Atomic writing of files and folders: staged next to their target, all or nothing, and only over the compiler's own
+files.
+"""

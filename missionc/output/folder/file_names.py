@@ -9,31 +9,33 @@ from pathlib import PurePath
 from missionc.ir import Agent
 
 MISSION = "mission"
-"""Folder of the mission's own files, so that the folder can be verified from its contents."""
+"""Name of the subfolder with the mission's own files, so that the folder can be verified from its contents."""
 SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/4"
-"""File of ``simulate`` with its flights, and its schema."""
+"""Name of the file in which ``simulate`` stores its flights, and its schema."""
 SIMULATIONS_BEFORE = ("missionc.simulation/1", "missionc.simulation/2", "missionc.simulation/3")
-"""Schemas of older versions, which do not record the disturbances of their flights."""
+"""Older schemas of that file, which do not record the disturbances of the flights."""
 WHOLE_FLIGHT = "whole_flight.json"
-"""File with the phases of a flight from takeoff to landing."""
+"""Name of the file with the phases of a flight from takeoff to landing."""
 SAFE_END = "safe_end.json"
-"""File with the safe ends from many moments of a flight."""
+"""Name of the file with the safe ends from many times of a flight."""
 REPORT = "report.html"
-"""Report of a folder."""
+"""Name of the report in a folder."""
 MANIFEST, MANIFEST_SCHEMA = "manifest.json", "missionc.manifest/1"
-"""File that lists all others in a folder, and its schema."""
+"""Name of the file that lists all others in a folder, and its schema."""
 ALTERNATIVES, ALTERNATIVES_FOLDER = "alternatives.json", "alternatives"
-"""Table of several plans in one folder, and the folder of all except the best, each in a subfolder named by rank."""
+"""Name of the table of alternative plans, and of the folder for all plans except the best, in subfolders named
+by rank.
+"""
 MOST_ALTERNATIVES = 20
 """Maximum number of plans in one folder."""
 PAST = "past.json"
-"""File with the flight before the plan of the folder begins."""
+"""Name of the file with the flight before the plan of the folder begins."""
 PLAN, NEAR_MISS, PROOF, EXPORT = "plan", "near_miss", "proof", "export"
-"""Kinds of contents of a folder, as in its manifest; the default is a plan."""
+"""Kinds of contents of a folder, as written in its manifest; the default is a plan."""
 
 
 def input_name(source: str, folder: PurePath) -> str:
-    """Mission's file relative to the mission's folder, or its own name if it is elsewhere.
+    """Path of a mission's file relative to the mission's folder, or its full name if it is elsewhere.
 
     The name may contain a backslash or bytes that are not text; both are replaced, so that names are readable
     everywhere.
@@ -44,22 +46,35 @@ def input_name(source: str, folder: PurePath) -> str:
 
 
 def polynomials_file(file: str) -> str:
-    """File of an agent's polynomials, by its name from ``file_names``."""
+    """Path of the file with an agent's polynomials.
+
+    Args:
+        file: file name of the agent, from ``file_names``.
+    """
     return f"crazyflie/{file}.csv"
 
 
 def way_file(stage: str, file: str) -> str:
-    """File of the polynomials of a transfer, `out` or `home`."""
+    """Path of the file with an agent's polynomials in a transfer.
+
+    Args:
+        stage: `out` or `home`.
+        file: file name of the agent, from ``file_names``.
+    """
     return f"crazyflie/{stage}/{file}.csv"
 
 
 def stop_file(file: str) -> str:
-    """File of the polynomials that an agent flies until its plan begins, by its name from ``file_names``."""
+    """Path of the file with the polynomials that an agent flies until its plan begins.
+
+    Args:
+        file: file name of the agent, from ``file_names``.
+    """
     return f"stop/{file}.csv"
 
 
 def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:
-    """File name of each agent: ``drone[0]`` gives ``drone0`` and ``t[3][7]`` gives ``t3_7``.
+    """File name of each agent, by the agent's name: ``drone0`` for ``drone[0]`` and ``t3_7`` for ``t[3][7]``.
 
     Equal names, or names that only differ in case, get the agent's number as well.
     """
@@ -74,12 +89,15 @@ def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:
 
 
 def flights_in(agents: tuple[Agent, ...], files: Mapping[str, bytes]) -> dict[str, str]:
-    """Text of each agent's polynomials, by the agent's name; empty if the file is missing."""
+    """Text of each agent's polynomials among a folder's files, by the agent's name; empty if the file is missing."""
     return _texts_in(agents, files, polynomials_file)
 
 
 def stops_in(agents: tuple[Agent, ...], files: Mapping[str, bytes]) -> dict[str, str]:
-    """Text of each agent's polynomials until its plan begins, by the agent's name."""
+    """Text of the polynomials that each agent flies until its plan begins, by the agent's name.
+
+    Empty if the file is missing.
+    """
     return _texts_in(agents, files, stop_file)
 
 
@@ -90,7 +108,7 @@ def _texts_in(agents: tuple[Agent, ...], files: Mapping[str, bytes], place: Call
 
 
 def _plain(name: str) -> str:
-    """Name with indices without brackets, `_` between two of them, and `m` for a minus sign."""
+    """The name without brackets around indices, with `_` between two of them, and `m` for a minus sign."""
     for sign, instead in (("][", "_"), (", ", "_"), ("[", ""), ("]", ""), ("-", "m")):
         name = name.replace(sign, instead)
     return name

@@ -23,15 +23,15 @@ Option = str | int | float | bool
 
 
 class Provenance(Record):
-    """Origin of a plan.
+    """Origin of a plan: its inputs, the options that change it, and the packages that it used.
 
     Args:
         inputs: the mission's files, the mission first: names relative to its folder, and contents.
         options: choices that change the plan, by their name on the command line.
-        cut_short: what ended the search before it was done, in two words; empty where nothing did.
-        stretch: how many times as long as the plan's the mission is.
-        data: the names of those inputs that are no missions.
-        past: the text of what was flown before the plan begins; empty where nothing was.
+        cut_short: reason why the search ended early, in two words; empty if it was completed.
+        stretch: ratio of the flight's duration to the duration in the mission's text.
+        data: names of the inputs that are not missions.
+        past: text of the flight before the plan begins; empty if there is none.
         packages: the packages of extensions that were used, by name and version.
     """
 
@@ -45,7 +45,7 @@ class Provenance(Record):
 
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:
-    """Text of ``manifest.json``; ``files`` are all others in the folder."""
+    """Content of ``manifest.json`` for a folder with a plan; ``files`` are all other files in the folder."""
     head = {
         "schema": MANIFEST_SCHEMA,
         "mission": plan.mission,
@@ -58,7 +58,7 @@ def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> 
 
 
 def without_plan(mission: str, holds: str, files: Mapping[str, bytes], provenance: Provenance | None = None) -> str:
-    """Text of the ``manifest.json`` of a folder without a plan.
+    """Content of ``manifest.json`` for a folder without a plan.
 
     Args:
         holds: contents of the folder, as named in ``file_names``.
@@ -73,7 +73,7 @@ def without_plan(mission: str, holds: str, files: Mapping[str, bytes], provenanc
 
 
 def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:
-    """Manifest with files that were written later; everything else in it stays unchanged."""
+    """Content of a manifest to which files are added that were written later; all other entries stay unchanged."""
     listed = before.get("files")
     known = dict(listed) if isinstance(listed, dict) else {}
     known.update((name, sha256(content)) for name, content in files.items())

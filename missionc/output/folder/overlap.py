@@ -18,7 +18,10 @@ from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 
 
 class WrittenPath(Record):
-    """File that will be written, or folder that will be written as a whole; ``flag`` names another."""
+    """File that will be written, or folder that will be written completely.
+
+    ``flag`` is the option that changes the path.
+    """
 
     flag: str
     path: Path
@@ -26,9 +29,9 @@ class WrittenPath(Record):
 
 
 def overlapping(outputs: Sequence[WrittenPath], inputs: Iterable[Path]) -> Diagnostic | None:
-    """Finding for the first output that overlaps with something, if any.
+    """Diagnostic of the first output that overlaps with another path, or None.
 
-    A folder that is written as a whole must not contain an input, another output or the working directory; no output
+    A folder that is written completely must not contain an input, another output or the working directory; no output
     may be an input or be in an input folder.
     """
     inputs = tuple(inputs)
@@ -44,9 +47,9 @@ def overlapping(outputs: Sequence[WrittenPath], inputs: Iterable[Path]) -> Diagn
 
 
 def within(path: Path, folder: Path) -> bool:
-    """Return whether a path leads into a folder or to it, through any names and links.
+    """Return whether a path is a folder or lies inside it, after resolving links.
 
-    Neither needs to exist.
+    Neither path needs to exist.
     """
     inner, outer = os.path.realpath(path), os.path.realpath(folder)
     if inner == outer or inner.startswith(os.path.join(outer, "")):
@@ -84,7 +87,7 @@ def _of_outputs(output: WrittenPath, others: Iterable[WrittenPath]) -> Diagnosti
 
 
 def _same(one: Path, other: Path) -> bool:
-    """Return whether two paths lead to one file; a path below another file is never the same."""
+    """Return whether two paths denote the same file; a path below another file is never the same."""
     return within(one, other) and within(other, one)
 
 

@@ -1,4 +1,4 @@
-"""Ownership of a folder by the compiler, and errors for places that must not be replaced or written.
+"""Ownership of a folder by the compiler, and diagnostics of paths that must not be replaced or written.
 
     in   a folder's path
     out  Ours: its content and files; or Foreign: text on the contents that are not the compiler's
@@ -39,7 +39,7 @@ ANOTHER_FOLDER, ANOTHER_FILE = "another folder with `-o`", "another file"
 def exists(
     target: Path, what: str, strange: Sequence[str] = (), notes: Sequence[str] = (), instead: str = ANOTHER_FOLDER
 ) -> Diagnostic:
-    """Finding for a place that is never replaced.
+    """Diagnostic of a path that exists and must not be replaced.
 
     Args:
         what: rest of the sentence after "exists".
@@ -61,7 +61,7 @@ def cannot_write(target: Path, why: str, instead: str = ANOTHER_FOLDER) -> Diagn
 
 
 def reason(error: OSError | ValueError) -> str:
-    """Text of a system error, or about a name that the system cannot represent."""
+    """Text for a system error, or for a name that the operating system cannot represent."""
     if isinstance(error, FileNotFoundError) and nowhere():
         return "the working directory no longer exists"
     if isinstance(error, OSError):
@@ -70,21 +70,21 @@ def reason(error: OSError | ValueError) -> str:
 
 
 def shown(name: str | os.PathLike[str]) -> str:
-    """Path for messages: as text, shortened in the middle if it is long."""
+    """Text of a path for messages, shortened in the middle if it is long."""
     text = printable(os.fspath(name))
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}…{text[-LONGEST // 2 :]}"
 
 
 MOST_LOOKED_AT = 1_000_000
-"""Maximum number of items in a folder that are checked; our folders have fewer."""
+"""Maximum number of items in a folder that are checked; folders of the compiler have fewer."""
 
 
 class Ours(Record):
-    """Folder whose contents are all the compiler's.
+    """Folder whose contents are all the compiler's, with the files that its manifest lists.
 
     Args:
         files: SHA-256 of each listed file, by its name relative to the folder.
-        holds: a plan, a near miss, a proof or an export; empty for an empty folder.
+        holds: kind of the contents: plan, closest infeasible candidate, proof or export; empty for an empty folder.
         manifest: the manifest's bytes.
     """
 
@@ -94,17 +94,14 @@ class Ours(Record):
 
 
 class Foreign(Record):
-    """Folder with foreign contents: ``why`` ends a sentence, ``strange`` lists the contents."""
+    """Folder with contents that are not the compiler's: ``why`` ends a sentence, ``strange`` lists the contents."""
 
     why: str
     strange: tuple[str, ...] = ()
 
 
 def ownership(folder: Path) -> Ours | Foreign:
-    """Determine the ownership of a folder from its current contents.
-
-    A symbolic link to a folder is foreign.
-    """
+    """Ownership of a folder by the compiler, from its current contents; a symbolic link to a folder is foreign."""
     try:
         return _judged(folder)
     except OSError as error:
@@ -112,7 +109,7 @@ def ownership(folder: Path) -> Ours | Foreign:
 
 
 def remove(folder: Path, ours: Ours) -> bool:
-    """Remove the files of a folder that still match ``ours``; returns whether nothing else was there.
+    """Remove the files of a folder that still match ``ours``; return True if there was nothing else.
 
     Files added in the meantime stay, with their folders.
     """
@@ -131,14 +128,14 @@ def remove(folder: Path, ours: Ours) -> bool:
 
 
 def remove_folders(folder: Path, files: Iterable[str]) -> None:
-    """Remove the folders that contained these files, if they are empty."""
+    """Remove the subfolders that contained these files, if they are empty."""
     for name in sorted(_parents(files), key=lambda name: -name.count("/")):
         with suppress(OSError):
             (folder / name).rmdir()
 
 
 def listed_files(manifest: bytes) -> Ours | None:
-    """Folder as listed in its manifest; None if it is not a manifest of the compiler."""
+    """Contents of a folder as its manifest lists them; None if it is not a manifest of the compiler."""
     try:
         says = parse_record(manifest, MANIFEST_SCHEMA)
     except NotJsonError:
@@ -170,7 +167,7 @@ def _judged(folder: Path) -> Ours | Foreign:
 
 
 def _strange(folder: Path, name: str, status: os.stat_result, ours: Ours) -> str:
-    """Reason why an item in a folder is not the compiler's; empty if it is."""
+    """Reason why an item in a folder is not the compiler's; empty if it belongs to the compiler."""
     if stat.S_ISDIR(status.st_mode):
         return "" if any(file.startswith(f"{name}/") for file in ours.files) else "an empty folder"
     if not stat.S_ISREG(status.st_mode):
@@ -193,7 +190,7 @@ def _kind(status: os.stat_result) -> str:
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a regular file; empty if it is no longer one."""
+    """SHA-256 of a regular file; empty if the path is no longer a regular file."""
     handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
     with open(handle, "rb") as file:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -202,7 +199,7 @@ def sha256_of(path: Path) -> str:
 
 
 def _parents(files: Iterable[str]) -> set[str]:
-    """Folders of the files that are in subfolders."""
+    """Relative paths of the subfolders that contain the files."""
     return {str(parent) for name in files if is_normal(name) for parent in PurePosixPath(name).parents} - {"."}
 
 

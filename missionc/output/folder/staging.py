@@ -1,15 +1,15 @@
 """Staging folders: locked, next to the target, for new content and the content that it replaces.
 
 in   the path of the file or folder to write
-out  Staging: places for the new and the old one
+out  Staging: paths for the new and the old content
 
 A staging folder is called ``.missionc-`` and 16 hexadecimal digits, is accessible to its owner only, and contains
 ``staging.json``, which identifies it with its digits and target, and is locked while its process lives. The next
-process that writes in the same place cleans up after a killed one: it touches only folders with such a file, complete
+process that writes in the same folder cleans up after a killed one: it touches only folders with such a file, complete
 and unlocked, and folders that are empty or contain only an empty such file. The target's old folder returns to its
-place, or is removed as ``ownership.remove`` removes; of the new one go the files that its manifest lists, whatever they
-hold, since the process may have died in the middle of one. Anything else stays. Changes to a listed file in the ``new``
-of a dead process's staging folder are lost.
+path, or is removed as ``ownership.remove`` removes; of the new folder, the files that its manifest lists are removed
+whatever they contain, since the process may have died in the middle of one. Anything else stays. Changes to a listed
+file in the ``new`` of a dead process's staging folder are lost.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ NAME = re.compile(r"\.missionc-([0-9a-f]{16})")
 MARKER, SCHEMA = "staging.json", "missionc.staging/1"
 LONGEST_MARKER = 1 << 14
 ATTEMPTS = 5
-"""Maximum number of attempts to make a staging folder, which another process may clean up too early."""
+"""Maximum number of attempts to create a staging folder, which another process may clean up too early."""
 LONGEST_NAME = 255
 """Maximum length of a name in common file systems, bytes."""
 
 
 class Staging(Record):
-    """Staging folder at ``path`` for the content of ``target``."""
+    """Staging folder at ``path`` for the new content of ``target``."""
 
     path: Path
     target: Path
@@ -57,13 +57,13 @@ class Staging(Record):
         return self.path / "old"
 
     def put_back(self) -> Path:
-        """Move the old folder back, or next to its place if that is occupied; returns its path."""
+        """Move the old folder back to the target, or next to it if the target exists, and return its path."""
         place = self.target if not os.path.lexists(self.target) else numbered(self.target, "kept")
         self.old.rename(place)
         return place
 
     def clear(self, names: Iterable[str]) -> None:
-        """Remove the new file, or these files of the new folder, and then the staging folder if it is empty."""
+        """Remove the new file, or the named files of the new folder, and then the staging folder if it is empty."""
         with suppress(OSError):
             if self.new.is_dir():
                 _scrap(self.new, names)
@@ -77,7 +77,7 @@ class Staging(Record):
 
 @contextmanager
 def staging(target: Path, names: Iterable[str] = ()) -> Iterator[Staging]:
-    """Create a staging folder for a context; afterwards these files are removed from it.
+    """Context with a staging folder, from which the named files are removed afterwards.
 
     Args:
         target: absolute path without links above it.
@@ -106,9 +106,9 @@ def staging(target: Path, names: Iterable[str] = ()) -> Iterator[Staging]:
 
 
 def _begun(staged: Staging, token: str) -> int:
-    """Create the staging folder with its marker, locked and complete; returns the marker's handle.
+    """Create the staging folder with its marker file, locked and complete, and return the marker's handle.
 
-    Another process may clean up an unfinished one; then it is created again.
+    Another process may clean up an unfinished staging folder; then it is created again.
     """
     for attempt in range(ATTEMPTS):
         staged.path.mkdir(mode=0o700)
@@ -130,9 +130,9 @@ def _begun(staged: Staging, token: str) -> int:
 
 @contextmanager
 def alone(parent: Path) -> Iterator[None]:
-    """Wait until no other compiler process checks or renames folders here.
+    """Context that waits until no other compiler process checks or renames folders in ``parent``.
 
-    Without locks, continue at once.
+    Without file locks, it continues at once.
     """
     handle = None
     with suppress(OSError):
@@ -146,7 +146,7 @@ def alone(parent: Path) -> Iterator[None]:
 
 
 def sweep(parent: Path) -> None:
-    """Clean up in a folder after processes that died while they wrote there."""
+    """Clean up staging folders in ``parent`` whose processes died while they wrote there."""
     with suppress(OSError):
         for name in sorted(os.listdir(parent)):
             if NAME.fullmatch(name):
@@ -155,7 +155,7 @@ def sweep(parent: Path) -> None:
 
 
 def numbered(target: Path, what: str) -> Path:
-    """New name next to a file or folder, with its purpose; shortened if it would be too long."""
+    """Unused path next to a file or folder, with its purpose in the name; shortened if it would be too long."""
     ending = f".{what}-{secrets.token_hex(4)}"
     return target.with_name(os.fsdecode(os.fsencode(target.name)[: LONGEST_NAME - len(ending)]) + ending)
 
@@ -189,7 +189,10 @@ def _recover(path: Path) -> None:
 
 
 def _target(marker: bytes, path: Path) -> Path | None:
-    """Target of a staging folder; None if its marker is incomplete or belongs to another folder."""
+    """Target of a staging folder from its marker file.
+
+    None if the marker is incomplete or belongs to another folder.
+    """
     try:
         says = parse_record(marker)
         name = str(says["target"])
@@ -200,7 +203,7 @@ def _target(marker: bytes, path: Path) -> Path | None:
 
 
 def _scrap(folder: Path, names: Iterable[str]) -> None:
-    """Remove these files of a folder, its manifest, and the folders that become empty."""
+    """Remove the named files of a folder, its manifest, and the subfolders that become empty."""
     names = {*names, MANIFEST}
     for name, status in list(entries(folder)):
         if name in names and not stat.S_ISDIR(status.st_mode):

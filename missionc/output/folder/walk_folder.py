@@ -1,4 +1,4 @@
-"""Folder traversal and reading of files without following a symbolic link.
+"""Traversal of a folder, and reading of its files without following a symbolic link.
 
     in   a folder's path, a name in it
     out  the status of all contents by relative name; the bytes of one file
@@ -24,10 +24,10 @@ MOST_ENTRIES = 100_000
 
 
 def contents(folder: Path) -> dict[str, os.stat_result]:
-    """All contents of a folder except plain directories, but with empty ones, by relative POSIX names.
+    """Status of the files, links and empty directories in a folder and its subfolders, by relative POSIX name.
 
-    Symbolic links are not followed. Names that are not UTF-8 are decoded with ``os.fsdecode``. Stops after
-    ``MOST_ENTRIES`` + 1 entries.
+    Symbolic links are not followed. Names that are not UTF-8 are decoded with ``os.fsdecode``. The traversal stops
+    after ``MOST_ENTRIES`` + 1 entries.
 
     Raises:
         OSError: the folder or a subfolder cannot be read.
@@ -36,10 +36,10 @@ def contents(folder: Path) -> dict[str, os.stat_result]:
 
 
 def entries(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
-    """Iterate over ``contents`` as they are found.
+    """Yield the entries of ``contents`` in the order in which they are found.
 
     Raises:
-        OSError: as in ``contents``.
+        OSError: the folder or a subfolder cannot be read.
     """
     root = os.path.join(folder, "")
     unread = [("", os.lstat(folder))]
@@ -57,7 +57,7 @@ def entries(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
 
 
 def kind(status: os.stat_result) -> str:
-    """Kind of an item with its article; empty for a regular file or a folder."""
+    """Kind of an item with its article, such as ``a symbolic link``; empty for a regular file or a folder."""
     mode = status.st_mode
     if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
         return ""
@@ -65,7 +65,7 @@ def kind(status: os.stat_result) -> str:
 
 
 def printable(name: str) -> str:
-    """Name of a file as printable text: bytes that are not UTF-8 are escaped."""
+    """Name of a file as printable text, with bytes that are not UTF-8 escaped."""
     return name.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
@@ -76,7 +76,7 @@ def is_normal(name: str) -> bool:
 
 
 def read_inside(folder: Path, name: str, limit: int) -> bytes | Diagnostic:
-    """Contents of a regular file in a folder, at most ``limit`` bytes; no part of its name may be a link.
+    """Contents of a regular file in a folder, at most ``limit`` bytes, or an error; no part of its name may be a link.
 
     Args:
         name: name in normal form.

@@ -2,8 +2,8 @@
 
     says MC702
 
-A file that exists keeps its mode, its owner and its attributes. One with several names (hard links), or of an owner
-that cannot be given to another file, is written in place, with a temporary copy of its old contents.
+A file that exists keeps its mode, its owner and its attributes. A file with several names (hard links), or with an
+owner that cannot be given to another file, is written in place, with a temporary copy of its old contents.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NOT_REGULAR = "it is not a regular file"
 
 
 def refuse_file(target: Path) -> Diagnostic | None:
-    """Finding if a file cannot be written, known before any work; None otherwise."""
+    """Diagnostic if a file cannot be written, before any work is done; None if it can."""
     try:
         real = Path(os.path.realpath(target))
         parent = real.parent
@@ -42,7 +42,7 @@ def refuse_file(target: Path) -> Diagnostic | None:
 
 
 def write_file(target: Path, content: bytes) -> Diagnostic | None:
-    """Replace one file as a whole, and create its parent folders; returns an error, if any."""
+    """Replace one file atomically, and create its parent folders; return a diagnostic if that fails."""
     try:
         _replace(Path(os.path.realpath(target)), content)
     except (OSError, ValueError) as error:
@@ -56,7 +56,7 @@ def write_inside(folder: Path, name: str, content: bytes) -> Diagnostic | None:
 
 
 def linked(folder: Path, name: str) -> Diagnostic | None:
-    """Finding for a place in a folder that is a symbolic link or behind one.
+    """Diagnostic if a path in a folder is a symbolic link or behind one; None if it is not.
 
     The folder itself may be a link.
     """
@@ -67,13 +67,13 @@ def linked(folder: Path, name: str) -> Diagnostic | None:
 
 
 def beside(folder: Path, ending: str) -> Path:
-    """Path next to a folder, with its name and an ending."""
+    """Path next to a folder whose name is the folder's name and an ending."""
     whole = os.path.abspath(folder)
     return Path(os.path.dirname(whole)) / f"{os.path.basename(whole)}{ending}"
 
 
 def standing(path: Path) -> os.stat_result | None:
-    """Status of the item at a path, without following links; None if there is none.
+    """Status of the item at a path, without following links; None if the path does not exist.
 
     Raises:
         OSError: no item can exist there.
@@ -99,10 +99,7 @@ def create(path: Path, content: bytes, mode: int = 0o666) -> None:
 
 
 def keep_rights(new: Path, old: Path) -> bool:
-    """Copy mode, owner and attributes of an old file or folder to a new one.
-
-    Returns whether the owner matches.
-    """
+    """Copy mode, owner and attributes of an old file or folder to a new one; return True if the owner matches."""
     status = os.lstat(old)
     owned = True
     if (status.st_uid, status.st_gid) != (os.lstat(new).st_uid, os.lstat(new).st_gid):
@@ -131,7 +128,7 @@ def _replace(real: Path, content: bytes) -> None:
 
 
 def _overwrite(real: Path, content: bytes) -> None:
-    """Overwrite in place: a copy of the old contents exists until all is written, and is restored on failure."""
+    """Overwrite a file in place; a copy of the old contents exists until all is written, and is restored on failure."""
     old = real.read_bytes()
     copy = numbered(real, "before")
     create(copy, old, 0o600)

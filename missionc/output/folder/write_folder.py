@@ -1,8 +1,8 @@
 """Atomic writing of the output folder: all of it or nothing.
 
 The new folder is assembled next to its target and then renamed. An existing folder is replaced only with force, or if
-it contains a nearest miss, and only if all of its contents are the compiler's; on failure it is restored. It is checked
-again once it is moved aside, and files added by then are kept.
+it contains a closest infeasible candidate, and only if all of its contents are the compiler's; on failure it is
+restored. It is checked again after it is moved aside, and files added by then are preserved.
 
     says MC701 MC702
 """
@@ -25,9 +25,9 @@ FORCE_IS_NOT_ENOUGH = "`--force` replaces only unchanged output of the compiler"
 
 
 def refuse(target: Path, force: bool) -> Diagnostic | None:
-    """Finding if the folder cannot be written, known before any work; None otherwise.
+    """Diagnostic if the folder cannot be written, before any work is done; None if it can.
 
-    Also cleans up after processes that died while they wrote there.
+    The function also cleans up after processes that died while they wrote there.
     """
     try:
         place = _place_of(target)
@@ -50,7 +50,7 @@ def refuse(target: Path, force: bool) -> Diagnostic | None:
 def write_folder(
     target: Path, files: Mapping[str, bytes] | Iterable[tuple[str, bytes]], force: bool
 ) -> Diagnostic | None:
-    """Write the files (by relative path, with a manifest) as the folder; returns an error, if any.
+    """Write files (by relative path, with a manifest) as a folder; return a diagnostic if that fails.
 
     A failure or an interruption leaves nothing behind; the next process cleans up after a killed one.
     """
@@ -74,7 +74,10 @@ def write_folder(
 
 
 def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
-    """Rename the new folder into its place, once the old one is moved away."""
+    """Move the old folder away and rename the new folder to its target.
+
+    Return a diagnostic if the target is not replaceable.
+    """
     place = staged.target
     if standing(place) is None:
         staged.new.rename(place)
@@ -108,7 +111,7 @@ def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
 
 
 def _replaceable(target: Path, place: Path, force: bool) -> Ours | Diagnostic:
-    """The folder that may be replaced, or the reason why it may not."""
+    """Contents of the existing folder if it may be replaced, or a diagnostic with the reason why it may not."""
     owner = ownership(place)
     if isinstance(owner, Foreign):
         return _exists(target, owner)

@@ -1,1 +1,1 @@
-"""Plots of plans and flights by matplotlib."""
+"""Plots of plans and flights with matplotlib."""

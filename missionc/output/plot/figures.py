@@ -16,7 +16,7 @@ from missionc.output.plot.plot import missing, plot, rendered
 
 
 def refuse_moments(request: FigureRequest, mission: Mission) -> Diagnostic | None:
-    """Finding for a snapshot after the mission's end; None if all are within it."""
+    """Diagnostic of a snapshot after the mission's end; None if all are within it."""
     last = float(mission.step * mission.steps)
     late = [moment for moment in request.at if moment > last + 1e-9]
     if not late:
@@ -34,12 +34,12 @@ def figure(
     suffix: str,
     roadmaps: tuple[RoadmapGraph, ...] = (),
 ) -> bytes | Diagnostic:
-    """Picture with reproducible bytes.
+    """Requested picture of a plan as bytes, the same each time, or a diagnostic.
 
     Args:
         backend: backend of the plan, for the title of a map.
         suffix: ``svg``, ``png`` or ``pdf``.
-        roadmaps: roadmaps drawn below the motion of a map.
+        roadmaps: roadmaps drawn below the paths of a map.
     """
     wrong = missing() or refuse_moments(request, mission)
     if wrong:

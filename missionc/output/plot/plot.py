@@ -41,20 +41,20 @@ if TYPE_CHECKING:
 
 
 LETTER = 0.62
-"""Width of a letter, in font sizes."""
+"""Width of a letter, as a multiple of the font size."""
 
 LINE = 1.5
-"""Height of a line, in font sizes."""
+"""Height of a line, as a multiple of the font size."""
 
 SHIFTS = (0.0, -1.0, 1.0, -2.0, 2.0, -3.0, 3.0, -4.0, 4.0)
-"""Offsets in lines from the middle of the shape, in the order in which they are tried."""
+"""Vertical offsets of a name from the middle of its shape, in lines, in the order in which they are tried."""
 
 PIECES = 24
-"""Number of pieces of each segment of a path."""
+"""Number of pieces into which each segment of a path is split."""
 
 
 def name_place(world: World, view: View, shape: Shape, name: str, letter: float, paths: Array) -> tuple[float, float]:
-    """Centre of a name: that of the shape, or the nearest line above or below that no path crosses.
+    """Centre of a shape's name: the middle of the shape, or the nearest line above or below that no path crosses.
 
     Args:
         letter: font size, metres.
@@ -77,18 +77,20 @@ def name_place(world: World, view: View, shape: Shape, name: str, letter: float,
 Segment: TypeAlias = tuple[tuple[float, ...], ...]
 
 SAME = 6
-"""Decimals in metres to which two places are equal."""
+"""Number of decimals in metres to which two points must agree to count as equal."""
 
 
 class _Use(Record, eq=False):
-    """Segment in the direction of its first user (so that sides do not change along its path), and its users."""
+    """Path segment with the agents that use it, in the direction of its first user, so that sides do not change along a
+    path.
+    """
 
     along: Array
     agents: list[int]
 
 
 def lane_lines(paths: Array, gap: float) -> Array:
-    """Sideways shift of each vertex of each path.
+    """Sideways shift of each vertex of each path, so that paths along the same segment are drawn side by side.
 
     Args:
         paths: (agents, steps + 1, 2), metres.
@@ -114,12 +116,12 @@ def lane_lines(paths: Array, gap: float) -> Array:
 
 
 def _segment(start: Array, end: Array) -> Segment:
-    """Segment between two points, (2,), independent of its direction."""
+    """Key of the segment between two points, (2,), independent of its direction."""
     return tuple(sorted(tuple(point.tolist()) for point in (np.round(start, SAME) + 0.0, np.round(end, SAME) + 0.0)))
 
 
 def _side(use: _Use, agent: int, gap: float) -> Array | None:
-    """Shift along one segment, (2,); None if the agent waits."""
+    """Sideways shift of an agent along one segment, (2,), metres; None if the agent waits."""
     length = float(np.linalg.norm(use.along))
     if length < 10.0**-SAME:
         return None
@@ -145,7 +147,7 @@ MARKERS = {
     "hexagon": "h",
     "wedge": "v",
 }
-"""Markers of the palette, in the names of matplotlib."""
+"""Matplotlib names of the palette's markers."""
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.4)), (0, (1.2, 1.0)), (0, (6, 1.4, 1.2, 1.4)))
 OBSTACLE, INK, GREY, BROKEN = LIGHT["obstacle"], LIGHT["ink"], "#8A8A8A", "#B00020"
 METADATA: dict[str, dict[str, str | None]] = {
@@ -156,23 +158,23 @@ METADATA: dict[str, dict[str, str | None]] = {
 MOST_NAMED = 16
 """Maximum number of agents with their own entry in the legend."""
 MOST_DOTS = 101
-"""Maximum number of states of an agent with dots, which would otherwise hide the path."""
+"""Maximum number of states of an agent that are drawn as dots; more would hide the path."""
 CROWDED = 20
-"""Number of members of a family of obstacles from which each is labelled with its indices only."""
+"""Size of a family of obstacles from which labels show only the indices."""
 NAME = 8.5
 """Font size of a region's name, points."""
 LANE = 2.6
-"""Distance between two paths along the same segment, points."""
+"""Distance between two paths drawn along the same segment, points."""
 PAD = 0.02
 """Padding around the world, as a ratio of its longest side."""
 MARGIN = 0.6
 """Margin left of the map, inches."""
 LONG_SIDE = 6.4
-"""Longer side of the world, inches."""
+"""Length of the map's longer side, inches."""
 
 
 def missing() -> Diagnostic | None:
-    """Finding if no map can be drawn, known before any work; None otherwise."""
+    """Diagnostic if matplotlib, which maps need, is not installed; None if it is."""
     if find_spec("matplotlib"):
         return None
     message = "a map needs matplotlib, which is not installed"
@@ -187,13 +189,13 @@ def plot(
     miss: Attempt | None = None,
     roadmaps: tuple[RoadmapGraph, ...] = (),
 ) -> bytes | Diagnostic:
-    """Map as the bytes of a file, reproducible.
+    """Map of a trace as the bytes of a picture, the same each time, or a diagnostic.
 
     Args:
         backend: backend of the plan, for the title; may be empty.
         kind: ``svg`` or ``png``.
-        miss: result of a motion that is not a plan: shown in the title, and with a ring.
-        roadmaps: roadmaps drawn below the motion.
+        miss: evaluation of a trajectory that is not a plan, shown in the title and with a ring at the first failure.
+        roadmaps: roadmaps drawn below the paths.
     """
     absent = missing()
     if absent:
@@ -202,11 +204,12 @@ def plot(
 
 
 def rendered(draw: Callable[[Figure], None], kind: str, exact: bool = False) -> bytes:
-    """Bytes of a picture, ``svg``, ``png`` or ``pdf``, reproducible; needs matplotlib.
+    """Bytes of a picture, ``svg``, ``png`` or ``pdf``, the same each time; requires matplotlib.
 
     Text stays text, so that it can be searched and edited.
 
     Args:
+        draw: function that draws on a figure.
         exact: if true, the picture keeps its size; otherwise it is cropped to its contents.
     """
     import matplotlib
@@ -277,7 +280,7 @@ def _draw(
 
 
 def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgement | Violation) -> None:
-    """Draw a ring at the first failure, around each agent that causes it."""
+    """Draw a ring around each agent that causes a failure, at the time of the failure."""
     for agent in mission.agents:
         if agent.name in wrong.agents and wrong.step is not None:
             x, y = trace.position[agent.index, wrong.step, (view.across, view.up)]
@@ -285,7 +288,7 @@ def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgeme
 
 
 def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:
-    """One panel, or two above each other, at one scale and with their left sides aligned."""
+    """Axes of a map: one panel, or for a volume two at one scale, from above and from the side, aligned on the left."""
     low, high = mission.world.low, mission.world.high
     size = [top - bottom for bottom, top in zip(low, high, strict=True)]
     views = [View(0, 1)] if mission.dimension == 2 else [View(0, 1), View(0, 2)]
@@ -314,7 +317,11 @@ def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:
 
 
 def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View, moment: float | None = None) -> None:
-    """Draw the world and its contents; obstacles at a moment in seconds, or with their start and track."""
+    """Draw the world, regions and obstacles, seen from above or from the side.
+
+    Args:
+        moment: time in seconds at which obstacles are drawn; None for their initial position and track.
+    """
     low, high = mission.world.low, mission.world.high
     across, up = (low[view.across], high[view.across]), (low[view.up], high[view.up])
     axes.set_facecolor("#F1F1EF")
@@ -348,7 +355,7 @@ def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View, moment: fl
 
 
 def _crowded(mission: Mission, obstacle: Obstacle) -> bool:
-    """Return whether it belongs to a family so large that only its indices fit."""
+    """Return whether an obstacle belongs to a family so large that only its indices fit as a label."""
     place = obstacle.span.start if obstacle.span.turns else -1
     return sum(bool(each.span.turns) and each.span.start == place for each in mission.obstacles) > CROWDED
 
@@ -376,7 +383,7 @@ def _draw_obstacle(
 
 
 def _draw_track(axes: Axes, mission: Mission, view: View, obstacle: Obstacle, path: Path) -> None:
-    """Draw the track of the obstacle with an arrow halfway."""
+    """Draw the track of a moving obstacle with an arrow halfway."""
     last = mission.step * mission.steps
     start = silhouette_point(mission.world, view, obstacle.shape)
     times = sorted({0.0, last, *(time for time in path.times if 0 < time < last)})
@@ -396,7 +403,7 @@ def _draw_track(axes: Axes, mission: Mission, view: View, obstacle: Obstacle, pa
 
 
 def _see_through(view: View) -> dict[str, Any]:
-    """Style for overlapping shapes in the side view."""
+    """Drawing style for shapes that overlap in the side view."""
     return {} if view.up == 1 else {"alpha": 0.3}
 
 
@@ -418,9 +425,10 @@ def draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
 
 
 def _draw_ends(axes: Axes, agent: Agent, steps: Array, size: float) -> None:
-    """Draw its body at both ends: a ring of its marker at the start, a filled marker at the finish.
+    """Draw an agent's body at both ends of its path: a ring of its marker at the start, a filled marker at the finish.
 
-    Steps: (steps + 1, 2), m.
+    Args:
+        steps: positions across and up, (steps + 1, 2), metres.
     """
     from matplotlib.patches import Circle
 
@@ -434,7 +442,7 @@ def _draw_ends(axes: Axes, agent: Agent, steps: Array, size: float) -> None:
 
 
 def _tracks(mission: Mission, trace: Trace) -> Array:
-    """Motion including points between the steps, (agents, points, dim), metres."""
+    """Positions along the trajectories, including points between the steps, (agents, points, dim), metres."""
     curves = motion(mission, trace)
     agents, _, dim, size = curves.coefficients.shape
     if size == 2:
@@ -466,7 +474,7 @@ def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: 
 
 
 def legend_entries(mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> list[Line2D | Patch]:
-    """Entries of a map's legend."""
+    """Entries of a map's legend: agents, regions, obstacles and roadmaps."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HATCHES = ("", "////", "....", "xxxx")
-"""Hatches of lanes, one for each round of colours."""
+"""Hatches of timeline lanes, one for each repetition of the colours."""
 MOST_SAMPLES = 1000
-"""Number of moments at which a distance over time is drawn."""
+"""Maximum number of times at which a distance is drawn."""
 
 
 def draw_robustness(figure: Figure, mission: Mission, kernel: Kernel, trace: Trace, width: str) -> None:
-    """Draw, for each requirement, the interval in which its robustness can still end as time passes.
+    """Draw, for each requirement, the interval of final robustness values that are still possible, over time.
 
     Source:
         Deshmukh et al., "Robust online monitoring of signal temporal logic" (2017), robust satisfaction intervals.
@@ -58,7 +58,9 @@ def draw_robustness(figure: Figure, mission: Mission, kernel: Kernel, trace: Tra
 
 
 def draw_distances(figure: Figure, mission: Mission, trace: Trace, width: str) -> None:
-    """Draw the distances of the nearest bodies, and of the nearest body and obstacle, with the required ones."""
+    """Draw the distance of the nearest two bodies, and of the nearest body and obstacle, with the required
+    distances.
+    """
     last = float(mission.step * mission.steps)
     times = np.linspace(0.0, last, int(min(MOST_SAMPLES, max(2, PER_SECOND * last + 1))))
     placed = Placed(1, times, positions(mission, trace, times))
@@ -122,7 +124,11 @@ def draw_timeline(figure: Figure, mission: Mission, kernel: Kernel, trace: Trace
 
 
 def _panels(figure: Figure, mission: Mission, count: int, tall: float, width: str) -> list[Axes]:
-    """Panels above each other on one time axis; ``tall`` is the height of each, inches."""
+    """Axes of panels above each other with a common time axis.
+
+    Args:
+        tall: height of each panel, inches.
+    """
     figure.set_size_inches(WIDTHS[width or "double"] / INCH, count * (tall + 0.25) + 0.6)
     figure.set_layout_engine("constrained", w_pad=0.04, h_pad=0.03)
     panels: list[Axes] = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
@@ -138,12 +144,16 @@ def _panels(figure: Figure, mission: Mission, count: int, tall: float, width: st
 
 
 def _finite(robustness: Array) -> Array:
-    """Minimum over agents at each step, (steps + 1,); NaN if no motion can change it."""
+    """Minimum robustness over agents at each step, (steps + 1,); NaN if no motion can change it."""
     least: Array = robustness.min(axis=0)
     return np.where(np.isfinite(least), least, np.nan)
 
 
 def _runs(lane: Array) -> list[tuple[int, int]]:
-    """First step and end (exclusive) of each run of true steps; lane: (steps + 1,), boolean."""
+    """First step and end (exclusive) of each run of true steps.
+
+    Args:
+        lane: (steps + 1,), boolean.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lane.astype(np.int8), [0]])))
     return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]

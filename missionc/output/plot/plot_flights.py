@@ -1,4 +1,4 @@
-"""Plots and tables of simulated flights: the path of the first one as a table, and a picture of all.
+"""Plots and tables of simulated flights: the first flight as a table, and a picture of all flights.
 
 The picture has the map with planned and flown paths, the error over time, and how often each requirement was satisfied.
 Matplotlib comes with the extra ``viz``.
@@ -28,9 +28,9 @@ LABELS = {"tracking": "tracking error", "nothing touched": "no collision"}
 
 
 def table(mission: Mission, flown: Flown) -> bytes:
-    """Samples of the first flight in the format of ``missionc monitor``.
+    """CSV table of the first flight's samples in the format that ``missionc monitor`` reads.
 
-    SI units, nine significant digits.
+    Numbers are in SI units with nine significant digits.
     """
     lines = [COLUMNS]
     for agent in mission.agents:
@@ -46,7 +46,7 @@ def table(mission: Mission, flown: Flown) -> bytes:
 
 
 def draw(mission: Mission, trials: Trials, kind: str) -> bytes:
-    """Picture as the bytes of a file, ``svg``, ``png`` or ``pdf``, reproducible; needs matplotlib."""
+    """Picture of the flights as bytes, ``svg``, ``png`` or ``pdf``, the same each time; requires matplotlib."""
     return rendered(lambda figure: _draw(figure, mission, trials), kind)
 
 
@@ -82,7 +82,7 @@ def _paths(axes: Axes, mission: Mission, trials: Trials) -> None:
 
 
 def _errors(axes: Axes, trials: Trials) -> None:
-    """Draw the maximum error over all agents: the median over flights, and the maximum."""
+    """Draw the maximum tracking error over all agents against time: the median and the maximum over all flights."""
     largest = np.stack([flight.largest for flight in trials.flights])
     times = trials.flown.times
     median, most = np.median(largest, axis=0), largest.max(axis=0)
@@ -98,7 +98,7 @@ def _errors(axes: Axes, trials: Trials) -> None:
 
 
 def _fractions(axes: Axes, trials: Trials) -> None:
-    """Draw how often each requirement was satisfied, with the confidence interval."""
+    """Draw the fraction of flights that satisfied each requirement, with the confidence interval."""
     fractions = trials.fractions()
     for row, (name, each) in enumerate(fractions.items()):
         colour = KEPT if each.held == each.flights else MISSED

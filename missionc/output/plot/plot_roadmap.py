@@ -1,4 +1,4 @@
-"""Roadmaps on the map: nodes and edges, with an arrowhead on one-way edges.
+"""Roadmaps drawn on the map: nodes and edges, with an arrowhead on one-way edges.
 
 Source:
     [strel] Fig. 2.
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 INK = ("#7A7F87", "#A07A4E", "#5E8C73", "#8E6C93")
-"""Colours for each kind of agent; they repeat after the last."""
+"""Colours of roadmaps, one for each kind of agent; they repeat after the last."""
 HEAD = "#333333"
-"""Colour of an arrowhead, which is above the paths."""
+"""Colour of an arrowhead, which is drawn above the paths."""
 ARROWS = 400
-"""Maximum number of one-way edges with arrowheads, which would otherwise hide the rest."""
+"""Maximum number of one-way edges that are drawn with arrowheads, which would otherwise hide the map."""
 
 
 def draw_roadmap(axes: Axes, roadmap: RoadmapGraph, number: int, view: View) -> None:
-    """Draw the nodes and edges of a roadmap, in the colour of its number, below the paths of agents."""
+    """Draw the nodes and edges of a roadmap below the paths of agents, in the colour of its number."""
     from matplotlib.collections import LineCollection
 
     colour, planes = INK[number % len(INK)], (view.across, view.up)
@@ -44,7 +44,7 @@ def draw_roadmap(axes: Axes, roadmap: RoadmapGraph, number: int, view: View) -> 
 
 
 def roadmap_entry(roadmap: RoadmapGraph, number: int) -> Line2D:
-    """Legend entry of a roadmap."""
+    """Legend entry of a roadmap, in the colour of its number."""
     from matplotlib.lines import Line2D
 
     colour = INK[number % len(INK)]
@@ -53,7 +53,7 @@ def roadmap_entry(roadmap: RoadmapGraph, number: int) -> Line2D:
 
 
 def _along(edge: RoadmapEdge, share: float) -> Array:
-    """Point (dim,) at a fraction of the edge's length, metres."""
+    """Point (dim,) at a fraction ``share`` of a roadmap edge, metres."""
     at = share * (len(edge.path) - 1)
     first = min(int(at), len(edge.path) - 2)
     place: Array = edge.path[first] + (at - first) * (edge.path[first + 1] - edge.path[first])

@@ -1,4 +1,4 @@
-"""A strip of maps: the whole motion at a column's width, or snapshots with links and formations."""
+"""Maps side by side: the complete motion at a column's width, or snapshots with links and formations."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ INCH = 2.54
 LEAST = 1.55
 """Minimum width of a map in inches, so that its names are readable."""
 PER_SECOND = 20
-"""Points of a trail per second."""
+"""Number of points per second on a drawn trail."""
 TEXT = 7.0
 """Font size of the text around the maps, points."""
 
@@ -35,9 +35,9 @@ TEXT = 7.0
 def draw_strip(
     figure: Figure, mission: Mission, trace: Trace, request: FigureRequest, roadmaps: tuple[RoadmapGraph, ...]
 ) -> None:
-    """Draw a map for each requested moment, or one of the whole motion.
+    """Draw a map for each requested time, or one of the complete motion.
 
-    A volume from above and from the side.
+    A volume is drawn from above and from the side.
     """
     from matplotlib.lines import Line2D
 
@@ -95,7 +95,7 @@ def draw_strip(
 
 
 def positions(mission: Mission, trace: Trace, times: Array) -> Array:
-    """Positions of all agents at times within the planned motion (seconds): (agents, times, dim), metres."""
+    """Positions of all agents at times within the plan (seconds): (agents, times, dim), metres."""
     curves = motion(mission, trace)
     begins = np.concatenate([[0.0], np.cumsum(curves.durations)])
     piece = np.clip(np.searchsorted(begins, times, side="right") - 1, 0, len(curves.durations) - 1)
@@ -104,7 +104,11 @@ def positions(mission: Mission, trace: Trace, times: Array) -> Array:
 
 
 def _snapshot(axes: Axes, mission: Mission, trace: Trace, view: View, moment: float) -> None:
-    """Draw the bodies and markers of all agents at a moment, their paths until then, and their links and formations."""
+    """Draw the bodies and markers of all agents at a time, their paths until then, and their links and formations.
+
+    Args:
+        moment: seconds.
+    """
     from matplotlib.patches import Circle
 
     planes = (view.across, view.up)
@@ -136,5 +140,10 @@ def _snapshot(axes: Axes, mission: Mission, trace: Trace, view: View, moment: fl
 
 
 def _join(axes: Axes, ends: Array, name: str, colour: str, width: float, dash: Any) -> None:
-    """Draw a line between two agents; ``ends`` is (2, 2), metres, across and up."""
+    """Draw a line between two agents.
+
+    Args:
+        ends: positions of both agents, (2, 2), metres, across and up.
+        name: identifier of the line in the file.
+    """
     axes.plot(*ends.T, color=colour, lw=width, ls=dash, zorder=3, gid=name)

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 GRID, DEPTH = 360, 24
-"""Number of samples across the world for shapes without an outline in closed form, and along the line of sight."""
+"""Numbers of samples for shapes without a closed-form outline: across the world, and along the line of sight."""
 
 
 class View(Record):
-    """Coordinates for the horizontal and the vertical axis."""
+    """Projection of a picture: indices of the coordinates on the horizontal and the vertical axis."""
 
     across: int
     up: int
@@ -30,7 +30,12 @@ class View(Record):
 def draw_shape(
     axes: Axes, world: World, view: View, shape: Shape, shift: Array | None = None, grown: float = 0.0, **style: Any
 ) -> None:
-    """Draw the shape's silhouette, moved by ``shift`` (dim,) and grown, both in metres, with the style of a patch."""
+    """Draw a shape's silhouette, with the style of a matplotlib patch.
+
+    Args:
+        shift: displacement of the shape, (dim,), metres.
+        grown: growth on all sides, metres.
+    """
     offset = np.zeros(world.dimension) if shift is None else shift
     patch = None if grown else _patch(world, view, shape, offset, style)
     if patch is not None:
@@ -46,7 +51,7 @@ def draw_shape(
 
 
 def silhouette_point(world: World, view: View, shape: Shape) -> tuple[float, float]:
-    """Point well inside the silhouette, for its name."""
+    """Point well inside the shape's silhouette, for its name."""
     match shape:
         case Box(low, high):
             return (low[view.across] + high[view.across]) / 2, (low[view.up] + high[view.up]) / 2
@@ -67,7 +72,11 @@ def silhouette_point(world: World, view: View, shape: Shape) -> tuple[float, flo
 
 
 def _patch(world: World, view: View, shape: Shape, offset: Array, style: dict[str, Any]) -> Patch | None:
-    """Patch in closed form for simple shapes; offset: (dim,), metres."""
+    """Matplotlib patch for a simple shape; None for a shape without a closed-form outline.
+
+    Args:
+        offset: displacement of the shape, (dim,), metres.
+    """
     from matplotlib import patches
 
     right, top = float(offset[view.across]), float(offset[view.up])
@@ -94,15 +103,17 @@ def _patch(world: World, view: View, shape: Shape, offset: Array, style: dict[st
 
 
 def _heights(world: World, band: Prism | None) -> tuple[float, float]:
-    """Lower end of a prism within the world, and its height there."""
+    """Lower end of a prism within the world, and its height there, metres."""
     low, high = (band.low, band.high) if band is not None else (-math.inf, math.inf)
     return max(low, world.low[2]), max(0.0, min(high, world.high[2]) - max(low, world.low[2]))
 
 
 def _depth(world: World, view: View, shape: Shape, offset: Array | None = None) -> tuple[Array, Array, Array]:
-    """Depth in the silhouette of each point on a grid: (across,), (up,), (up, across), metres.
+    """Depth of each grid point inside the silhouette: grid coordinates (across,) and (up,), and depths (up, across),
+    metres.
 
-    The grid is that of the world once the shape is moved by ``offset``, (dim,), metres.
+    Args:
+        offset: displacement of the shape, (dim,), metres.
     """
     away = np.zeros(world.dimension) if offset is None else offset
     low, high = np.array(world.low) - away, np.array(world.high) - away

@@ -1,1 +1,1 @@
-"""The report: one page that shows a plan in motion next to the text of the mission."""
+"""The report: a web page that animates a plan next to the text of the mission."""

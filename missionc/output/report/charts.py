@@ -21,23 +21,23 @@ from missionc.verification.certificate import Certificate
 from missionc.verification.plan.obstacle_bodies import solid
 
 MOST_PAIRS = 1 << 21
-"""Maximum number of distances computed at once."""
+"""Maximum number of distances that are computed together."""
 
 MOST_CURVES = 8
-"""Maximum number of agents whose resources have a curve each."""
+"""Maximum number of agents whose resource levels are drawn as separate curves."""
 
 INSTANT = 1e-9
-"""Tolerance in seconds for equal moments."""
+"""Tolerance in seconds up to which two times count as equal."""
 NEARLY = 2e-3
-"""Tolerance in metres for a bound read off a grid that equals the mission's own."""
+"""Tolerance in metres up to which a computed bound counts as equal to the mission's own."""
 
 Teams: TypeAlias = dict[str, list[Agent]]
 Limit: TypeAlias = tuple[str, str, float]
-"""Source of a limit, its team and its value."""
+"""Limit line of a chart: its source, its team and its value."""
 
 
 def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: Trace) -> list[dict[str, Any]]:
-    """Charts with a series for each motion (and team), and the limits that apply to it."""
+    """Charts for the report, with a series for each motion (and team), and the limits that apply to it."""
     charts = []
     if len(mission.agents) > 1:
         nearest = [(name, "", separation(mission, each)) for name, each in moving.places()]
@@ -73,7 +73,7 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: T
 
 
 def _left(mission: Mission, resource: Resource, trace: Trace) -> dict[str, Any]:
-    """Level of a resource at the steps for each agent, or the minimum of all if there are many."""
+    """Chart of a resource's level at the steps for each agent, or of the minimum if there are many agents."""
     found = levels(resource, trace)[list(resource.agents)]
     names = [mission.agents[agent].name for agent in resource.agents]
     if len(names) > MOST_CURVES:
@@ -83,7 +83,7 @@ def _left(mission: Mission, resource: Resource, trace: Trace) -> dict[str, Any]:
 
 
 def _tracking(teams: Teams, flight: Simulated) -> dict[str, Any]:
-    """Maximum tracking error of each team's simulated vehicles."""
+    """Chart of the maximum tracking error of each team's simulated vehicles."""
     indices = {team: [agent.index for agent in agents] for team, agents in teams.items()}
     errors = [("simulated", team, 1000 * flight.error[own].max(axis=0)) for team, own in indices.items()]
     allowed: list[Limit] = [("vehicle", team, 1000 * float(flight.allowed[own].min())) for team, own in indices.items()]
@@ -91,9 +91,9 @@ def _tracking(teams: Teams, flight: Simulated) -> dict[str, Any]:
 
 
 def _proved(mission: Mission, moving: Flights, certificate: Certificate) -> list[Limit]:
-    """Distance limits of the proof at its tightest point: of pairs, with tracking errors and start delays.
+    """Distance limit at the time of the smallest proved separation margin, including tracking errors and start delays.
 
-    The limit differs elsewhere, since vehicles are faster or slower there.
+    The limit differs at other times, since vehicles are faster or slower there.
     """
     check = next((each for each in certificate.checks if each.name == "flown separation"), None)
     if check is None or moving.flown is None or check.at is None or len(check.agents) != 2:
@@ -111,9 +111,11 @@ def _proved(mission: Mission, moving: Flights, certificate: Certificate) -> list
 def _chart(
     name: str, unit: str, series: Iterable[tuple[str, str, Array]], limits: list[Limit], *, low: bool
 ) -> dict[str, Any]:
-    """Chart of series, each with values (samples,) in ``unit``.
+    """Data of one chart.
 
-    ``low``: the limits are minima, otherwise maxima.
+    Args:
+        series: motion, team and values (samples,) in ``unit``.
+        low: True if the limits are minima, False if they are maxima.
     """
     return {
         "name": name,
@@ -134,7 +136,7 @@ def _teams(mission: Mission) -> Teams:
 
 
 def _limits(teams: Teams, by: str, of: Callable[[Agent], float]) -> list[Limit]:
-    """Limits of the teams that have one; the smallest of the team's agents counts."""
+    """Limits of the teams that have a finite one; the smallest of the team's agents counts."""
     limits = [(by, team, min(map(of, agents))) for team, agents in teams.items()]
     return [each for each in limits if math.isfinite(each[2])]
 
@@ -148,7 +150,7 @@ def _upwards(each: Sampled) -> Array:
 
 
 def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> list[tuple[str, str, Array]]:
-    """Maximum norm over agents of a vector, (samples,), for each team and motion."""
+    """Maximum norm of a vector quantity over the agents of a team, (samples,), for each team and motion."""
     return [
         (name, team, np.linalg.norm(of(each)[[agent.index for agent in agents]], axis=-1).max(axis=0))
         for team, agents in teams.items()
@@ -157,7 +159,7 @@ def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> l
 
 
 def separation(mission: Mission, each: Placed) -> Array:
-    """Distance between the bodies of the nearest pair, (samples,), metres."""
+    """Distance between the bodies of the nearest pair of agents, (samples,), metres."""
     first, second = np.triu_indices(len(mission.agents), 1)
     radius = np.array([agent.radius for agent in mission.agents])
     bodies = (radius[first] + radius[second])[:, None]
@@ -174,7 +176,10 @@ def separation(mission: Mission, each: Placed) -> Array:
 
 
 def _clearance(mission: Mission, moving: Flights, name: str, each: Placed) -> Array:
-    """Clearance (samples,), metres: of a flight in the world at each moment, of a plan in its own world."""
+    """Clearance of a motion from obstacles, (samples,), metres.
+
+    For a flight, obstacles are those of the world at each time; for a plan, those of its own mission.
+    """
     if not moving.worlds or name == "planned":
         return clearance(mission, each)
     since = np.array([time for time, _ in moving.worlds])

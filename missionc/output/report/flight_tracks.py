@@ -1,4 +1,4 @@
-"""Tracks of a flight on even grids: the planned motion, the polynomials, and the simulated paths."""
+"""Trajectories for the report on regular time grids: the plan, the polynomials, and the simulated flight."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ from missionc.output.report.sample_tracks import Placed, Sampled
 from missionc.output.report.simulated_tracks import Simulated, simulated
 
 MOST_NUMBERS = 60_000
-"""Maximum number of position values of one motion, which limits the grid."""
+"""Maximum number of position values of one motion, which limits the resolution of the grid."""
 RATES = (8, 5, 4, 2, 1)
 
 
 class Flights(Record, eq=False):
-    """Motions; ``flown`` is None without readable polynomials, ``simulated`` without a simulation.
+    """Motions that the report shows.
 
-    For a flight in a closed loop, ``told`` has the positions commanded by the uploads, and ``worlds`` the worlds of the
-    flight, each with its start time, s.
+    ``flown`` is None without readable polynomials, ``simulated`` without a simulation.
+
+    For a flight in a closed loop, ``told`` has the positions commanded by the uploads, and ``worlds`` the missions of
+    the flight, each with its start time, s.
     """
 
     planned: Sampled
@@ -33,13 +35,13 @@ class Flights(Record, eq=False):
     worlds: tuple[tuple[float, Mission], ...] = ()
 
     def by_name(self) -> Iterator[tuple[str, Sampled]]:
-        """Motions whose speeds are known; with a flight in a closed loop, only the plan."""
+        """Yield the names and motions with known speeds; with a flight in a closed loop, only the plan."""
         yield "planned", self.planned
         if self.flown is not None and self.told is None:
             yield "flown", self.flown
 
     def places(self) -> Iterator[tuple[str, Placed]]:
-        """All motions; the simulated one has positions only."""
+        """Yield the names and positions of all motions."""
         yield from self.by_name()
         if self.told is not None:
             yield "told", self.told
@@ -50,7 +52,7 @@ class Flights(Record, eq=False):
 def flights(
     mission: Mission, trace: Trace, files: Mapping[str, str], simulation: str = "", loop: LoopFlights | None = None
 ) -> Flights:
-    """Build all available motions.
+    """All available motions of a mission for the report.
 
     Args:
         files: texts of the polynomials, by agent.

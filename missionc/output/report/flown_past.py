@@ -1,7 +1,7 @@
-"""The past of a mission on the page of its rest: paths flown before the plan begins, and its start time.
+"""The past of a mission for the report of its rest: paths flown before the plan begins, and its start time.
 
 in   Mission, the text of ``past.json``
-out  a dict that JSON can hold, or nothing if the text contains no past
+out  a dict that JSON can hold, or None if the text contains no past
 
 The text is shown without a check; ``verify`` checks whether it is a past of the mission.
 """
@@ -19,15 +19,15 @@ from missionc.ir import Mission
 from missionc.planning.progression.past_document import Flown, Past, read_past
 
 FARTHEST = Limits().magnitude
-"""Maximum plausible coordinate, metres."""
+"""Maximum plausible magnitude of a coordinate, metres."""
 CLOSE = 1e-9
 
 
 def flown_past(mission: Mission, text: str) -> dict[str, Any] | None:
-    """Start time of the plan in seconds, phases of the flight until then, and path of each agent.
+    """Start time of the plan in seconds, phases of the flight until then, and path of each agent; None without a past.
 
-    Times are those of the whole flight. A path has an agent's name and the number of its flown steps; the others were
-    commanded only.
+    Times count from the beginning of the flight. A path has an agent's name and the number of its flown steps; later
+    steps were commanded only.
     """
     past = read_past(text, FARTHEST) if text else ""
     if isinstance(past, str) or any(each.stretch.trace.position.shape[2] != mission.dimension for each in past.flown):
@@ -48,7 +48,7 @@ def _seconds(flown: tuple[Flown, ...]) -> float:
 
 
 def _phases(past: Past) -> list[dict[str, Any]]:
-    """Flown parts, and commands until the next plan began, alternating."""
+    """Phases of the past, alternating: flown parts, and commands until the next plan began."""
     phases: list[dict[str, Any]] = []
     for number, each in enumerate(past.flown):
         begin, end = _seconds(past.flown[:number]), _seconds(past.flown[: number + 1])

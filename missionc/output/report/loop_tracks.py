@@ -1,4 +1,4 @@
-"""Tracks of a flight in a closed loop on the report's grid, with its initial plan.
+"""Trajectories of a flight in a closed loop on the report's grid, with its initial plan.
 
 in   Mission, LoopFlights
 out  Simulated, and the commanded positions
@@ -23,7 +23,7 @@ from missionc.verification.certificate import Check
 
 
 class LoopFlights(Record, eq=False):
-    """Flights in a closed loop, of which the first one is drawn.
+    """Results of flights in a closed loop, and the trajectory of the first flight.
 
     Args:
         record: results of all flights, as a value for JSON.
@@ -33,7 +33,7 @@ class LoopFlights(Record, eq=False):
         allowed: (agents,), m: maximum distance of each from its commanded position.
         worlds: the mission from a time on, s, the first from 0 on.
         lost: time of the motor stop by agent name, s.
-        nearest: places where bodies came nearest.
+        nearest: check of the smallest distance between bodies.
     """
 
     record: Mapping[str, Any]
@@ -49,7 +49,7 @@ class LoopFlights(Record, eq=False):
 
 
 def loop_tracks(mission: Mission, loop: LoopFlights, rate: int) -> tuple[Simulated, Placed]:
-    """Tracks of the first flight and of its commands, with ``rate`` samples per step."""
+    """Trajectories of the first flight and of its commands, with ``rate`` samples per step."""
     grid = np.asarray(np.arange(rate * mission.steps + 1) * (mission.step / rate), dtype=np.float64)
     gone = np.array([loop.lost.get(agent.name, np.inf) for agent in mission.agents])
     there = grid < gone[:, None]

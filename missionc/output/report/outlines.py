@@ -1,4 +1,4 @@
-"""Outlines of shapes for the page: discs and balls unchanged, everything else as rings between two heights."""
+"""Outlines of shapes for the report: discs and balls unchanged, everything else as polygons between two heights."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Solid: TypeAlias = dict[str, Any]
 
 
 def solids(world: World, shape: Shape) -> list[Solid]:
-    """Parts of a shape, which may overlap; heights are clipped to the world."""
+    """Parts of a shape for drawing, which may overlap; heights are clipped to the world."""
     match shape:
         case Box(low, high):
             ring = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
@@ -33,7 +33,7 @@ def solids(world: World, shape: Shape) -> list[Solid]:
 
 
 def inner_point(world: World, parts: list[Solid]) -> list[float]:
-    """Point in the largest part, for the shape's name; the middle of the world if the shape is empty."""
+    """Point in the largest part of a shape, for its name; the middle of the world if the shape is empty."""
     plans = [_plan(part) for part in parts]
     if not plans:
         return [round((low + high) / 2, 3) for low, high in zip(world.low[:2], world.high[:2], strict=True)]
@@ -51,7 +51,7 @@ def _plan(part: Solid) -> Any:
 
 
 def _heights(world: World, band: Prism | None) -> dict[str, float]:
-    """Lower and upper end of a prism within the world; empty in a plane."""
+    """Lower and upper end of a prism within the world, metres, by name; empty in a plane."""
     if world.dimension == 2:
         return {}
     low, high = (band.low, band.high) if band is not None else (-math.inf, math.inf)
@@ -59,7 +59,7 @@ def _heights(world: World, band: Prism | None) -> dict[str, float]:
 
 
 def _layers(world: World, shape: Shape) -> list[Solid]:
-    """Layers of a shape with cuts by other shapes."""
+    """Parts of a shape composed of several shapes, one for each layer of constant section."""
     atlas = Atlas.of(world, [shape])
     solids: list[Solid] = []
     for geometry, (low, high) in zip(atlas.outer(shape).geometry(), atlas.heights, strict=True):

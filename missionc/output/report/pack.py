@@ -1,4 +1,4 @@
-"""Delta and variable-length encoding of whole numbers as text: what the page's ``unpack`` reads.
+"""Delta and variable-length encoding of integers as text, which the page's ``unpack`` reads.
 
 Numbers become first or second differences, in zigzag code, so that small values of either sign are small numbers. They
 are written in digits of three or seven bits, least significant first, each with a bit that tells whether more follow; a
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from missionc.base.trace import Array
 
 FAR = 1 << 27
-"""Code for infinity, negative for minus infinity."""
+"""Integer that represents infinity; its negative represents minus infinity."""
 WIDE = 4
 """Flag in the first byte of a text for digits of seven bits."""
 PER_METRE, COARSE = 1000, 100
@@ -26,18 +26,18 @@ PER_METRE, COARSE = 1000, 100
 
 
 def thousandths(values: Array) -> NDArray[np.int64]:
-    """Round to thousandths, (...) -> (...); infinities become ``FAR``."""
+    """Values rounded to integer thousandths, (...) -> (...); infinities become ``FAR``."""
     return rounded(values, PER_METRE)
 
 
 def rounded(values: Array, per_unit: int) -> NDArray[np.int64]:
-    """Round to ``per_unit`` parts of a unit, (...) -> (...); infinities become ``FAR``."""
+    """Values rounded to integer multiples of ``1 / per_unit``, (...) -> (...); infinities become ``FAR``."""
     finite = np.clip(np.nan_to_num(values, nan=-np.inf), -FAR / per_unit, FAR / per_unit)
     return np.rint(finite * per_unit).astype(np.int64)
 
 
 def pack(numbers: NDArray[Any]) -> str:
-    """Pack whole numbers of any shape, (...), in the order of their axes."""
+    """Text that encodes integers of any shape, (...), in the order of their axes."""
     flat = np.asarray(numbers, dtype=np.int64).ravel()
     once = np.diff(flat, prepend=0)
     codes = [(1, _zigzag(once)), (2, _zigzag(np.diff(once, prepend=0)))]
@@ -46,7 +46,7 @@ def pack(numbers: NDArray[Any]) -> str:
 
 
 def _zigzag(change: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Zigzag code of whole numbers, (numbers,) -> (codes,), with each run of zeros as one zero and its length."""
+    """Zigzag code of integers, (numbers,) -> (codes,), with each run of zeros as one zero and its length."""
     code = np.where(change >= 0, 2 * change, -2 * change - 1)
     zero = code == 0
     starts = np.flatnonzero(zero & ~np.concatenate([[False], zero[:-1]]))
@@ -59,9 +59,9 @@ def _zigzag(change: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _bytes(values: NDArray[np.int64], wide: int) -> bytes:
-    """Encode numbers (numbers,) in as many digits as needed.
+    """Bytes of numbers, (numbers,), each in as many digits as needed.
 
-    All except the last have their highest bit set.
+    All digits of a number except the last have their highest bit set.
     """
     bits = 7 if wide else 3
     lengths = np.ones(len(values), dtype=np.int64)

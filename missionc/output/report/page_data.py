@@ -44,11 +44,11 @@ from missionc.verification.flight.way_missions import Stage, Ways, is_whole, way
 from missionc.version import __version__
 
 POINTS = 25
-"""Number of points in the line of each agent before and after the mission."""
+"""Number of points on each agent's path in a transfer before or after the mission."""
 
 
 class Plotted(Record, eq=False):
-    """Contents of a report.
+    """Contents of a report: the mission, its plan and certificate, and further files.
 
     Args:
         kernel: with the ``meanings`` of the mission's formulas, or no formula has a lane.
@@ -130,7 +130,9 @@ def data(plotted: Plotted) -> dict[str, Any]:
 
 
 def _badge(plotted: Plotted) -> dict[str, str]:
-    """Verdict: ``holds``, ``steps`` if some requirement holds at the steps only, or ``fails``."""
+    """Verdict for the page: ``holds``, ``steps`` if some requirement holds at the steps only, or ``fails``, and its
+    text.
+    """
     certificate = plotted.certificate
     if plotted.loop:
         state, says = plotted.loop.headline
@@ -159,7 +161,7 @@ def _between(each: Between) -> str:
 
 
 def places(plotted: Plotted) -> Places:
-    """Function from a span to its text and its first and last character."""
+    """Function from a span to the number of its text and its first and last character."""
     folder = PurePath(plotted.mission.span.source.name).parent
     numbers = {name: number for number, (name, _) in enumerate(plotted.texts)}
 
@@ -171,7 +173,8 @@ def places(plotted: Plotted) -> Places:
 
 
 def _at_steps(moving: Flights, trace: Trace) -> tuple[Array, Flags]:
-    """Team at the steps, (agents, steps + 1, dim), metres, and the mask of its present agents, for links.
+    """Positions of the team at the steps, (agents, steps + 1, dim), metres, and a mask of its present agents, for
+    links.
 
     The positions are those of the plan, or of the flight in a closed loop.
     """
@@ -182,10 +185,12 @@ def _at_steps(moving: Flights, trace: Trace) -> tuple[Array, Flags]:
 
 
 def _graph(graph: Graph, position: Array, there: Flags) -> dict[str, Any]:
-    """Links of a graph, each with its first step and end (exclusive): packed rows of four numbers.
+    """Links of a communication graph, each with its first step and end (exclusive), as packed rows of four numbers.
 
-    position: (agents, steps + 1, dim), metres. ``directed`` links lead from the first agent to the second. Absent
-    agents have no links.
+    ``directed`` links lead from the first agent to the second. Absent agents have no links.
+
+    Args:
+        position: (agents, steps + 1, dim), metres.
     """
     members = np.array(graph.agents, dtype=np.int64)
     one_way = directed(graph)
@@ -226,7 +231,10 @@ def _formation(formation: Formation, position: Array, there: Flags) -> dict[str,
 
 
 def _motion(moving: Flights) -> dict[str, Any]:
-    """Positions by axis and agent, ``rate`` per step; other motions are differences from the planned one."""
+    """Positions of each motion for the page, packed by axis and agent, at ``rate`` samples per step.
+
+    Motions with the plan's rate are stored as differences from it (``added``).
+    """
     planned = _axes(moving.planned)
     entries = {"planned": {"rate": moving.planned.rate, "added": False, "position": pack(planned)}}
     for name, sampled in moving.places():
@@ -246,10 +254,7 @@ def _number(value: float) -> float | None:
 
 
 def _whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) -> dict[str, Any] | None:
-    """Data of the whole flight for the page.
-
-    None without takeoff from the floor, or if a file is unreadable.
-    """
+    """Data of the flight from takeoff to landing; None without takeoff from the floor, or if a file is unreadable."""
     flown = pieces_of(mission, files) if is_whole(mission) else None
     parts = [pieces_of(mission, ways[stage]) for stage in Stage if stage in ways]
     if flown is None or isinstance(flown, Check) or any(isinstance(part, Check) for part in parts):

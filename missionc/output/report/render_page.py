@@ -1,4 +1,4 @@
-"""The report's HTML page from its parts: one text without external references.
+"""HTML of the report page from its parts: one text without external references.
 
 Text by the author is JSON in a block that browsers do not run, with all HTML characters escaped. The content security
 policy allows only the page's own script, and no loading at all.
@@ -17,7 +17,7 @@ from typing import Any
 from missionc.base.palette import DARK, LIGHT, MARKS
 
 POLICY = "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-"""Content security policy of the page: run its own script, and load nothing."""
+"""Content security policy of the page: it runs only its own script, and loads nothing."""
 
 ASSETS = Path(__file__).resolve().parent / "assets"
 SCRIPTS = (
@@ -49,13 +49,13 @@ SCRIPTS = (
     "layout.js",
     "main.js",
 )
-"""Scripts in order: each uses the names of those before it."""
+"""Scripts of the page in order; each uses the names of the scripts before it."""
 
 ESCAPED = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&'\u2028\u2029"}
 
 
 def page(title: str, data: dict[str, Any]) -> str:
-    """Text of the page."""
+    """HTML text of the report page."""
     script = scripts(SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     parts = {
@@ -76,11 +76,11 @@ def scripts(names: Sequence[str]) -> str:
 
 
 def embedded(data: object) -> str:
-    """JSON in which nothing can end the script block."""
+    """JSON text of the data in which nothing can end the script block."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), sort_keys=True)
     return text.translate(ESCAPED)
 
 
 def asset(name: str) -> str:
-    """Text of a part of the page."""
+    """Text of a file that is a part of the page."""
     return (ASSETS / name).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The report: one page that shows a plan in motion next to the mission's text, and opens from disk.
+"""The report: a page that animates a plan next to the mission's text, and opens from disk.
 
 in   Plotted: a mission, its plan, its polynomials, its certificate
 out  the bytes of ``report.html``, the same each time
@@ -20,7 +20,7 @@ def report(
     compared: tuple[tuple[str, str], Plotted] | None = None,
     advice: tuple[Mapping[str, object], Sequence[Plotted]] | None = None,
 ) -> bytes:
-    """Complete page, in UTF-8, without external references.
+    """HTML of the report in UTF-8, without external references.
 
     Args:
         plans: plans of a folder with several, each with its row of the table; the first one is plotted.

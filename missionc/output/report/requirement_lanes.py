@@ -1,4 +1,4 @@
-"""Verdict lanes: one for each requirement and each of its subformulas, as the author wrote them."""
+"""Verdict lanes of the report: one for each requirement and each of its subformulas, as the author wrote them."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from missionc.verification.monitoring.witness import Witness, Witnesses
 Places: TypeAlias = Callable[[Span], list[int] | None]
 
 ABSENT, HELPS, HARMS, NEITHER, OPEN = range(5)
-"""Effects of a value on its goal."""
+"""Effects of a formula's value on its goal."""
 
 MOST_FINE = 40_000
-"""Maximum number of values of a formula stored in millimetres; beyond that, in centimetres."""
+"""Maximum number of values of a formula that are stored in millimetres; more values are stored in centimetres."""
 
 MOST_LANES = 240
-"""Maximum number of lanes; shared subformulas are repeated wherever they are used, and the rest is omitted."""
+"""Maximum number of lanes; shared subformulas are repeated wherever they are used, and further ones are omitted."""
 
 
 class _Lane(Record):
-    """Formula at its place in a goal: its depth, and its effect, as in ``Blame.sign``."""
+    """Lane of a formula in a goal: its depth, and the sign of its effect, as in ``Blame.sign``."""
 
     formula: Formula
     goal: Node
@@ -45,7 +45,7 @@ class _Lane(Record):
 def lanes(
     mission: Mission, kernel: Kernel, trace: Trace, place: Places
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Values, once for each formula, and lanes in reading order, each with the number of its row."""
+    """Rows of values, one for each formula, and lanes in reading order, each with the number of its row."""
     roots = [goal.formula for goal in kernel.requirements + kernel.preferences]
     blame = Blame(roots, mission, trace, kernel.opposites)
     wanted = _tree(mission, kernel, blame)
@@ -98,7 +98,7 @@ def effects(row: Row, sign: int, failing: Flags) -> NDArray[np.int64]:
 
 
 def _decided(row: Row, seen: Witness | None) -> dict[str, Any]:
-    """Step at which a goal's verdict becomes final, and the agents that decide it there."""
+    """Step at which a goal's verdict becomes final, the verdict, and the agents that decide it there."""
     settled: Flags = np.equal(row.surely, row.possibly)[0] if row.unfolds else np.ones(1, dtype=np.bool_)
     step = int(np.argmax(settled)) if settled.any() else row.surely.shape[1] - 1
     holds = bool(row.surely[0, step])
@@ -107,7 +107,7 @@ def _decided(row: Row, seen: Witness | None) -> dict[str, Any]:
 
 
 def _tree(mission: Mission, kernel: Kernel, blame: Blame) -> list[_Lane]:
-    """Formulas of each goal in reading order; each of several cases is preceded by its lost agents."""
+    """Lanes for the formulas of each goal in reading order; the cases of a loss are labelled with the lost agents."""
     lanes: list[_Lane] = []
     for goal in goals(mission):
         if goal.formula not in kernel.meanings:
@@ -128,16 +128,16 @@ def _tree(mission: Mission, kernel: Kernel, blame: Blame) -> list[_Lane]:
 
 
 def _said_before(formula: Formula, mission: Mission) -> list[str]:
-    """Lost agents of each operand, as text."""
+    """Label of each operand of a formula: its lost agents, or empty."""
     if not isinstance(formula, Without):
         return [""] * len(operands(formula))
     return [f"without {', '.join(mission.agents[agent].name for agent in lost)}: " for lost in formula.lost]
 
 
 def _row(row: Row, seen: Witness | None) -> dict[str, Any]:
-    """Row for the page.
+    """Data of a formula's values for the page.
 
-    ``team``: one line of values for all agents. ``verdict``: bounds over time of one verdict at step 0.
+    ``team`` is True for one line of values for all agents, ``verdict`` for bounds over time of one verdict at step 0.
     """
     per_metre = PER_METRE if row.least.size <= MOST_FINE else COARSE
     entry: dict[str, Any] = {
@@ -154,9 +154,10 @@ def _row(row: Row, seen: Witness | None) -> dict[str, Any]:
 
 
 def _witness(seen: Witness, row: Row) -> dict[str, Any]:
-    """Witness for the page.
+    """Data of a formula's witness for the page.
 
-    ``lit``: 1 if an agent makes it true, 2 if it makes it false. ``links``: rows of four, as in a graph.
+    ``lit`` is 1 if an agent makes the formula true, 2 if it makes it false. ``links`` are rows of four numbers, as in a
+    graph.
     """
     # Once a verdict is final, evidence for the opposite has no effect.
     lit = np.where(seen.fails & ~row.surely, 2, np.where(seen.holds & row.possibly, 1, 0))

@@ -1,4 +1,4 @@
-"""Sampling of motions on even time grids."""
+"""Sampling of trajectories on regular time grids."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.base.trace import Array, Flags
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """Samples with ``rate`` per step, from 0 to the mission's end.
+    """Sampled positions of all agents, ``rate`` per step, from 0 to the mission's end.
 
     Args:
         times: (samples,), seconds.
@@ -25,7 +25,7 @@ class Placed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sampled(Placed):
-    """Samples with velocities and accelerations.
+    """Sampled positions, velocities and accelerations of all agents.
 
     Args:
         velocity, acceleration: (agents, samples, dim), m/s and m/s².

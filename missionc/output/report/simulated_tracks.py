@@ -1,7 +1,7 @@
-"""Tracks of a simulated flight from the files of ``simulate``, with its polynomials.
+"""Trajectories of a simulated flight from the files of ``simulate``, with its polynomials.
 
     in   Mission, the text of ``simulation.json``, the flown Curves in space
-    out  Simulated, or nothing if the text is not from this version for this mission
+    out  Simulated, or None if the text is not from this version for this mission
 
 The text is not trusted: errors are computed from its positions.
 """
@@ -24,13 +24,13 @@ from missionc.output.report.sample_tracks import Placed
 from missionc.verification.certificate import Check
 
 FARTHEST = Limits().magnitude
-"""Maximum plausible coordinate, metres."""
+"""Maximum plausible magnitude of a coordinate, metres."""
 MOST_ERRORS = 2_000
-"""Maximum number of errors in a chart; neighbours are merged by their maximum."""
+"""Maximum number of errors in a chart; adjacent errors are merged by their maximum."""
 
 
 class Simulated(Record, eq=False):
-    """Simulated flight.
+    """Simulated flight on the report's grid, with its tracking errors and checks.
 
     Args:
         engine: the simulator.
@@ -48,7 +48,12 @@ class Simulated(Record, eq=False):
 
 
 def simulated(mission: Mission, text: str, flown: Curves, rate: int) -> Simulated | None:
-    """Build the tracks with ``rate`` samples per step; ``flown`` has three coordinates."""
+    """Simulated flight with ``rate`` samples per step; None if the text is not one of this mission.
+
+    Args:
+        text: content of ``simulation.json``.
+        flown: polynomials in three coordinates.
+    """
     try:
         return _read(mission, parse_json(text), flown, rate)
     except (ValueError, KeyError, TypeError, AttributeError):
@@ -77,7 +82,7 @@ def _read(mission: Mission, document: Any, flown: Curves, rate: int) -> Simulate
 
 
 def straight(grid: Array, times: Array, places: Array) -> Array:
-    """Interpolate linearly between samples, (agents, samples, dim) -> (agents, grid, dim), metres."""
+    """Positions interpolated linearly between samples, (agents, samples, dim) -> (agents, grid, dim), metres."""
     return np.stack([np.stack([np.interp(grid, times, axis) for axis in own.T], axis=-1) for own in places])
 
 
@@ -86,16 +91,15 @@ def text_of(value: object) -> str:
 
 
 def fewer(error: Array) -> Array:
-    """Merge errors over time, (agents, samples) -> (agents, moments), to at most ``MOST_ERRORS`` maxima, metres."""
+    """Errors merged over time, (agents, samples) -> (agents, moments), to at most ``MOST_ERRORS`` maxima, metres."""
     together = -(-error.shape[1] // MOST_ERRORS)
     padded = np.pad(error, [(0, 0), (0, -error.shape[1] % together)], mode="edge")
     return np.asarray(padded.reshape(len(error), -1, together).max(axis=-1))
 
 
 def _checks(document: Any) -> tuple[Check, ...]:
-    """Checks: statistics over flights; requirements in the first flight.
-
-    Worst tracking error and clearance of all flights.
+    """Checks of the simulated flights: statistics, worst tracking error and clearance of all, requirements of the
+    first.
     """
     checks = []
     kept = document.get("kept") or {}
@@ -126,5 +130,5 @@ def _checks(document: Any) -> tuple[Check, ...]:
 
 
 def _number(value: object) -> float:
-    """Number from JSON, in which infinite margins are null or a word."""
+    """Number from a JSON value; infinite for null or a word, which stand for infinite margins."""
     return float(value) if isinstance(value, int | float) else np.inf

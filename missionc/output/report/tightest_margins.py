@@ -1,4 +1,4 @@
-"""The tightest margin of every kind of check in the certificate, with its time."""
+"""The smallest margin of every kind of check in the certificate, with its time."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from missionc.verification.certificate import Certificate, Check
 from missionc.verification.monitoring.verdict_table import table
 
 ROOM = frozenset(("requirement", "separation", "obstacle", "flown requirement", "flown separation", "flown obstacle"))
-"""Kinds of checks whose margin in metres is a clearance of the motion."""
+"""Names of the checks whose margin in metres is a clearance of the trajectories."""
 
 OF_FILES = frozenset(("manifest", "certificate", "document"))
-"""Kinds of checks about a folder's files rather than the plan: shown only if they fail."""
+"""Names of the checks about a folder's files rather than the plan, which are shown only if they fail."""
 
 
 def checks(certificate: Certificate, mission: Mission, kernel: Kernel, trace: Trace) -> list[dict[str, Any]]:
-    """One row for each requirement and for each other kind of check.
+    """Rows of the smallest margins, one for each requirement and for each other kind of check.
 
-    Failed ones first, then in their order.
+    Failed checks come first.
     """
     times = _decisive(mission, kernel, trace)
     kinds: dict[tuple[str, str], list[Check]] = {}
@@ -63,7 +63,7 @@ def _asked(check: Check) -> bool:
 
 
 def _decisive(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str, float]:
-    """Time at which the robustness of each requirement is attained, seconds."""
+    """Time in seconds at which the robustness of each requirement is attained, by name."""
     goals = [goal.formula for goal in kernel.requirements]
     rows = table(goals, goals, mission, trace, {})
     times = {}

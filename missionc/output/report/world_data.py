@@ -1,4 +1,4 @@
-"""The world in a page's data: the static content of a mission's map.
+"""Data of the world for a page: the static content of a mission's map.
 
 in   Mission, its Kernel; for a changing world, its contents with their times
 out  a dict for JSON
@@ -19,7 +19,7 @@ from missionc.output.report.pack import PER_METRE
 
 
 class Span(Record, eq=False):
-    """Item of the world with its start and end times, s; None for the end of the mission."""
+    """Region or obstacle with the times between which it exists, s; None for the end of the mission."""
 
     thing: Region | Obstacle
     since: float = 0.0
@@ -27,7 +27,9 @@ class Span(Record, eq=False):
 
 
 def world_data(mission: Mission, kernel: Kernel, spans: Sequence[Span] = ()) -> dict[str, Any]:
-    """Data with times in seconds and lengths in metres; ``per_metre`` is the scale of packed numbers.
+    """Data of a mission's map, with times in seconds and lengths in metres.
+
+    ``per_metre`` is the scale of packed numbers.
 
     Args:
         spans: contents with their times, instead of the mission's own regions and obstacles.
@@ -54,7 +56,7 @@ def world_data(mission: Mission, kernel: Kernel, spans: Sequence[Span] = ()) -> 
 
 
 def _when(span: Span) -> dict[str, float | None]:
-    """Start and end of an item; empty for a permanent one."""
+    """Start and end time of an item for JSON; empty for a permanent one."""
     return {"from": span.since, "until": span.until} if span.since or span.until is not None else {}
 
 
@@ -83,7 +85,7 @@ def _obstacle(mission: Mission, obstacle: Obstacle) -> dict[str, Any]:
 
 
 def world_over_time(worlds: Sequence[tuple[float, Mission]]) -> list[Span]:
-    """Regions and obstacles with their times."""
+    """Regions and obstacles of missions that replace each other, with the times between which each exists."""
     there: dict[tuple[str, str], Span] = {}
     over: list[Span] = []
     for time, mission in worlds:
@@ -99,5 +101,5 @@ def world_over_time(worlds: Sequence[tuple[float, Mission]]) -> list[Span]:
 
 
 def _same(one: Region | Obstacle, other: Region | Obstacle) -> bool:
-    """Return whether they are the same except for their text spans."""
+    """Return whether two items are equal except for their text spans."""
     return replace(one, span=other.span) == other

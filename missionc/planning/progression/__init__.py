@@ -1,1 +1,1 @@
-"""Progression of missions: the rest of a mission after its first steps, with the world at that time."""
+"""Progression of missions: the remaining mission after some steps, with the world at that time."""

@@ -3,7 +3,7 @@
     in   a mission, its kernel, the trace of its first steps, and the symbol map to the remaining mission
     out  each goal as a formula about the remaining mission
 
-A goal holds in the whole motion if and only if its progression holds in the rest.
+A goal is satisfied by the whole trace if and only if its progression is satisfied by the rest of the trace.
 
 Source:
     Bacchus and Kabanza, "Using temporal logics to express search control knowledge for planning" (2000), section 4.1;
@@ -49,20 +49,20 @@ from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import TRUTH
 
 Cell: TypeAlias = "tuple[Node, int, int]"
-"""A formula, evaluated for an agent at a step."""
+"""Formula, with the agent and the step at which it is evaluated."""
 
 Look: TypeAlias = "Callable[[Node, int, int], Node | None]"
-"""Function from a formula, agent and step to the formula about the rest, evaluated at its first step."""
+"""Function from a formula, agent and step to the equivalent formula at the remaining mission's first step."""
 
 ASKED = Is(frozenset())
-"""Placeholder for any open formula while dependencies are collected."""
+"""Placeholder for undecided formulas while dependencies are collected."""
 
 
 class NotProgressableError(Exception):
-    """The progression of a goal needs routes at past steps along agents with open conditions.
+    """Error for a goal whose progression needs routes at past steps through agents with undecided conditions.
 
     Args:
-        node: the operator that needs them.
+        node: the operator that needs the routes.
     """
 
     def __init__(self, node: Node) -> None:
@@ -71,11 +71,11 @@ class NotProgressableError(Exception):
 
 
 def progressed(mission: Mission, kernel: Kernel, trace: Trace, since: SymbolMap) -> list[Node | None]:
-    """Progress each goal, requirements first; None if only lost agents could satisfy it.
+    """Progression of each goal, requirements first; None for a goal that only lost agents could satisfy.
 
     Args:
-        trace: (agents, steps + 1): the states of the first steps, and the first state of the rest.
-        since: the map to agents and symbols of the rest.
+        trace: (agents, steps + 1): the states of the first steps, and the first state of the remaining mission.
+        since: map to agents and symbols of the remaining mission.
 
     Raises:
         NotProgressableError: no formula expresses the rest of a goal.
@@ -85,7 +85,7 @@ def progressed(mission: Mission, kernel: Kernel, trace: Trace, since: SymbolMap)
 
 
 class _Progression:
-    """Progression of every formula: decided by bounds on its truth, or expanded if needed and open.
+    """Progression of a mission's formulas: decided by bounds on their truth, or expanded if undecided.
 
     Args:
         order: every formula, children first.
@@ -106,7 +106,7 @@ class _Progression:
         self.known: dict[Cell, Node | None] = {}
 
     def of(self, roots: Sequence[Node]) -> list[Node | None]:
-        """Progress these formulas about the team from the first step."""
+        """Progressions of formulas about the team that are evaluated at the first step."""
         agent = next((each for each in range(len(self.mission.agents)) if self.since.agent(each) is not None), 0)
         asked: dict[Node, dict[Cell, None]] = {node: {} for node in self.order}
 
@@ -133,7 +133,8 @@ class _Progression:
     # ------------------------------------------------------------------ certain cells
 
     def _bounds(self, trace: Trace) -> tuple[dict[Node, Flags], dict[Node, Flags]]:
-        """For each formula, flags of certain truth and of possible truth: (agents or 1, steps + 1), boolean."""
+        """Certain truth and possible truth of each formula after the first steps: (agents or 1, steps + 1), boolean
+        each."""
         evaluation = Evaluation(TRUTH, self.mission, trace)
         least: dict[Node, Flags] = {}
         most: dict[Node, Flags] = {}
@@ -150,9 +151,9 @@ class _Progression:
         return least, most
 
     def _explicit_steps(self) -> dict[Node, int]:
-        """For each formula, the step from which on it is about the rest only.
+        """For each formula, the first step from which the formula depends on the remaining mission only.
 
-        Before it, each step is expanded.
+        At earlier steps the formula is expanded step by step.
         """
         until: dict[Node, int] = {}
         for node in self.order:
@@ -165,7 +166,7 @@ class _Progression:
     # ------------------------------------------------------------------ the remaining steps
 
     def _later(self, node: Node) -> Node | None:
-        """The formula evaluated in the rest of the mission; None if it is about lost agents only."""
+        """Equivalent of a formula in the remaining mission; None if it concerns lost agents only."""
         below = children(node)
         parts = [self.later[child] for child in below]
         match node:
@@ -204,7 +205,7 @@ class _Progression:
                 return node if same_objects(parts, below) else rebuilt(node, tuple(map(_there, parts)))
 
     def _worded(self, found: Node | None, node: Node) -> Node | None:
-        """A leaf of the rest with the span of its original; the same node if unchanged."""
+        """Leaf of the remaining mission with the span of the original leaf; the original node if it is unchanged."""
         match found, node:
             case Atom(predicate), Atom(before) if predicate == before:
                 return node
@@ -216,7 +217,8 @@ class _Progression:
                 return found
 
     def _ahead(self, node: Node, agent: int, like: WindowNode | None, low: int, high: int | None) -> Node | None:
-        """A formula at steps of the rest for an agent, with the window kind of ``like``."""
+        """Formula about the remaining mission that ``node`` holds for an agent in a window of steps, with the operator
+        of ``like``."""
         later, new = self.later[node], self.since.agent(agent)
         if later is None or (len(self.least[node]) > 1 and new is None):
             return None
@@ -231,7 +233,8 @@ class _Progression:
     # ------------------------------------------------------------------ single cells
 
     def _look(self, node: Node, agent: int, step: int, ask: Look) -> Node | None:
-        """Result for a cell: decided, about the rest only, or obtained through ``ask``."""
+        """Progression of a cell: a constant if decided, a formula about the remaining mission, or the result of
+        ``ask``."""
         row = agent if len(self.least[node]) > 1 else 0
         if self.least[node][row, step]:
             return YES
@@ -242,7 +245,7 @@ class _Progression:
         return ask(node, row, step)
 
     def _spelt(self, node: Node, agent: int, step: int, look: Look) -> Node | None:
-        """Expansion of an open cell from its children."""
+        """Progression of an undecided cell, expanded from its children."""
 
         def cell(below: Node, who: int, when: int) -> Node | None:
             return self._look(below, who, when, look)
@@ -285,7 +288,7 @@ class _Progression:
         return self.lattice.whole(node, parts)
 
     def _until(self, node: UntilNode, agent: int, step: int, cell: Look) -> Node | None:
-        """Expansion from the window's last step backwards: the end at a step, or the hold until the next."""
+        """Progression of ``until``, built from the window's last step backwards."""
         low, high = step + node.low, self.last if node.high is None else step + node.high
         spelt = max(self.until[node.hold], self.until[node.end])
         found: Node | None = YES if node.every else NO
@@ -296,7 +299,7 @@ class _Progression:
         return found
 
     def _since(self, node: UntilNode, agent: int, step: int, cell: Look) -> Node | None:
-        """Expansion from the window's first step forwards."""
+        """Progression of ``since``, built from the window's first step forwards."""
         assert node.high is not None
         low, high = max(step + node.low, 0), step + node.high
         found: Node | None = YES if node.every else NO
@@ -307,7 +310,7 @@ class _Progression:
     def _onward(
         self, node: UntilNode, cell: Look, agent: int, when: int, in_window: bool, found: Node | None
     ) -> Node | None:
-        """``end`` or (``hold`` and ``found``); the dual if the node is universal."""
+        """Formula ``end or (hold and found)`` at step ``when`` (without ``end`` outside the window), or its dual."""
         one, other = (YES, NO) if node.every else (NO, YES)
         held = self.lattice.whole(replace(other, span=node.span), [cell(node.hold, agent, when), found])
         parts = [cell(node.end, agent, when), held] if in_window else [held]
@@ -324,13 +327,14 @@ class _Progression:
         return At(new, found, node.span) if of_one and new is not None else found
 
     def _links(self, graph: Graph, step: int) -> Array:
-        """Links of a graph at a step: (members, members), metres before the comparison, boolean after it."""
+        """Linked pairs of a graph's members at a step: (members, members), boolean; margins are in metres."""
         if (graph, step) not in self.linked:
             self.linked[graph, step] = all_links(graph, self.position[:, step : step + 1])[0] > 0
         return self.linked[graph, step]
 
     def _reach(self, node: ReachNode, agent: int, step: int, cell: Look) -> Node | None:
-        """Best routes with an increasing number of links, for all members at once."""
+        """Progression of ``Reach`` for an agent, from routes with an increasing number of links for all members at
+        once."""
         members = node.graph.agents
         if agent not in members:
             return cell(node.end, agent, step)
@@ -357,7 +361,7 @@ class _Progression:
 
 
 def _quantifies(node: All | Any) -> bool:
-    """Return whether every part is about one indexed agent, as in an expanded quantifier."""
+    """Return true if every part is about one indexed agent, as in an expanded quantifier."""
     return all(isinstance(part, At) for part in node.parts)
 
 
@@ -367,6 +371,6 @@ def _there(part: Node | None) -> Node:
 
 
 def _lasting(trace: Trace, last: int) -> Trace:
-    """Extend the trace with its last state up to step ``last``; values there are not used."""
+    """Trace extended by its last state up to step ``last``; the added states are placeholders."""
     steps = np.minimum(np.arange(last + 1), trace.position.shape[1] - 1)
     return Trace(trace.step, trace.position[:, steps], trace.velocity[:, steps], trace.heading[:, steps])

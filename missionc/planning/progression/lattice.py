@@ -1,7 +1,8 @@
-"""Meets and joins of formulas that may be decided or undefined for lost agents.
+"""Conjunctions and disjunctions of formulas that may be decided, or undefined because of lost agents.
 
-Besides open formulas, the logic has three values: true, false, and undefined (None). A formula is undefined if only a
-lost agent could decide it. It makes no whole true or false, and quantifiers skip it.
+Besides undecided formulas, the logic has three values: true, false, and undefined (None). A formula is undefined if
+only a lost agent could decide it. An undefined part does not decide a conjunction or disjunction, and quantifiers skip
+it.
 """
 
 from __future__ import annotations
@@ -13,16 +14,16 @@ from missionc.ir.kernel.normal_form import constant, truth
 
 
 class Lattice:
-    """Meets and joins; equal parts give the same object."""
+    """Cache of conjunctions and disjunctions; equal parts give the same object."""
 
     def __init__(self) -> None:
         self._made: dict[tuple[object, ...], tuple[Node, tuple[Node, ...]]] = {}
 
     def whole(self, like: Node, parts: Sequence[Node | None], *, quantified: bool = False) -> Node | None:
-        """Meet of the parts if ``like`` is universal, else their join; None if undefined.
+        """Conjunction of the parts if ``like`` is universal, otherwise their disjunction; None if undefined.
 
         Args:
-            quantified: undefined parts are skipped, unless all are undefined.
+            quantified: True to skip undefined parts, unless all are undefined.
         """
         left = tuple(dict.fromkeys(part for part in parts if part is not None and constant(part) is not like.every))
         if any(constant(part) is not None for part in left):
@@ -34,7 +35,8 @@ class Lattice:
         return self._kept(All if like.every else Any, left, 0, like)
 
     def at_least(self, node: AtLeast, parts: Sequence[Node | None]) -> Node | None:
-        """Formula that enough of the parts hold; parts of lost agents do not count."""
+        """Formula that at least ``node.count`` of the parts are true, where parts of lost agents do not count; None if
+        undefined."""
         there = [part for part in parts if part is not None]
         if parts and not there:
             return None
@@ -45,7 +47,7 @@ class Lattice:
         return self._kept(AtLeast, left, count, node)
 
     def _kept(self, kind: type[All | Any | AtLeast], parts: tuple[Node, ...], count: int, like: Node) -> Node:
-        """Cached node of these parts; the parts are kept alive so that their identities stay unique."""
+        """Cached node over these parts; the cache keeps the parts alive so that their identities stay unique."""
         span, dual = like.span, says_opposite(like)
         key = (kind, count, span, dual, *map(id, parts))
         if key not in self._made:

@@ -1,10 +1,11 @@
 """Past of a mission as JSON, ``missionc.past/1``: the flights before the plan of a folder.
 
-in   Past; or an untrusted text
-out  its text; or Past
+    in   Past; or an untrusted text
+    out  its text; or Past
 
-It lists the completed stretches. Each has the states of all agents at its steps, and the agents that were lost, slower
-or in motion at its end. It also has the dropped requirements, and the former texts of mission files that have changed.
+The document lists the completed stretches. Each contains the states of all agents at its steps, and the agents that
+were lost, slower or in motion at its end. The document also contains the dropped requirements, and the former texts of
+mission files that have changed.
 """
 
 from __future__ import annotations
@@ -25,20 +26,20 @@ from missionc.planning.progression.stretches import Stretch
 SCHEMA = "missionc.past/1"
 MOST_STRETCHES = 1_000
 STATE = 5, 4
-"""Position, velocity, acceleration, jerk and snap of x, y, z and yaw."""
+"""Shape of an agent's state: position, velocity, acceleration, jerk and snap, each of x, y, z and yaw."""
 ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "moving", "begins", "texts", "agents"})
 STAYS = "stays"
-"""Key of a stretch after which no agent returns to its pad; present only in that case."""
+"""Key of a stretch after which no agent returns to its pad; the key is present only in that case."""
 
 
 class Flown(Record, eq=False):
-    """A completed stretch in the document.
+    """Completed stretch of a mission, as the past document records it.
 
     Args:
         agents: names of the agents in the trace, in its order.
-        until: seconds after its beginning up to which it was flown; later states are those commanded.
-        begins: by agent name, the initial states, (5, 4), of the polynomials of the stretch.
-        texts: by name, the former texts of mission files; missing ones are unchanged.
+        until: seconds after the stretch's beginning up to which it was flown; later states are commanded states.
+        begins: initial states, (5, 4), of the polynomials of the stretch, by agent name.
+        texts: former texts of mission files, by file name; files without an entry are unchanged.
     """
 
     stretch: Stretch
@@ -49,7 +50,7 @@ class Flown(Record, eq=False):
 
 
 class Past(Record, eq=False):
-    """All completed stretches, in order."""
+    """Completed stretches of a mission, in order."""
 
     flown: tuple[Flown, ...]
 
@@ -59,7 +60,7 @@ class Past(Record, eq=False):
 
 
 def past_json(past: Past) -> str:
-    """Text of ``past.json``; every number reads back as the same double."""
+    """Text of ``past.json``; every number is read back as the same double."""
     stretches = []
     for each in past.flown:
         trace = each.stretch.trace
@@ -95,9 +96,10 @@ def _text(value: object) -> str:
 
 
 def read_past(text: str, magnitude: float) -> Past | str:
-    """Parse the text of a past; or return the reason why it is invalid.
+    """Past that a document describes, or the reason why the document is invalid.
 
     Args:
+        text: contents of ``past.json``.
         magnitude: maximum absolute value of numbers.
     """
     try:
@@ -147,7 +149,8 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
 
 
 def _states(value: object, names: list[str], magnitude: float) -> dict[str, Array] | None:
-    """States from position to snap, (5, 4), metres, rad and seconds, by agent name; None if invalid."""
+    """States from position to snap, (5, 4), metres, rad and seconds, by agent name; None if the JSON value is
+    invalid."""
     if not isinstance(value, dict) or not set(value) <= set(names):
         return None
     states = {name: _array(each, 2, magnitude) for name, each in value.items()}
@@ -164,10 +167,8 @@ def _is_within(value: object, magnitude: float) -> bool:
 
 
 def _array(value: object, dimensions: int, magnitude: float) -> Array | None:
-    """Nested lists of finite numbers as an array of ``dimensions`` axes, any shape and unit.
-
-    None if invalid.
-    """
+    """Array of ``dimensions`` axes (any shape and unit) from nested lists of finite numbers; None if the JSON value is
+    invalid."""
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

@@ -1,12 +1,12 @@
-"""Formula progression: the residual of one agent's formulas after each step of its motion.
+"""Residuals of one agent's formulas, progressed step by step along its trajectory: an automaton built on demand.
 
     in   formulas about one agent; the truth of their propositions at each step
     out  the residual, true or false at the last step
 
 A *residual* is a conjunction or disjunction of open temporal operators with the first and last steps of their windows.
 Equal residuals are one object. They are the states of an automaton that is built on demand. A relaxation has no
-windows: it allows at least the motions that the residual allows. It has so few states that a distance to go can be
-computed for each.
+windows: every trajectory that satisfies a residual satisfies its relaxation. Relaxations have few states, so that a
+distance to go can be computed for each.
 
 Source:
     Bacchus and Kabanza, "Planning for temporally extended goals", 1998.
@@ -24,11 +24,12 @@ from missionc.ir.kernel.walk import window_of
 
 
 class TooComplex(ValueError):
-    """The formulas are about other agents too, or have too many residuals."""
+    """Error for formulas that depend on other agents, or that have too many residuals."""
 
 
 class Open(Record):
-    """A temporal operator with a window over these steps; ``first`` is 0 once it has begun."""
+    """Residual: a temporal operator with its window, from step ``first`` to ``last``; ``first`` is 0 once the window
+    has begun."""
 
     node: Node
     first: int
@@ -36,45 +37,45 @@ class Open(Record):
 
 
 class NextResidual(Record):
-    """A formula at the next step."""
+    """Residual: a formula must be true at the next step."""
 
     node: Node
 
 
 class EventuallyResidual(Record):
-    """A formula at some step from the next on."""
+    """Relaxed residual: a formula must be true at some step after the current step."""
 
     node: Node
 
 
 class AlwaysResidual(Record):
-    """A formula at every step from the next on."""
+    """Relaxed residual: a formula must be true at every step after the current step."""
 
     node: Node
 
 
 class UntilResidual(Record):
-    """An ``until`` whose end may be at any step from the next on."""
+    """Relaxed residual: an ``until`` whose right side may become true at any step after the current step."""
 
     node: UntilNode
 
 
 class Joined(Record):
-    """Conjunction of the parts, or at least ``count`` of them."""
+    """Residual: at least ``count`` of the parts; a conjunction if ``count`` is the number of parts."""
 
     count: int
     parts: frozenset[Residual]
 
 
 Residual: TypeAlias = "bool | Open | Joined | NextResidual | EventuallyResidual | AlwaysResidual | UntilResidual"
-"""A residual. ``Open`` belongs to a progression; ``Some``, ``Each`` and ``Ever`` belong to a relaxation."""
+"""Residual; ``Open`` is not relaxed, ``EventuallyResidual``, ``AlwaysResidual`` and ``UntilResidual`` are."""
 
 Letter: TypeAlias = "tuple[bool, ...]"
-"""Truth of each proposition at a step."""
+"""Truth of each proposition at one step."""
 
 
 def conjoined(count: int, parts: Iterable[Residual]) -> Residual:
-    """At least ``count`` of the parts, simplified."""
+    """Residual that at least ``count`` of the parts are satisfied, simplified."""
     left: set[Residual] = set()
     for part in parts:
         if part is True:
@@ -89,7 +90,7 @@ def conjoined(count: int, parts: Iterable[Residual]) -> Residual:
 
 
 def meet(parts: Iterable[Residual]) -> Residual:
-    """Conjunction of the parts."""
+    """Conjunction of residuals, simplified."""
     left: set[Residual] = set()
     for part in parts:
         if part is False:
@@ -103,7 +104,7 @@ def meet(parts: Iterable[Residual]) -> Residual:
 
 
 def join(parts: Iterable[Residual]) -> Residual:
-    """Disjunction of the parts."""
+    """Disjunction of residuals, simplified."""
     left: set[Residual] = set()
     for part in parts:
         if part is True:
@@ -123,7 +124,8 @@ def _conjuncts(residual: Residual) -> frozenset[Residual]:
 
 
 def _extreme(parts: set[Residual], *, every: bool) -> set[Residual]:
-    """Keep the strictest, or without ``every`` the weakest, of equal formulas' windows that begin together."""
+    """Parts without redundant windows: among windows of one formula with the same first step, the strictest if
+    ``every``, otherwise the weakest."""
     if len(parts) < 2:
         return parts
     kept: dict[object, Residual] = {}
@@ -142,11 +144,11 @@ def _extreme(parts: set[Residual], *, every: bool) -> set[Residual]:
 
 @dataclass(slots=True, eq=False)
 class Progression:
-    """The progression of formulas about one agent.
+    """Progression of formulas about one agent, with cached results.
 
     Args:
         agent: mission index of the agent.
-        proposition: index of a node's proposition about a single step; None for other nodes.
+        proposition: function from a node to the index of its proposition about a single step; None for other nodes.
         last: last step of the mission.
     """
 
@@ -156,11 +158,12 @@ class Progression:
     _known: dict[tuple[Residual, int, Letter], Residual] = field(default_factory=dict)
 
     def begin(self, formulas: Sequence[Node]) -> Residual:
-        """Residual before the first step."""
+        """Residual of a conjunction of formulas before the first step."""
         return meet(map(NextResidual, formulas))
 
     def after(self, residual: Residual, step: int, letter: Letter) -> Residual:
-        """Residual after a step. After the last step it is True or False."""
+        """Residual after a step in which the propositions have the truth values ``letter``; True or False after the
+        last step."""
         key = residual, step, letter
         if key not in self._known:
             self._known[key] = self._after(residual, step, letter)
@@ -180,7 +183,7 @@ class Progression:
                 raise AssertionError(residual)
 
     def _asked(self, node: Node, step: int, letter: Letter) -> Residual:
-        """Residual of a formula evaluated at this step."""
+        """Residual, after this step, of a formula that is evaluated at this step."""
         number = self.proposition(node)
         if number is not None:
             return letter[number]
@@ -199,7 +202,8 @@ class Progression:
                 raise TooComplex
 
     def _open(self, node: Node, first: int, last: int, step: int, letter: Letter) -> Residual:
-        """Residual of a temporal operator whose window has not ended before this step."""
+        """Residual, after this step, of a temporal operator whose window (``first`` to ``last``) has not ended
+        before."""
         later: Residual = node.every if step >= last else Open(node, 0 if first <= step + 1 else first, last)
         match node:
             case WindowNode(body):
@@ -225,11 +229,12 @@ def _combined(count: int, parts: Sequence[Residual]) -> Residual:
 
 @dataclass(slots=True, eq=False)
 class Relaxation:
-    """Progression without windows: a residual can be satisfied only if its relaxation can.
+    """Progression without time windows: a residual can be satisfied only if its relaxation can.
 
     Args:
         agent: mission index of the agent.
-        proposition: as for ``Progression``; None also for propositions of unknown truth.
+        proposition: function from a node to the index of its proposition; None for other nodes and for propositions of
+            unknown truth.
         last: last step of the mission.
     """
 
@@ -259,14 +264,14 @@ class Relaxation:
                 return residual
 
     def after(self, residual: Residual, letter: Letter) -> Residual:
-        """Relaxation after a step."""
+        """Relaxed residual after a step in which the propositions have the truth values ``letter``."""
         key = residual, letter
         if key not in self._known:
             self._known[key] = self._after(residual, letter, last=False)
         return self._known[key]
 
     def ends(self, residual: Residual, letter: Letter) -> bool:
-        """Return whether it may be true if the step is the last."""
+        """Return true if the residual may be satisfied when this step is the last."""
         return self._after(residual, letter, last=True) is not False
 
     def _after(self, residual: Residual, letter: Letter, *, last: bool) -> Residual:

@@ -1,10 +1,10 @@
-"""Rest of a mission: it begins after some of its steps, with the remaining agents at their places then.
+"""Remaining mission after some steps, with the remaining agents at their positions at that time.
 
     in   the mission with its present world, the number of completed steps, the states, levels and remaining agents
     out  Mission, whose step 0 follows the completed steps
 
-Obstacles continue from their places and sizes at that time. An agent that has taken off from a pad is in the air; the
-return and landing are part of the rest.
+Obstacles continue from their positions and sizes at that time. An agent that has taken off from a pad is in the air;
+its return and landing are part of the remaining mission.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ def rest_of(
     moving: Mapping[str, Array] = NOBODY_MOVES,
     pads: Mapping[str, ir.Pad] = NO_PADS,
 ) -> ir.Mission:
-    """Build the mission for the remaining steps.
+    """Mission for the remaining steps and agents.
 
     Args:
         elapsed: number of completed steps, fewer than the mission has.
-        position: (agents, dim), metres, of the remaining agents.
-        left: names of the remaining agents, in the order of the mission.
-        levels: levels by resource and agent name.
-        moving: by name, the states of agents in motion, (5, 4), as in ``ir.Agent.begins``.
-        pads: by agent name, the pad from which it took off and to which it returns.
+        position: positions of the remaining agents, (agents, dim), metres.
+        left: names of the remaining agents, in mission order.
+        levels: resource levels by resource and agent name.
+        moving: states of agents in motion, (5, 4), by agent name, as in ``ir.Agent.begins``.
+        pads: pad from which an agent took off and to which it returns, by agent name.
     """
     places = dict(zip(left, position.tolist(), strict=True))
     index = {agent.index: number for number, agent in enumerate(each for each in mission.agents if each.name in places)}
@@ -85,7 +85,7 @@ def rest_of(
 
 
 def slowed(mission: ir.Mission, slow: Mapping[str, float]) -> ir.Mission:
-    """The mission with lower speed limits, m/s, for some agents, by name, and for their vehicles."""
+    """Mission with lower speed limits, m/s, for the named agents and their vehicles."""
     agents = tuple(agent if agent.name not in slow else _no_faster(agent, slow[agent.name]) for agent in mission.agents)
     return replace(mission, agents=agents)
 
@@ -100,24 +100,25 @@ def _no_faster(agent: ir.Agent, speed: float) -> ir.Agent:
 
 
 def team_at(mission: ir.Mission, seconds: float, position: Array, left: tuple[str, ...]) -> ir.Mission:
-    """The remaining agents at ``position``, (agents, dim), metres, with the world from ``seconds`` on.
+    """Mission of the remaining agents at ``position``, (agents, dim), metres, with the obstacles as they are after
+    ``seconds``.
 
-    It serves only questions about bodies: its steps are those of the whole mission, and its resources are empty.
+    The result serves only collision checks: it has all steps of the mission, and its resources are empty.
 
     Args:
-        position, left: as for ``rest_of``.
+        left: names of the remaining agents, in mission order.
     """
     levels = {(resource.name, agent.name): 0.0 for resource in mission.resources for agent in mission.agents}
     return counted_from(rest_of(mission, 0, position, left, levels), seconds)
 
 
 def counted_from(mission: ir.Mission, seconds: float) -> ir.Mission:
-    """The mission with its obstacles as they are ``seconds`` later, otherwise unchanged."""
+    """Mission with its obstacles as they are ``seconds`` later, otherwise unchanged."""
     return replace(mission, obstacles=tuple(_later(obstacle, seconds) for obstacle in mission.obstacles))
 
 
 def _later(obstacle: ir.Obstacle, seconds: float) -> ir.Obstacle:
-    """The obstacle with its times counted from ``seconds`` on."""
+    """Obstacle with its times counted from ``seconds`` on."""
     motion = obstacle.motion
     if isinstance(motion, ir.Path):
         motion = ir.Path(tuple(Seconds(time - seconds) for time in motion.times), motion.offsets)
@@ -125,7 +126,7 @@ def _later(obstacle: ir.Obstacle, seconds: float) -> ir.Obstacle:
 
 
 def _graph(graph: ir.Graph, index: Mapping[int, int]) -> ir.Graph:
-    """The graph of the remaining agents, with the ranges and weights of their pairs."""
+    """Graph over the remaining agents, with the ranges and weights of their pairs."""
 
     def some(indices: frozenset[int]) -> frozenset[int]:
         return frozenset(index[each] for each in indices if each in index)
@@ -148,7 +149,7 @@ def _graph(graph: ir.Graph, index: Mapping[int, int]) -> ir.Graph:
 
 
 def _formation(formation: ir.Formation, index: Mapping[int, int]) -> ir.Formation:
-    """The formation of the remaining agents."""
+    """Formation of the remaining agents, with the edges between them."""
     edges = tuple(
         replace(edge, first=index[edge.first], second=index[edge.second])
         for edge in formation.edges

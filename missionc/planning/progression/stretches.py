@@ -1,4 +1,4 @@
-"""Completed stretches of a mission, and its rest after each, with the present world and team.
+"""Completed stretches of a mission, and the remaining mission after each, with the present world and team.
 
 in   a mission and its kernel, the stretch, the current text of the mission
 out  Remaining: the remaining mission and kernel, and the requirements that are violated
@@ -24,15 +24,15 @@ from missionc.planning.progression.symbol_map import SymbolMap
 
 
 class Stretch(Record, eq=False):
-    """A completed sequence of steps.
+    """Completed sequence of steps of a mission, between two plans.
 
     Args:
-        trace: (agents, steps + 1): the states of the agents present; the last is the first of the next stretch.
-        lost: names of the agents lost after it.
+        trace: (agents, steps + 1): the states of the agents present; the last state is the first of the next stretch.
+        lost: names of the agents lost after the stretch.
         given_up: names of the dropped requirements.
-        slow: by agent name, lower speed limits after it, m/s.
-        moving: by name, the states of agents in motion at its end, (5, 4), as in ``ir.Agent.begins``.
-        stays: True if no agent returns to its pad after it, because no path was found.
+        slow: lower speed limits after the stretch, m/s, by agent name.
+        moving: states of agents in motion at the end of the stretch, (5, 4), by agent name, as in ``ir.Agent.begins``.
+        stays: True if no agent returns to its pad after the stretch, because no path was found.
     """
 
     trace: Trace
@@ -48,17 +48,17 @@ class Stretch(Record, eq=False):
 
 
 class Remaining(Record, eq=False):
-    """A mission after some of its steps.
+    """Remaining mission after some completed steps.
 
     Args:
         elapsed: number of completed steps.
         violated: names of the requirements that no continuation can satisfy.
-        nobodys: names of those that only lost agents could satisfy.
+        nobodys: names of the requirements that only lost agents could satisfy.
         flags_set: by flag name, the names of the agents with the flag set at the last completed step.
         whole: the initial mission and kernel, if no agent is lost and nothing has changed.
         seen: traces of all completed stretches, in order.
-        slow: as in ``Stretch``, over all completed stretches.
-        stopping: ``mission`` with the agents' speeds before the end of the last stretch, for the stops.
+        slow: lower speed limits, m/s, by agent name, over all completed stretches.
+        stopping: ``mission`` with the agents' speed limits before the end of the last stretch, used to stop them.
     """
 
     mission: Mission
@@ -74,14 +74,14 @@ class Remaining(Record, eq=False):
 
 
 def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
-    """The remaining mission after one more stretch.
+    """Remaining mission after one more stretch.
 
     Args:
-        now: the current text's whole mission, with all its agents and steps.
+        now: the mission of the current text, with all its agents and steps.
 
     Raises:
         NotProgressableError: no formula expresses the rest of a goal.
-        ValueError: the stretch is no motion of these agents, or lasts until the end.
+        ValueError: the stretch has other agents than the mission, or leaves no step of it.
     """
     mission, trace = before.mission, stretch.trace
     if trace.position.shape[0] != len(mission.agents) or not 0 <= stretch.steps < mission.steps:
@@ -128,7 +128,7 @@ def _fails(goal: Goal, formula: Node | None) -> bool:
 
 
 def _pads(mission: Mission, trace: Trace) -> dict[str, ir.Pad]:
-    """Pads of the agents that have taken off: start places, heights, and time since takeoff."""
+    """Pads of the agents that have taken off, by agent name: positions, heights, and time since takeoff."""
     found = {}
     seconds = float(mission.step) * (trace.position.shape[1] - 1)
     for agent in mission.agents:
@@ -144,7 +144,7 @@ def _pads(mission: Mission, trace: Trace) -> dict[str, ir.Pad]:
 
 
 def _levels(mission: Mission, trace: Trace) -> dict[tuple[str, str], float]:
-    """Level of every resource of every agent at the last state, by names."""
+    """Level of every resource at the last state of the trace, by resource and agent name."""
     found: dict[tuple[str, str], float] = {}
     for resource in mission.resources:
         left = levels(resource, trace)[:, -1]
@@ -153,7 +153,7 @@ def _levels(mission: Mission, trace: Trace) -> dict[tuple[str, str], float]:
 
 
 def _flags(before: Remaining, trace: Trace) -> tuple[tuple[str, frozenset[str]], ...]:
-    """For each flag, the agents with the flag set at the last completed step, one before the last state."""
+    """For each flag, the agents with the flag set at the last completed step, which precedes the last state."""
     mission, earlier = before.mission, dict(before.flags_set)
     steps = trace.position.shape[1] - 1
     if not steps:
@@ -170,10 +170,8 @@ def _flags(before: Remaining, trace: Trace) -> tuple[tuple[str, frozenset[str]],
 
 
 def _was_in(region: ir.Region | None, position: Array) -> Flags:
-    """Flags of agents that were in a region at some step.
-
-    Shape: (agents, steps, dim), metres -> (agents,), boolean.
-    """
+    """Return true for each agent that was in a region at some step: (agents, steps, dim), metres -> (agents,),
+    boolean."""
     if region is None:
         return np.zeros(len(position), dtype=np.bool_)
     return np.asarray(within(region, position).any(axis=1), dtype=np.bool_)

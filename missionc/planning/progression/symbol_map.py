@@ -1,7 +1,7 @@
-"""Symbol map between two versions of a mission: agents, graphs and predicates of the first one in the second.
+"""Symbol map between two versions of a mission: agents, graphs and predicates of the first version in the second.
 
-in   two missions; the second has the remaining agents
-out  the second one's agents, graphs and predicates for those of the first
+    in   two missions; the second contains the remaining agents
+    out  agents, graphs and predicates of the second mission that correspond to those of the first
 
 Lost agents map to None, and so do predicates that have no meaning without them.
 """
@@ -17,7 +17,7 @@ from missionc.ir.kernel.normal_form import truth
 
 
 class SymbolMap:
-    """Map from symbols of the first mission to those of the second; regions and beacons by name.
+    """Map from symbols of a mission to the symbols of its successor; regions and beacons correspond by name.
 
     Args:
         flags: by flag name, the agents of the first mission with the flag set one step before the second begins.
@@ -38,18 +38,18 @@ class SymbolMap:
         self._atoms: dict[tuple[ir.Predicate, bool], Node | None] = {}
 
     def agent(self, index: int) -> int | None:
-        """Index of an agent; None if it is lost."""
+        """Index in the second mission of an agent of the first; None if the agent is lost."""
         return self._agents[index]
 
     def agents(self, indices: Iterable[int]) -> tuple[int, ...]:
-        """Indices of the remaining agents."""
+        """Indices in the second mission of the given agents that remain."""
         return tuple(new for each in indices if (new := self._agents[each]) is not None)
 
     def region(self, region: ir.Region) -> ir.Region:
         return self._regions.get(region.name, region)
 
     def graph(self, graph: ir.Graph) -> ir.Graph:
-        """The graph under its present rule, over its remaining agents."""
+        """Graph of the second mission for a graph of the first, over its remaining agents."""
         if graph not in self._graphs:
             now = self._named_graphs.get(graph.name, graph)
             members = self.agents(graph.agents)
@@ -57,7 +57,7 @@ class SymbolMap:
         return self._graphs[graph]
 
     def formation(self, formation: ir.Formation) -> ir.Formation:
-        """The formation of its remaining agents."""
+        """Formation of the remaining agents, with the edges between them."""
         if not self.lost and all(self._agents[each] == each for each in formation.agents):
             return formation
         edges = []
@@ -68,7 +68,8 @@ class SymbolMap:
         return replace(formation, agents=self.agents(formation.agents), edges=tuple(edges))
 
     def atom(self, predicate: ir.Predicate, holds: bool) -> Node | None:
-        """The predicate, or with False its negation; None if it names only lost agents."""
+        """Predicate of the second mission, or its negation if not ``holds``; None if the predicate names only lost
+        agents."""
         key = predicate, holds
         if key not in self._atoms:
             self._atoms[key] = self._atom(predicate, holds)
@@ -92,7 +93,7 @@ class SymbolMap:
                 return _signed(self._of_places(left), holds)
 
     def _of_places(self, predicate: ir.Predicate) -> ir.Predicate:
-        """A predicate about places, at their present positions."""
+        """Predicate with its regions and beacons at their positions in the second mission."""
         told = {field.name: getattr(predicate, field.name) for field in fields(predicate)}
         now = {name: self._place(value) for name, value in told.items() if isinstance(value, ir.Region | ir.Beacon)}
         return replace(predicate, **now) if now else predicate  # type: ignore[arg-type]  # the fields are its own
@@ -102,7 +103,7 @@ class SymbolMap:
         return known.get(place.name, place)
 
     def _compared(self, predicate: ir.Compare, holds: bool) -> Node:
-        """An inequality; for a resource, each agent has its own initial level."""
+        """Comparison in the second mission; for a resource, one comparison per agent, since initial levels differ."""
         names = [feature.resource.name for _, feature in predicate.terms if isinstance(feature, ir.Level)]
         owners = {agent for name, agent in self._resources if name in names}
 
@@ -138,7 +139,8 @@ class SymbolMap:
         return new
 
     def _flagged(self, flag: ir.Flag, holds: bool) -> Node:
-        """The flag set since then, or set before and not cleared since."""
+        """Formula that a flag is set: set in the second mission, or set before and not cleared since; or its
+        negation."""
         now = self._flags[flag.name]
         since = _signed(ir.Flagged(now), holds)
         was_set = Is(frozenset(self.agents(self.was_set.get(flag.name, frozenset()))))

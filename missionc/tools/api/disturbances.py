@@ -10,7 +10,7 @@ from missionc.compiler.described import Entry, known
 from missionc.flight.simulation.trial_bounds import AMOUNTS, MOST_LOST, MOST_WIND
 
 WORDS = {each.flag.strip("-").replace("-", "_"): each for each in AMOUNTS}
-"""Each disturbance by the name of its flag."""
+"""Disturbances by name: the command-line flag with ``_`` for ``-`` and without leading dashes."""
 
 DISTURBANCES = (
     Entry("wind", 0.0, "Mean wind in m/s, or a pair of mean wind and gusts."),
@@ -20,7 +20,14 @@ DISTURBANCES = (
 
 
 def amounts_of(function: str, given: Mapping[str, Any]) -> tuple[dict[str, float], tuple[tuple[str, float], ...]]:
-    """Amounts of a ``Disturbance`` by field name, and the lost agents with their times in seconds.
+    """Parse disturbances that were given as keyword arguments.
+
+    Args:
+        function: name of the public function, for messages.
+        given: keyword arguments by name; ``wind`` is one mean in m/s, or a mean with a gust.
+
+    Returns:
+        The amounts by field name of ``Disturbance``, and the lost agents, each with its time in seconds.
 
     Raises:
         TypeError: a disturbance is unknown.

@@ -21,9 +21,13 @@ from missionc.tools.replay.reverify import Reverified, reverify
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FolderExport:
-    """Files of an export by relative path, none if there are findings.
+    """Result of an export.
 
-    ``notes`` are for the users of the files.
+    Args:
+        findings: errors and warnings.
+        notes: remarks for the users of the files.
+        files: contents by relative path; empty if there are findings.
+        reverified: result of the preceding re-verification.
     """
 
     findings: tuple[Diagnostic, ...]
@@ -33,11 +37,13 @@ class FolderExport:
 
 
 def export_folder(folder: Path, names: Iterable[str], poses: Path | None, limits: Limits) -> FolderExport:
-    """Export the flight of a folder.
+    """Verify a plan folder, and export its flight.
 
     Args:
-        names: names in ``output.export.formats.FORMATS``.
-        poses: file of measured positions, from which the agents take off.
+        folder: path of the plan folder.
+        names: format names, keys of ``output.export.formats.FORMATS``.
+        poses: file of measured positions, from which the agents take off; None for the starts of the mission.
+        limits: maximum sizes of the folder's files.
     """
     reverified = reverify(folder, limits)
     opened, findings = reverified.opened, list(reverified.findings)

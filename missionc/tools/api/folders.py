@@ -1,6 +1,6 @@
-"""Functions of plan folders: verify, simulate, export, report, plot and replan.
+"""Public functions that read plan folders: verify, simulate, export, report, plot and replan.
 
-Each takes the path of a folder, or the result of ``compile`` as if it had been written.
+Each takes the path of a folder, or a result of ``compile``, which is written to a temporary folder first.
 """
 
 from __future__ import annotations
@@ -34,11 +34,19 @@ from missionc.tools.replay.simulate_folder import Simulated
 from missionc.tools.replay.simulate_folder import simulate as simulate_folder
 
 PlanLike: TypeAlias = "str | Path | Compiled"
-"""Path of a plan folder, or the result of ``compile``."""
+"""Path of a plan folder, or a result of ``compile``."""
 
 
 def verify(plan: PlanLike, *, limits: Limits | None = None) -> Reverified:
-    """Verify a plan folder from its files alone: a plan, or a proof that there is none."""
+    """Verify a plan folder from its files alone, without planning.
+
+    Args:
+        plan: path of a plan folder, or a result of ``compile``; the folder has a plan or a proof that none exists.
+        limits: maximum sizes of the folder's files; the defaults of ``Limits`` if None.
+
+    Returns:
+        The findings and the certificate that was computed from the files.
+    """
     with _on_disk(plan) as folder:
         return reverify_refusal(folder, limits or Limits()) or reverify(folder, limits)
 
@@ -53,14 +61,14 @@ def simulate(
     limits: Limits | None = None,
     **disturbances: Any,
 ) -> Simulated:
-    """Fly the polynomials of a plan in simulation, and evaluate the mission on the flown path.
+    """Simulate the flight of a plan with a vehicle and its controller, and evaluate the mission on the flown path.
 
     Args:
-        plan: path of a plan folder, or the result of ``compile``.
+        plan: path of a plan folder, or a result of ``compile``.
         trials: number of flights.
         seed: random seed.
-        engine: ``quadrotor``, or another installed simulator, which flies once without disturbances.
-        limits: maximum sizes of a folder.
+        engine: ``quadrotor``, or the name of another installed simulator, which flies once without disturbances.
+        limits: maximum sizes of the folder's files; the defaults of ``Limits`` if None.
 
     Raises:
         TypeError: a disturbance is unknown.
@@ -80,11 +88,13 @@ def simulate(
 
 
 def export(plan: PlanLike, *forms: str, poses: Path | None = None, limits: Limits | None = None) -> FolderExport:
-    """Export the flight of a plan folder in other formats, after re-verification.
+    """Verify a plan folder, and export its flight in other formats.
 
     Args:
-        forms: names of ``missionc export --list``.
-        poses: file of measured positions, from which the agents take off.
+        plan: path of a plan folder, or a result of ``compile``.
+        forms: format names, as ``missionc export --list`` prints them.
+        poses: file of measured positions, from which the agents take off; None for the starts of the mission.
+        limits: maximum sizes of the folder's files; the defaults of ``Limits`` if None.
 
     Raises:
         ValueError: a format is unknown.
@@ -97,9 +107,15 @@ def export(plan: PlanLike, *forms: str, poses: Path | None = None, limits: Limit
 
 
 def report(plan: PlanLike, other: PlanLike | None = None, *, limits: Limits | None = None) -> bytes:
-    """Build the report of a plan folder as HTML from its files.
+    """Build the HTML report of a plan folder from its files.
 
-    With a second folder, for both plans on one page.
+    Args:
+        plan: path of a plan folder, or a result of ``compile``.
+        other: second plan of the same mission, shown for comparison on the same page.
+        limits: maximum sizes of the folder's files; the defaults of ``Limits`` if None.
+
+    Returns:
+        The page as bytes.
 
     Raises:
         ValueError: a folder cannot be read, or the plans belong to different missions; the message begins with the
@@ -131,19 +147,19 @@ def plot(
     seed: int = 0,
     limits: Limits | None = None,
 ) -> bytes:
-    """Draw a plan.
+    """Draw a figure of a plan.
 
     Args:
-        plan: path of a plan folder, or the result of ``compile``.
+        plan: path of a plan folder, or a result of ``compile``.
         kind: ``map``, ``roadmap``, ``robustness``, ``distances`` or ``timeline``.
-        at: moments of the maps, seconds; the whole motion if empty.
-        width: ``single`` or ``double``, one or two columns of a paper.
-        form: ``svg``, ``png`` or ``pdf``.
-        seed: seed of a roadmap that is drawn for a plan without one.
-        limits: maximum sizes of a folder.
+        at: times of the maps, seconds; one map of the complete motion if empty.
+        width: ``single`` or ``double``: one or two columns of a paper.
+        form: file format: ``svg``, ``png`` or ``pdf``.
+        seed: random seed of the roadmap to draw if the plan has none.
+        limits: maximum sizes of the folder's files; the defaults of ``Limits`` if None.
 
     Returns:
-        The picture as the bytes of a file.
+        The figure as the bytes of a file.
 
     Raises:
         ValueError: there is no plan, or it cannot be drawn; the message begins with the code.
@@ -179,19 +195,19 @@ def replan(
     exports: tuple[str, ...] = (),
     limits: Limits | None = None,
 ) -> Replanned:
-    """Replan the rest of a mission that is being flown.
+    """Compute a new plan for the remaining part of a mission during its flight.
 
     Args:
-        plan: path of a plan folder, or the result of ``compile``.
-        flown: file of the recorded trace, from the beginning of the plan on.
-        changed: file of declarations that replace those of the mission.
-        lost: agents that no longer fly.
-        slow: agents that are limited to a speed, m/s.
-        give_up: requirements to drop.
-        within: seconds until the new plan must begin.
+        plan: path of a plan folder, or a result of ``compile``.
+        flown: file of the recorded trace, from the start of the plan on.
+        changed: file of declarations that replace those of the mission; None if nothing changed.
+        lost: names of agents that no longer fly.
+        slow: maximum speeds of slow agents, m/s, by name.
+        give_up: names of requirements to drop.
+        within: seconds until the start of the new plan.
         seed: random seed.
         exports: names of further file formats.
-        limits: maximum sizes of a folder.
+        limits: maximum sizes of the folder's files; the defaults of ``Limits`` if None.
     """
     patch = None if changed is None else Path(changed)
     rest = (lost, slow or {}, give_up, Seconds(within), seed, exports, limits or Limits())
@@ -201,7 +217,11 @@ def replan(
 
 @contextmanager
 def _on_disk(plan: PlanLike) -> Iterator[Path]:
-    """Folder of a plan, written temporarily if it is not on disk."""
+    """Yield the folder of a plan, a temporary one for a result of ``compile``.
+
+    Raises:
+        TypeError: the plan is neither a path nor a result of ``compile``.
+    """
     if isinstance(plan, str | Path):
         yield Path(plan)
         return

@@ -1,6 +1,7 @@
-"""Functions of missions: check and monitor a file, a text, or a mission built in Python.
+"""Public functions that read a mission: check it, and evaluate it on a recorded trace.
 
-Findings about a mission built in Python refer to the lines that built it.
+A mission is a file, a text, or an object built in Python. Findings about the latter refer to the Python lines that
+built it.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ def check(
 
     Args:
         mission: path of a file, ``Source``, or ``Mission``.
-        overrides: texts for parameters: ``{"T": "30 s"}``.
-        backend: ``auto``, or the backend that must be able to plan it.
-        vehicle: profile of teams that name none.
-        poses: file of measured positions, from which the agents take off.
-        limits: maximum sizes of a mission.
+        overrides: values of parameters as texts, by name: ``{"T": "30 s"}``.
+        backend: name of the backend that must support the mission, or ``auto`` for any.
+        vehicle: vehicle profile of teams that name none.
+        poses: file of measured positions, from which the agents take off; None for the starts of the mission.
+        limits: maximum sizes of a mission; the defaults of ``Limits`` if None.
 
     Returns:
         Every finding, and the mission if there is no error.
@@ -60,9 +61,11 @@ def monitor(
     """Evaluate a mission on a recorded trace.
 
     Args:
-        mission: as in ``check``, like ``overrides`` and ``limits``.
+        mission: path of a file, ``Source``, or ``Mission``.
         trace: path of a trace, of a ``plan.json`` or of a plan folder.
-        continuous: whether requirements and constraints must be satisfied between the samples too.
+        overrides: values of parameters as texts, by name.
+        limits: maximum sizes of a mission and a trace; the defaults of ``Limits`` if None.
+        continuous: whether to evaluate requirements and constraints between the samples too.
         tolerance: maximum error of a recorded position, metres, for constraints.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Replanning of a folder during its flight: reads and verifies the folder, and plans the rest of its mission."""
+"""Replanning from a folder during its flight: reads and verifies the folder, and plans the remaining mission."""
 
 from __future__ import annotations
 
@@ -33,7 +33,20 @@ def replan_folder(
     exports: tuple[str, ...],
     limits: Limits,
 ) -> Replanned:
-    """Replan the rest of a folder's mission, after re-verification."""
+    """Verify a plan folder, and compute a new plan for the remaining part of its mission.
+
+    Args:
+        folder: path of the plan folder.
+        flown: file of the trace recorded so far.
+        changed: file of declarations that replace those of the mission, or None.
+        lost: names of agents that no longer fly.
+        slow: maximum speeds of slow agents, m/s, by name.
+        given_up: names of requirements to drop.
+        within: time until the start of the new plan.
+        seed: random seed.
+        exports: names of further file formats.
+        limits: maximum sizes of the folder's files.
+    """
     opened = read_folder(folder, limits)
     if not isinstance(opened, OutputFolder):
         return _refused(*opened)
@@ -72,7 +85,13 @@ def _so_far(
 def _unknown(
     opened: OutputFolder, lost: Sequence[str], slow: Iterable[str], given_up: Sequence[str]
 ) -> Diagnostic | None:
-    """Finding for a name that the mission does not have."""
+    """Diagnostic of the first name that the mission does not have; None if it has all.
+
+    Args:
+        opened: contents of the plan folder.
+        lost, slow: names of agents.
+        given_up: names of requirements.
+    """
     agents = [agent.name for agent in opened.mission.agents]
     for flag, names, known in (
         ("--lost", lost, agents),

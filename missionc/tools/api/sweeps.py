@@ -1,4 +1,4 @@
-"""Sweep function: one mission, compiled for many values and seeds."""
+"""Public function for sweeps: compiles one mission for many parameter values and seeds."""
 
 from __future__ import annotations
 
@@ -41,18 +41,21 @@ def sweep(
     continuous_time: ContinuousTime = ContinuousTime.WANTED,
     **given: Any,
 ) -> SweepResult:
-    """Compile a mission for all combinations of some values and all seeds, each run in its own process.
+    """Compile a mission for all combinations of parameter values and all seeds, each run in its own process.
 
     Args:
         mission: path of a file, ``Source``, or ``Mission``.
-        vary: values of parameters: ``{"N": [3, 5, 8], "R": "1..2/0.25"}``.
+        vary: values by parameter: ``{"N": [3, 5, 8], "R": "1..2/0.25"}``.
         seeds: number of seeds, from 0 on.
         output: folder of the results; ``build/NAME-sweep`` by default. An interrupted sweep there is continued.
-        keep: if true, keep the folder of each plan.
+        keep: if true, write the folder of each plan.
         jobs: number of parallel processes; by default the number of processors.
-        compare: folder of an older sweep.
-        trials: simulated flights of each plan.
-        overrides: as in ``compile``, like the parameters after it; the time limit is that of each run.
+        compare: folder of an older sweep to compare with.
+        trials: number of simulated flights of each plan.
+        overrides: values of the other parameters, as in ``compile``.
+        backend, vehicle, limits, continuous_time: as in ``compile``.
+        time_limit: as in ``compile``, for each run.
+        memory_limit: as in ``compile``, for each run.
 
     Raises:
         TypeError: an option or disturbance is unknown.

@@ -1,1 +1,1 @@
-"""The closed loop in simulation: the engine flies, ground control monitors the reports, replans and uploads."""
+"""Closed-loop simulation: the engine flies, ground control evaluates the reports, replans and uploads."""

@@ -3,10 +3,10 @@
     in   the mission and its plan, a Scenario, a seed
     out  LoopFlight, with its Outcome
 
-Simulated time stands still during replanning. A plan is uploaded for the time by which it had to be ready, and is
-discarded if it was not ready by then.
+Simulated time stands still during replanning. A plan starts at the time by which it had to be ready, and is discarded
+if it was not ready by then.
 
-The evaluation covers the requirements over the whole flight, and the bodies in continuous time. It uses the actual
+The evaluation covers the requirements over the complete flight, and the bodies in continuous time. It uses the actual
 events: a lost agent has no requirements from then on, and a changed world counts from its change. Replanning does not
 affect the evaluation.
 """
@@ -43,7 +43,13 @@ from missionc.verification.monitoring.monitor import monitor
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """Step from which an agent is lost or files of the mission are changed."""
+    """Event that changes the evaluated mission: lost agents or edited files.
+
+    Args:
+        time: time of the event, s.
+        lost: names of the agents lost at that time.
+        texts: edited contents by file name; None without an edit.
+    """
 
     time: float
     lost: tuple[str, ...] = ()
@@ -52,7 +58,13 @@ class Cut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Epoch:
-    """Mission and remaining team from a time on, s."""
+    """Part of a flight with one mission and one team, which lasts until the next epoch.
+
+    Args:
+        time: start, s.
+        mission: valid mission.
+        team: names of the agents that still fly.
+    """
 
     time: float
     mission: Mission
@@ -61,14 +73,13 @@ class Epoch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """Result of a flight.
+    """Evaluation of a flight.
 
     Args:
-        requirements: by name, whether it was satisfied.
-        nearest: place of the minimum clearance between two bodies, or a body and an obstacle; None if there were not
-            two.
-        epochs: the first from 0 on, one more for each cut.
-        since: for each violated requirement, the first moment, s, from which no motion within the maximum speeds could
+        requirements: satisfaction of each requirement by name.
+        nearest: minimum clearance between two bodies, or a body and an obstacle; None without such a pair.
+        epochs: one that starts at 0, and one more for each cut.
+        since: for each violated requirement, the earliest time, s, from which no motion within the maximum speeds could
             satisfy it.
     """
 
@@ -94,13 +105,15 @@ class Outcome:
 def judge(
     checked: Checked, cuts: list[Cut], times: Array, position: Array, velocity: Array, heading: Array, limits: Limits
 ) -> Outcome:
-    """Evaluate a flight.
+    """Evaluate the requirements and the clearances of a flight.
 
     Args:
-        checked: the whole mission as initially planned.
-        cuts: in the order of their times.
+        checked: the complete mission as initially planned.
+        cuts: losses and edits in the order of their times.
         times: (samples,), s, from 0 to the end of the mission.
-        position, velocity: (agents, samples, 3), m and m/s; heading: (agents, samples), rad.
+        position, velocity: (agents, samples, 3), m and m/s.
+        heading: (agents, samples), rad.
+        limits: maximum sizes of a mission.
     """
     mission, kernel = checked.valid_mission, checked.valid_kernel
     whole = at_steps(mission, times, position, velocity, heading)
@@ -135,15 +148,26 @@ def judge(
 
 
 def _since(rest: Remaining, trace: Trace, begin: int) -> dict[str, float]:
-    """Time in seconds since which no continuation of the flight can satisfy a requirement, by requirement."""
+    """Time in seconds by violated requirement, from which no continuation of the flight can satisfy it.
+
+    Args:
+        rest: remaining mission.
+        trace: flight from ``begin`` on.
+        begin: step at which the remaining mission starts.
+    """
     steps = first_violations(rest.mission, rest.kernel, trace) | dict.fromkeys(rest.nobodys, 0)
     return {name: float((begin + step) * trace.step) for name, step in steps.items()}
 
 
 def _rooms(epoch: Epoch, names: list[str], times: Array, position: Array, end: float) -> list[Check]:
-    """Clearances of the remaining agents during an epoch, linear between samples.
+    """Clearances of the remaining agents during an epoch, with linear motion between samples; empty below two samples.
 
-    Position: (agents, samples, 3), m.
+    Args:
+        epoch: mission, team and start.
+        names: names of all agents, in the order of the positions.
+        times: (samples,), s.
+        position: (agents, samples, 3), m.
+        end: end of the epoch, s.
     """
     chosen = (times >= epoch.time - 1e-9) & (times <= end + 1e-9)
     if chosen.sum() < 2:
@@ -154,24 +178,28 @@ def _rooms(epoch: Epoch, names: list[str], times: Array, position: Array, end: f
 
 
 TICKS = round(PERIOD * SETPOINTS_PER_SECOND)
-"""Number of setpoints between two reports."""
+"""Number of setpoints between two reports of an agent."""
 
 Listen = Callable[[float, Array, GroundStation, list[str]], None]
-"""Listener for the time, the positions of all agents, (3, agents), the ground, and the lines that it received."""
+"""Listener function of the time (s), the positions (3, agents) in m, ground control, and the reports that it
+received.
+"""
 
 
 def nobody(time: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
-    """Listener that ignores everything."""
+    """Listener that does nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopFlight:
-    """Result of a flight.
+    """Flight in a closed loop.
 
     Args:
-        times: (samples,), s; position: (agents, samples, 3), m.
-        happened: events seen and actions taken by ground control.
+        times: (samples,), s.
+        position: (agents, samples, 3), m.
+        happened: events that ground control detected, and its actions.
         lost: names of the agents whose motors stopped.
+        outcome: evaluation of the flight.
     """
 
     times: Array
@@ -192,11 +220,17 @@ def fly_loop(
     clock: Seconds | None = None,
     listen: Listen = nobody,
 ) -> LoopFlight:
-    """Fly a verified plan through a scenario, from rest at its start to its end.
+    """Simulate a verified plan in a scenario, from rest at its start to its end.
 
     Args:
-        within: seconds from an event to the start of another plan.
-        clock: time limit of planning in seconds; ``within`` if None.
+        flying: plan and its mission.
+        scenario: events and disturbances.
+        seed: random seed.
+        within: time from an event to the start of another plan.
+        limits: maximum sizes of a mission.
+        replans: whether ground control replans; if false, it only monitors.
+        clock: time limit of planning; ``within`` if None.
+        listen: function that is called after each report period.
     """
     mission = flying.checked.valid_mission
     names = tuple(agent.name for agent in mission.agents)
@@ -261,7 +295,13 @@ def _happen(
 
 
 def unreadable_changes(checked: Checked, scenario: Scenario, limits: Limits) -> list[Diagnostic]:
-    """Errors in the patches of a scenario, found before the flight."""
+    """Errors in the patches of a scenario, which are read before the flight.
+
+    Args:
+        checked: mission that the patches change.
+        scenario: events and disturbances.
+        limits: maximum sizes of a mission.
+    """
     found: list[Diagnostic] = []
     for event in scenario.events:
         edited = patched(checked, Source("change", event.change), limits) if event.change else {}

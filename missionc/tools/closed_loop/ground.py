@@ -1,9 +1,9 @@
 """Ground control: telemetry, detection of lost, slow and displaced agents, replanning, and uploads.
 
     in   reports of the agents' states, and changes of the world
-    out  uploads, and the setpoints of all agents over a stretch of time
+    out  uploads, and the setpoints of all agents over an interval of time
 
-An upload is a polynomial that an agent flies on its own clock from a given time on. A slow agent stays on its
+An upload is a polynomial that an agent flies by its own clock from a given time on. A slow agent stays on its
 trajectory, and falls behind wherever the trajectory is faster than the agent.
 """
 
@@ -37,7 +37,15 @@ from missionc.verification.monitoring.read_trace import read_flown
 
 @dataclass(slots=True, eq=False)
 class _Agent:
-    """Uploads of one agent in order; its current maximum speed, m/s; and its delay, s."""
+    """Uploads and clock of one agent.
+
+    Args:
+        uploads: start times in s with the polynomials from then on, in order.
+        skew: delay of the agent's clock, s.
+        most: maximum speed from now on, m/s.
+        behind: delay on the trajectory, s.
+        current: index of the current upload.
+    """
 
     uploads: list[tuple[float, Pieces]]
     skew: float
@@ -47,7 +55,7 @@ class _Agent:
 
 
 class UploadedTrajectories:
-    """Uploads of all agents.
+    """Uploaded trajectories of all agents.
 
     Args:
         pieces: polynomials of each agent from time 0 on.
@@ -58,18 +66,24 @@ class UploadedTrajectories:
         self._agents = [_Agent([(0.0, own)], float(late)) for own, late in zip(pieces, skew, strict=True)]
 
     def upload(self, agent: int, pieces: Pieces, begins: float) -> None:
-        """Upload polynomials for an agent from ``begins`` on (seconds), which replace its later ones."""
+        """Upload polynomials to an agent, which replace its later uploads.
+
+        Args:
+            agent: index of the agent.
+            pieces: polynomials, in time from ``begins``.
+            begins: start of the polynomials, s.
+        """
         own = self._agents[agent]
         own.uploads = [each for each in own.uploads if each[0] < begins] + [(begins, pieces)]
 
     def slow(self, agent: int, most: float) -> None:
-        """Limit the speed of an agent to ``most`` m/s from now on."""
+        """Limit the speed of agent number ``agent`` to ``most`` m/s from now on."""
         self._agents[agent].most = most
 
     def setpoints(self, times: Array) -> Array:
-        """Setpoints of all agents: (times,) -> (13, times, agents).
+        """Setpoints of all agents: (times,) in s -> (13, times, agents).
 
-        Times are in seconds, evenly spaced, in order over all calls, and within the next upload.
+        The times are evenly spaced, increase over all calls, and are before the end of the next upload.
         """
         return np.stack([self._of(own, times) for own in self._agents], axis=-1)
 
@@ -95,11 +109,11 @@ class UploadedTrajectories:
         return np.concatenate(columns, axis=1)
 
     def wanted(self, agent: int, time: float) -> Array:
-        """Position (3,) in metres at which ground control expects the agent."""
+        """Position (3,) in metres at which ground control expects agent number ``agent`` at ``time``, in seconds."""
         return np.asarray(self.way(agent, np.array([time]))[0])
 
     def way(self, agent: int, times: Array) -> Array:
-        """Expected positions by all uploads so far: (times,), seconds -> (times, 3), metres."""
+        """Expected positions of agent number ``agent`` from all uploads: (times,), seconds -> (times, 3), metres."""
         own = self._agents[agent]
         latest = np.maximum(np.searchsorted([begins for begins, _ in own.uploads], times, side="right") - 1, 0)
         places = np.empty((times.size, 3))
@@ -110,10 +124,11 @@ class UploadedTrajectories:
 
 
 def uploaded(told: UploadedTrajectories, plan: Trace) -> Trace:
-    """Commanded positions at the steps of the whole flight, by all uploads so far.
+    """Commanded positions at the steps of the complete flight, from all uploads so far.
 
     Args:
-        plan: initial plan of the whole mission.
+        told: uploads of all agents.
+        plan: initial plan of the complete mission.
     """
     agents, steps, dimension = plan.position.shape
     times = float(plan.step) * np.arange(steps, dtype=np.float64)
@@ -124,34 +139,43 @@ def uploaded(told: UploadedTrajectories, plan: Trace) -> Trace:
 SILENT = 1.0
 """Seconds without a report after which an agent counts as lost."""
 SEEN = 1.0
-"""Seconds of reports from which the speed of a delayed agent is estimated."""
+"""Length in seconds of the report window from which the speed of a delayed agent is estimated."""
 FEWEST = 5
-"""Minimum number of reports in that time."""
+"""Minimum number of reports in that window."""
 LAG = 0.15
-"""Distance in metres behind its setpoint from which an agent counts as delayed."""
+"""Minimum distance in metres between a delayed agent and its setpoint."""
 BESIDE = 0.1
-"""Distance in metres from its path from which an agent counts as off it."""
+"""Minimum distance in metres between an agent off its path and the path."""
 SLOWEST = 0.15
-"""Speed in m/s below which no estimate is made."""
+"""Minimum estimated speed, m/s; slower agents get no speed limit."""
 SLOW = 0.9
-"""Maximum ratio of flight time to real time for a slow agent."""
+"""Maximum progress of a slow agent along its trajectory, seconds of trajectory per second."""
 SURE = 0.95
-"""Safety factor for the observed speed of an agent."""
+"""Factor on the observed speed of an agent, for safety."""
 MOST_REPLANS = 6
 STOP = 3.0
-"""Seconds for a stop, with margin: safe agents are told to stop only if there is time for it."""
+"""Time in seconds, with margin, that a later request needs for a stop; until then agents must not collide."""
 FLOWN_ON = "kept the current plan: no other plan satisfies more requirements"
 MOST_OF_IT = 0.4
-"""Maximum ratio of the remaining time for planning."""
+"""Maximum planning time as a fraction of the remaining time."""
 PATIENCE = 8
-"""Factor of the planning time after a late plan; it doubles each time."""
+"""Maximum factor on the planning time; it doubles after each late plan."""
 GIVE_UPS = 3
 """Maximum number of times that requirements are dropped for one cause."""
 
 
 @dataclass(frozen=True, slots=True)
 class GroundEvent:
-    """Action of ground control: time in seconds of the flight, reason, and planning time."""
+    """Event that ground control detected, and its action.
+
+    Args:
+        time: time of the flight, s.
+        why: cause in words.
+        came: result of replanning in words.
+        seconds: planning time, s.
+        begins: start of the new plan, s; None without one.
+        given_up: names of dropped requirements.
+    """
 
     time: float
     why: str
@@ -163,15 +187,29 @@ class GroundEvent:
 
 @dataclass(slots=True, eq=False)
 class GroundStation:
-    """Ground control of one mission with replanning.
+    """Ground control of one mission, with or without replanning.
 
     Args:
-        flying: current flight.
-        told: receiver of uploads.
+        flying: current plan and its mission.
+        told: uploads of all agents.
         names: names of all agents of the flight, in order.
-        within: time limit for another plan, seconds.
+        within: time from an event to the start of another plan.
+        limits: maximum sizes of a mission.
+        seed: random seed.
         replans: if false, only monitor.
-        clock: time limit of planning in seconds; ``within`` if None.
+        clock: time limit of planning; ``within`` if None.
+        began: start of the current plan, s.
+        lost: names of agents lost since the current plan.
+        log: agent names and reports since the current plan.
+        heard: time of the last report by agent, s.
+        texts: edited contents by file name, since the current plan.
+        causes: reasons for the next replanning, in words.
+        slow: speed limits by agent, m/s.
+        given_up: names of dropped requirements.
+        happened: events and actions so far.
+        session: monitor of the current plan.
+        risky: reasons for which the current plan may collide, in words.
+        away: last reports of agents off their paths.
     """
 
     flying: Flying
@@ -199,7 +237,7 @@ class GroundStation:
     busy: float = 0.0
 
     world: Checked = field(init=False)
-    """Current state of the whole mission."""
+    """The complete mission after all changes so far."""
 
     def __post_init__(self) -> None:
         self.world = self.flying.checked
@@ -207,12 +245,12 @@ class GroundStation:
         self._watch()
 
     def _fly(self, flying: Flying) -> None:
-        """Set the current flight."""
+        """Set the current plan and its polynomials."""
         self.flying = flying
         self.pieces = {name: polynomials(text) for name, text in flying.flights.items()}
 
     def _watch(self) -> None:
-        """Start a new session and a new log for the current flight."""
+        """Start a new monitor and a new log for the current plan."""
         mission, kernel = self.flying.checked.valid_mission, self.flying.checked.valid_kernel
         self.session = Session(mission, kernel, self.limits)
         self.log, self.lost, self.texts, self.given_up = [], [], {}, []
@@ -220,7 +258,7 @@ class GroundStation:
 
     @property
     def team(self) -> list[str]:
-        """Agents of the current plan."""
+        """Names of the agents in the current plan."""
         return [agent.name for agent in self.flying.checked.valid_mission.agents]
 
     @property
@@ -228,7 +266,7 @@ class GroundStation:
         return self.flying.checked.valid_mission.dimension
 
     def hear(self, reports: list[Report]) -> list[str]:
-        """Process reports, and return them as lines of samples for the whole flight."""
+        """Record reports, and return them as lines of samples with times of the complete flight."""
         heard: list[str] = []
         for report in reports:
             name = self.names[report.agent]
@@ -243,7 +281,11 @@ class GroundStation:
         return heard
 
     def change(self, text: str) -> None:
-        """Change the world from now on."""
+        """Apply a patch of the mission from now on.
+
+        Args:
+            text: contents of the patch, a readable one.
+        """
         edited = patched(self.world, Source("change", text), self.limits)
         assert isinstance(edited, Mapping), "patches are read before the flight"
         self.world = earlier(self.world, edited, self.limits)
@@ -251,7 +293,7 @@ class GroundStation:
         self.causes.append("the world changed")
 
     def look(self, time: float) -> None:
-        """Detect problems up to now, and replan the rest if there are any."""
+        """Detect problems up to ``time``, in seconds, and replan the remaining mission if there are any."""
         for name in self.team:
             if name not in self.lost and time - self.heard.get(name, self.began) > SILENT and time > SILENT:
                 self.lost.append(name)
@@ -275,7 +317,7 @@ class GroundStation:
                 self.happened.append(GroundEvent(time, why, "no replanning"))
 
     def _follow(self, name: str, report: Report) -> None:
-        """Check whether an agent is at its expected position."""
+        """Record the causes of replanning if an agent is away from its expected position."""
         off = float(np.linalg.norm(report.position - self.told.wanted(self.names.index(name), report.time)))
         if off > LAG and (speed := self._slow_speed(name)) is not None:
             self.slow[name] = SURE * speed
@@ -286,7 +328,7 @@ class GroundStation:
             self.causes.append(f"{name} is {off:.2f} m off its trajectory")
 
     def _slow_speed(self, name: str) -> float | None:
-        """Speed in m/s of an agent that is delayed because it is too slow; None for any other."""
+        """Estimated maximum speed in m/s of a delayed agent; None if it is not slow, or has too few reports."""
         mine = [each for own, each in self.log if own == name]
         recent = sorted((each for each in mine if each.time >= mine[-1].time - SEEN), key=lambda each: each.time)
         if len(recent) < FEWEST:
@@ -345,17 +387,23 @@ class GroundStation:
         self._take(time, why, found, seconds)
 
     def _left(self, time: float) -> float:
-        """Remaining seconds of the mission."""
+        """Remaining seconds of the mission at ``time``, in seconds."""
         return float(self.flying.checked.valid_mission.horizon) + self.began - time
 
     def _ask_again(self, time: float, within: Seconds, undecided: bool) -> None:
-        """Try again after a late plan: the flight has continued, and may leave more time then."""
+        """Schedule another attempt after a late plan; the flight continues, and may leave more time then.
+
+        Args:
+            time: time of the flight, s.
+            within: wait until the next attempt.
+            undecided: whether planning ran out of time, for which the next attempt gets more.
+        """
         self.busy = time + within
         self.patience = min(2 * self.patience, PATIENCE) if undecided else 1
         self.causes.append("no plan in time")
 
     def _table(self) -> str:
-        """Flown part of the plan, as a table in the common format."""
+        """Reported positions since the start of the current plan, as a CSV trace."""
         rows = (
             (name, round(report.time - self.began, 9), *report.position.tolist(), report.heading)
             for name, report in self.log
@@ -363,9 +411,15 @@ class GroundStation:
         return "\n".join(["agent,t,x,y,z,yaw", *(",".join(map(str, row)) for row in rows)]) + "\n"
 
     def _take(self, time: float, why: str, found: Replanned, seconds: float) -> None:
-        """Upload the result: the stops at once, the plan for its start.
+        """Upload the result of replanning: stops immediately, a plan for its start.
 
-        Without a plan, the old one continues if it has no collision.
+        Without a new plan, the current one continues if it has no collision.
+
+        Args:
+            time: time of the flight, s.
+            why: cause in words.
+            found: result of replanning.
+            seconds: planning time, s.
         """
         begins = None if found.begins is None else self.began + found.begins
         came = found.way.value if found.way is not Way.NONE else "; ".join(each.message for each in found.findings[:2])
@@ -390,7 +444,7 @@ class GroundStation:
 
 
 def _line(name: str, report: Report, began: float, dimension: int) -> str:
-    """Report as a line of samples, with its time relative to ``began``."""
+    """JSON line of a report, a sample of the agent's state with its time relative to ``began``, in seconds."""
     place, velocity = report.position[:dimension].tolist(), report.velocity[:dimension].tolist()
     state = {"t": round(report.time - began, 9), "agent": name, "position": place, "velocity": velocity}
     return json.dumps({**state, "heading": report.heading})

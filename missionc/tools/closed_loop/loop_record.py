@@ -1,4 +1,4 @@
-"""Record of flights in a closed loop: for programs, and for the page that shows them.
+"""Record of closed-loop flights: a JSON document for programs, and the data of the report page.
 
 in   Mission, Scenario, flown LoopFlights
 out  values for JSON, and data for the report
@@ -24,16 +24,16 @@ from missionc.verification.certificate import Check
 
 UNTOUCHED = "nothing touched"
 MOST_SHOWN = 200
-"""Maximum number of flights with a row on the page."""
+"""Maximum number of flights that get a row on the page."""
 FAR = 1e9
-"""Clearance in metres that stands for no other bodies."""
+"""Clearance in metres that means that there is no other body."""
 
 
 class ToldPositions:
-    """Commanded positions, collected during a flight: its ``listen`` is a listener.
+    """Commanded positions, collected during a flight; its ``listen`` is a ``Listen`` function.
 
     Args:
-        then: another listener, with the same arguments.
+        then: another listener, called with the same arguments.
     """
 
     def __init__(self, then: Listen = nobody) -> None:
@@ -42,21 +42,28 @@ class ToldPositions:
         self.places: list[Array] = []
 
     def listen(self, at: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
-        """Record the moment ``at``, in seconds of the flight; position: (3, agents), metres."""
+        """Record the commanded positions of all agents.
+
+        Args:
+            at: time of the flight, s.
+            position: (3, agents), metres.
+            ground: ground control.
+            lines: reports that it received.
+        """
         self.times.append(at)
         self.places.append(np.stack([ground.told.wanted(agent, at) for agent in range(position.shape[1])]))
         self._then(at, position, ground, lines)
 
 
 def without_path(flight: LoopFlight) -> LoopFlight:
-    """Flight without its path: paths of many flights would fill the memory."""
+    """Copy of a flight without its positions and epochs, since many flights with them would fill the memory."""
     epochs = flight.outcome.epochs[:0]
     nothing = np.zeros((len(flight.position), 0, 3))
     return replace(flight, times=nothing[0, :, 0], position=nothing, outcome=replace(flight.outcome, epochs=epochs))
 
 
 def fractions(flights: Sequence[LoopFlight]) -> dict[str, Fraction]:
-    """Fraction of flights that satisfied each requirement, all of them, and that had no collision."""
+    """Fraction of flights that satisfied each requirement, those that satisfied all, and those without a collision."""
     names = dict.fromkeys(name for flight in flights for name in flight.outcome.requirements)
     held = {name: [flight.outcome.requirements.get(name, True) for flight in flights] for name in names}
     held["all of them"] = [flight.outcome.satisfied for flight in flights]
@@ -65,7 +72,7 @@ def fractions(flights: Sequence[LoopFlight]) -> dict[str, Fraction]:
 
 
 def said(each: GroundEvent) -> str:
-    """Sentence on an event and action of ground control, without its time."""
+    """Sentence that describes a ground-control event, without its time."""
     took = f" in {each.seconds:.2f} s" if each.seconds else ""
     begins = f", starts at {each.begins:g} s" if each.begins is not None else ""
     dropped = f"; dropped: {', '.join(f'`{name}`' for name in each.given_up)}" if each.given_up else ""
@@ -73,7 +80,14 @@ def said(each: GroundEvent) -> str:
 
 
 def loop_document(mission: Mission, scenario: Scenario, flights: Sequence[LoopFlight], replans: bool) -> dict[str, Any]:
-    """JSON document of the results."""
+    """JSON document of the results.
+
+    Args:
+        mission: flown mission.
+        scenario: events and disturbances.
+        flights: results of the flights.
+        replans: whether ground control replanned.
+    """
     return {
         "mission": mission.name,
         "replans": replans,
@@ -113,7 +127,7 @@ def as_required(flight: LoopFlight) -> bool:
 
 
 def _nearest(check: Check | None) -> dict[str, Any]:
-    """Place of the minimum clearance: its value, time and bodies; null if there were not two bodies."""
+    """Minimum clearance with its time and bodies, as JSON; null without a pair of bodies."""
     if check is None or check.margin > FAR:
         return {"room": None, "nearest": None}
     return {"room": check.margin, "nearest": {"t": check.at, "of": _who(check)}}
@@ -138,10 +152,14 @@ def _event(event: Event) -> dict[str, Any]:
 def loop_flights(
     mission: Mission, scenario: Scenario, flights: Sequence[LoopFlight], told: ToldPositions, replans: bool
 ) -> LoopFlights:
-    """Data for the page: all flights in words and numbers, the first one with its path.
+    """Data for the page: all flights in words and numbers, and the path of the first one.
 
     Args:
+        mission: flown mission.
+        scenario: events and disturbances.
+        flights: results of the flights.
         told: commanded positions of the first flight.
+        replans: whether ground control replanned.
     """
     first = flights[0]
     heard = np.array(told.times)
@@ -161,7 +179,9 @@ def loop_flights(
 
 
 def _headline(flights: Sequence[LoopFlight]) -> tuple[str, str]:
-    """Statement that the flights support about all flights like them."""
+    """State and text of the headline: number of passed flights, for several flights with a bound on the success
+    rate.
+    """
     held = sum(map(as_required, flights))
     if len(flights) == 1:
         return ("holds", "1 simulated flight passed") if held else ("fails", "1 simulated flight failed")
@@ -200,7 +220,13 @@ def _page_flight(number: int, flight: LoopFlight, scenario: Scenario, seconds: f
 
 
 def _told(flight: LoopFlight, scenario: Scenario, seconds: float) -> Iterator[dict[str, Any]]:
-    """Events, actions of ground control, starts of new plans, and places of minimum clearance."""
+    """Yield the entries of a flight's log: events, actions of ground control, starts of plans, and minimum clearances.
+
+    Args:
+        flight: result of the flight.
+        scenario: events and disturbances.
+        seconds: end of the flight, s.
+    """
     for event in scenario.events:
         if event.at <= seconds:
             yield {"t": event.at, "by": "event", "says": _happens(event)}
@@ -223,7 +249,7 @@ def _happens(event: Event) -> str:
 
 
 def _through(scenario: Scenario) -> str:
-    """Disturbances of air and reports, in words."""
+    """Description of a scenario's wind and report errors in words."""
     said = [
         (scenario.wind, f"wind {scenario.wind:g} m/s"),
         (scenario.gust, f"gusts {scenario.gust:g} m/s"),

@@ -1,4 +1,4 @@
-"""Reports: positions of agents as received on the ground: noisy, late, or missing."""
+"""Telemetry reports of the agents, as ground control receives them: with noise, delays and losses."""
 
 from __future__ import annotations
 
@@ -10,12 +10,19 @@ from missionc.base.trace import Array, Flags
 from missionc.tools.closed_loop.scenario import Scenario
 
 PERIOD = 0.1
-"""Seconds between two reports of an agent."""
+"""Time between two reports of an agent, seconds."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
-    """State of an agent at a time (s): position and velocity, (3,) in metres and m/s, and heading, rad."""
+    """Reported state of an agent.
+
+    Args:
+        agent: index of the agent.
+        time: time of the state, s.
+        position, velocity: (3,), metres and m/s.
+        heading: rad.
+    """
 
     agent: int
     time: float
@@ -25,15 +32,20 @@ class Report:
 
 
 class Reports:
-    """Reports in transit to the ground."""
+    """Reports on their way to the ground."""
 
     def __init__(self, scenario: Scenario, random: np.random.Generator) -> None:
         self._scenario, self._random = scenario, random
         self._sent: list[tuple[float, Report]] = []
 
     def send(self, time: float, position: Array, velocity: Array, heading: Array, silent: Flags) -> None:
-        """Send the states of all agents that are not silent: position and velocity (3, agents), m and m/s, heading
-        (agents,), rad.
+        """Send the states of all agents that are not silent.
+
+        Args:
+            time: time of the states, s.
+            position, velocity: (3, agents), m and m/s.
+            heading: (agents,), rad.
+            silent: (agents,), True for agents that send no report.
         """
         noise = self._scenario.noise * self._random.standard_normal(position.shape)
         arrives: Flags = np.asarray(self._random.random(position.shape[1]) >= self._scenario.dropped)
@@ -44,7 +56,7 @@ class Reports:
             self._sent.append((time + float(late[agent]), report))
 
     def heard(self, time: float) -> list[Report]:
-        """Reports that have arrived by now, in order of arrival."""
+        """Remove and return the reports that arrived up to ``time``, in seconds, in order of arrival."""
         arrived = sorted((each for each in self._sent if each[0] <= time), key=lambda each: each[0])
         self._sent = [each for each in self._sent if each[0] > time]
         return [report for _, report in arrived]

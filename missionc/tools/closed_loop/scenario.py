@@ -27,12 +27,14 @@ MOST_EVENTS = 100
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Event at a time in seconds: one of ``lose``, ``slow`` and ``change``.
+    """Event of a flight: one of ``lose``, ``slow`` and ``change`` is not empty.
 
     Args:
+        at: time of the event, s.
         lose: agent whose motors stop.
-        slow: agent whose speed is limited to the ratio ``to`` of its maximum from then on.
-        change: text of a patch of the world from then on, of which ground control is informed at once
+        slow: agent whose speed is limited from then on.
+        to: the limit as a fraction of its maximum speed.
+        change: text of a patch of the mission from then on, which ground control receives at the same time.
     """
 
     at: float
@@ -44,12 +46,12 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """Conditions of a flight.
+    """Conditions and events of a flight.
 
     Args:
         wind, gust: as in ``Disturbance``, m/s.
         noise: standard deviation of a reported position along each axis, m.
-        dropped: ratio of reports that never arrive.
+        dropped: fraction of reports that never arrive.
         late: maximum delay of reports and uploads, s.
         skew: maximum delay of an agent's clock, s.
         events: events in the order of their times.
@@ -68,18 +70,19 @@ NUMBERS: Mapping[str, Mapping[str, float]] = {
     "wind": {"mean": MOST_WIND, "gust": MOST_WIND},
     "reports": {"noise": 1.0, "dropped": 0.95, "late": 2.0, "skew": MOST_CLOCK_ERROR},
 }
-"""Maximum of each number; the minimum is 0."""
+"""Maximum of each number, by table and key; the minimum is 0."""
 KINDS = ("lose", "slow", "change")
 LONGEST = Limits().magnitude
 """Maximum time of an event, seconds."""
 HALF = 0.5
-"""Default ratio of the maximum speed for a slow agent."""
+"""Default of ``to``: the speed of a slow agent as a fraction of its maximum speed."""
 
 
 def read_scenario(source: Source, agents: tuple[str, ...]) -> Scenario | list[Diagnostic]:
-    """Parse a scenario, or return all errors.
+    """Parse a scenario; return all its errors if there are any.
 
     Args:
+        source: TOML text.
         agents: names of the agents.
     """
     try:
@@ -136,7 +139,12 @@ def _number(source: Source, table: Any, name: str, key: str, most: float, findin
 
 
 def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
-    """Parse an event, or return its error."""
+    """Parse an entry of ``[[event]]``, or return its error in words.
+
+    Args:
+        entry: parsed TOML value.
+        agents: names of the agents.
+    """
     kinds = [kind for kind in KINDS if isinstance(entry, dict) and kind in entry]
     if len(kinds) != 1 or set(entry) - {"at", "to", *kinds}:
         return "an event needs `at` and one of `lose`, `slow` (with `to`) or `change`"
@@ -153,7 +161,7 @@ def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
 
 
 def _line(source: Source, word: str) -> int:
-    """Line number of a key."""
+    """Line number of the first line that starts with a key, or 1 if there is none."""
     lines = source.text.split("\n")
     return next((number for number, line in enumerate(lines, 1) if line.lstrip(" [").startswith(word)), 1)
 

@@ -1,7 +1,7 @@
 """Background checks of open texts, and the diagnostics published from their findings.
 
-Checks run one at a time in parallel with requests, and never on an outdated version of a text. A finding in a file that
-the text names is shown at the name, with the place in that file as related information.
+Checks run one at a time in parallel with requests, and a check of an outdated version is cancelled. A finding in an
+included file is shown at the name of the file, with its position in that file as related information.
 """
 
 from __future__ import annotations
@@ -58,25 +58,27 @@ def _related(text: OpenText, span: Span, message: str) -> types.DiagnosticRelate
 
 
 def _named(text: OpenText, place: Span) -> Span:
-    """First place in this text that names the file of a place, or that includes another one."""
+    """First span in this text that names the file of ``place``; else the first ``include``, or the start."""
     named = re.search(rf'"(?:[^"\n]*/)?{re.escape(basename(place.source.name))}"', text.source.text)
     match = named or _INCLUDE.search(text.source.text)
     return Span(text.source, *match.span()) if match else Span(text.source, 0, 0)
 
 
 PATIENCE = 0.5
-"""Seconds that an answer waits for a check with better results."""
+"""Maximum seconds that an answer waits for the check of the current version."""
 
 log = logging.getLogger(__name__)
 
 
 class SupersededError(Exception):
-    """Error for a check of an outdated version of a text."""
+    """Error: the text of a running check has a newer version."""
 
 
 class Checks:
-    """Background checks; ``publish`` is called with each text whose checked version is current, in the
-    loop's thread.
+    """Background checks of open texts.
+
+    Args:
+        publish: function that is called in the loop's thread with each checked text that is still current.
     """
 
     def __init__(self, publish: Callable[[OpenText], None]) -> None:
@@ -87,7 +89,7 @@ class Checks:
         self._running: dict[asyncio.Task[None], OpenText] = {}
 
     def ask(self, text: OpenText) -> None:
-        """Check a text; a waiting or running check of an older version is cancelled."""
+        """Start a check of a text, and cancel that of an older version."""
         if self._closed:
             return
         self._newest[text.uri] = text
@@ -96,7 +98,7 @@ class Checks:
         task.add_done_callback(self._running.pop)
 
     async def settled(self, uri: str) -> None:
-        """Wait until the newest version of a text is checked, or a timeout."""
+        """Wait until the newest version of a text is checked, or until the maximum time."""
         until = time.monotonic() + PATIENCE
         while (left := until - time.monotonic()) > 0:
             running = [task for task, text in self._running.items() if text is self._newest.get(uri)]

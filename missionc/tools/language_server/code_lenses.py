@@ -1,6 +1,7 @@
 """Code lenses: actions above a mission's name, and the robustness in the last plan above each requirement.
 
-The last plan is next to the mission. Its robustness is valid only for the text that it was made from.
+The last plan is in the ``build`` folder next to the mission. Its robustness is valid only for the text that it was
+compiled from.
 """
 
 from __future__ import annotations
@@ -23,16 +24,18 @@ from missionc.tools.language_server.open_text import LIMITS, OpenText
 
 PLAN = "plan.json"
 MOST_BYTES = 1 << 24
-"""Maximum size of a plan that is read for this, bytes."""
+"""Maximum size of a plan's JSON file that is read, bytes."""
 MOST_INPUTS = 100
-"""Maximum number of files that are compared; a mission with more counts as changed."""
+"""Maximum number of a plan's input files that are compared; with more, the plan counts as changed."""
 
 
 @dataclass(frozen=True, slots=True)
 class LastPlan:
-    """Last plan; ``robustness`` by the names of requirements.
+    """Last written plan of a mission.
 
-    ``changed``: a file of the mission has changed since.
+    Args:
+        robustness: robustness by requirement.
+        changed: whether a file of the mission has changed since.
     """
 
     robustness: dict[str, float]
@@ -40,7 +43,7 @@ class LastPlan:
 
 
 def last_plan(text: OpenText, mission: str, folders: Iterable[Path]) -> LastPlan | None:
-    """Plan in ``build/MISSION`` of the first of these folders that has one; None if it is unreadable.
+    """Plan in ``build/MISSION`` of the first of some folders that has one; None if no folder has a readable one.
 
     Args:
         text: current text of the mission.
@@ -59,7 +62,12 @@ def last_plan(text: OpenText, mission: str, folders: Iterable[Path]) -> LastPlan
 
 
 def _changed(text: OpenText, inputs: object) -> bool:
-    """Return whether a planned file has changed: this text, or the others on disk."""
+    """Return whether an input file of a plan has changed: this text, or another one on disk.
+
+    Args:
+        text: current text of the mission.
+        inputs: digests by file name, from the manifest.
+    """
     if not isinstance(inputs, dict) or not 0 < len(inputs) <= MOST_INPUTS:
         return True
     path = Path(text.source.name)
@@ -86,7 +94,7 @@ def _recorded_robustness(plan: Path) -> dict[str, float]:
 
 
 def _json(path: Path) -> dict[str, object]:
-    """Contents of a JSON file; empty if it is missing or unreadable."""
+    """Contents of a JSON file; empty if it is missing, unreadable or too large."""
     try:
         status = path.stat()
     except OSError:
@@ -106,15 +114,15 @@ def _read(path: Path, changed: int, size: int) -> dict[str, object]:
 
 
 COMMANDS = {"missionc.compile": "compile", "missionc.showReport": "report", "missionc.showMap": "map"}
-"""Commands that a client may know, with their titles above the text."""
+"""Titles of the lenses by command; a client offers those that it supports."""
 
 
 def lenses(text: OpenText, commands: Collection[str], folders: Iterable[Path]) -> list[types.CodeLens]:
     """Code lenses of a text.
 
     Args:
-        text: text, checked if robustness should be included.
-        commands: commands of the client; no others are offered.
+        text: open text; robustness is shown only after its check.
+        commands: commands that the client supports.
         folders: possible working directories of the compiler.
     """
     own = [each for each in text.outline.declarations if each.span.source.name == text.source.name]
@@ -140,7 +148,12 @@ def _robustness(text: OpenText, plan: LastPlan, own: list[ast.Declaration]) -> I
 
 
 def _names(text: OpenText, require: ast.Require) -> list[str]:
-    """Names of a requirement: of each member of a family, and the compiler's if it has no label."""
+    """Names of a requirement in the compiled mission: one, or one for each member of a family.
+
+    Args:
+        text: checked text.
+        require: declaration, possibly without a label.
+    """
     goals = text.mission.requirements if text.mission else ()
     body = require.body.span
     here = [goal.name for goal in goals if goal.formula.span.text == body.text]

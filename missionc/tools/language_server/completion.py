@@ -1,8 +1,8 @@
-"""Completion: the keywords, names, units and settings that fit next, by the grammar.
+"""Completion: the keywords, names, units and settings that the grammar allows at a position.
 
-Kinds and settings are the language's own tables, so a new one needs no change here. The parse table gives the tokens
-that may follow those before the cursor in its declaration. Words that are not allowed are skipped, so a declaration
-with an error still has a context. After a number, units are offered.
+Kinds and settings come from the language's own tables, so a new one needs no change here. The parse table determines
+the tokens that may follow those before the cursor in its declaration. Words that are not allowed are skipped, so a
+declaration with an error still gets completions. After a number, units are offered.
 """
 
 from __future__ import annotations
@@ -46,10 +46,14 @@ _OPENING, _CLOSING = frozenset("([{"), frozenset(")]}")
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """Position for completion; ``start`` is the start of the current word, or the position itself.
+    """Grammatical context of a position in a text.
 
-    ``taken`` are the words of the declaration before it, ``opened`` the open brackets among them, ``expected`` the
-    kinds of words that may follow; ``declares``: a declaration may begin here.
+    Args:
+        start: offset of the start of the current word; the position itself outside a word.
+        taken: tokens of the declaration before it.
+        opened: indices in ``taken`` of the open brackets.
+        expected: kinds of tokens that the grammar allows next.
+        declares: whether a declaration may begin here.
     """
 
     start: int
@@ -64,23 +68,29 @@ class Spot:
 
     @property
     def bracket(self) -> str:
-        """Innermost open bracket, or an empty text."""
+        """Innermost open bracket; empty outside brackets."""
         return self.taken[self.opened[-1]].kind if self.opened else ""
 
     @property
     def asks_heading(self) -> bool:
-        """True within a heading predicate: no other keyword after the last `of` or `within`."""
+        """Return whether the position is within a heading predicate, after its last `of` or `within`."""
         words = [token.kind for token in self.taken if token.kind in ("heading", "within", "of")]
         return words[-3:] == ["heading", "within", "of"] and self.taken[0].word != "formation"
 
     def opener(self, back: int = 1) -> Token | None:
-        """Word before the innermost open bracket."""
+        """Token ``back`` tokens before the innermost open bracket; None if there is none."""
         at = self.opened[-1] - back if self.opened else -1
         return self.taken[at] if at >= 0 else None
 
 
 def spot(source: Source, offset: int, limits: Limits) -> Spot | None:
-    """Position for completion, or None in comments, in quotes, and in a text that is too large."""
+    """Grammatical context of a position; None in comments and quotes, and for a text that is too large.
+
+    Args:
+        source: text of the mission.
+        offset: position in characters.
+        limits: maximum size of a text.
+    """
     text = source.text
     if len(text) > limits.file_bytes:
         return None
@@ -117,7 +127,7 @@ def _after(tokens: list[Token], start: int, starts_line: bool) -> Spot:
 
 
 def _machine() -> Machine:
-    """Parser that only determines the allowed tokens and builds nothing."""
+    """Parser that determines the allowed tokens without building a tree."""
     return Machine(parse_table.load(), defaultdict(_nothing), frozenset(), 0)
 
 
@@ -134,14 +144,14 @@ MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in (FI
     **dict.fromkeys(("moving", "uncertain"), Dimension.SPEED),
     "hops": Dimension.NUMBER,
 }
-"""Dimension of a number after each of these words."""
+"""Dimension of the number after each of these words."""
 
 BETWEEN = frozenset({NUMBER, UNIT, "..", "-", "<=", "<", ">=", ">", "=", "(", ")", ","})
-"""Tokens allowed between such a word and its number."""
+"""Tokens that may stand between such a word and its number."""
 
 
 def fitting_units(place: Spot) -> Iterator[tuple[str, str]]:
-    """Units with their dimensions; all units if the dimension is unknown."""
+    """Yield the units that fit a position, each with its dimension; all units if the required dimension is unknown."""
     wanted = _measured(place)
     for unit, (dimension, _) in UNITS.items():
         if wanted is None or dimension in wanted:
@@ -168,10 +178,10 @@ def _measured(place: Spot) -> tuple[Dimension, ...] | None:
 
 
 _NAMED = {"region": Kind.REGION, "beacon": Kind.BEACON, "graph": Kind.GRAPH}
-"""Kind of name for each kind of parameter that is not a number."""
+"""Kind of name by kind of parameter, for parameters that are not numbers."""
 
 DISTANCE = (Kind.REGION, Kind.BEACON, *AGENTS)
-"""Kinds of arguments of ``distance``."""
+"""Kinds of names that ``distance`` takes as arguments."""
 
 ICONS = {
     "a declaration": types.CompletionItemKind.Keyword,
@@ -182,7 +192,14 @@ ICONS = {
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Completion candidate; ``order`` sorts names before words before units."""
+    """Completion candidate.
+
+    Args:
+        word: text to insert.
+        says: short description.
+        icon: kind of the candidate in the protocol.
+        order: sort key: names before words before units.
+    """
 
     word: str
     says: str
@@ -247,7 +264,7 @@ def _names(text: OpenText, place: Spot) -> Iterator[Fit]:
 
 
 def _indices(place: Spot) -> Iterator[tuple[str, str]]:
-    """Indices declared so far, and functions of numbers, if a number is allowed."""
+    """Yield the indices declared so far and the functions of numbers, with descriptions, if a number is allowed."""
     if NUMBER not in place.expected or place.before.kind == "every":
         return
     for name, word in pairwise(place.taken):
@@ -259,7 +276,7 @@ def _indices(place: Spot) -> Iterator[tuple[str, str]]:
 
 
 def _kinds(place: Spot) -> tuple[Kind, ...]:
-    """Kinds of names that fit; none if a name is declared or is a word of a table."""
+    """Kinds of names that fit a position; empty where a new name or a word of the language is needed."""
     before, opener, expected = place.before, place.opener(), place.expected
     counted = len(place.taken) > 2 and place.taken[-2].word in ("least", "any")
     listed = place.taken[0].word == "group" and before.kind in ("=", ",") and not place.bracket
@@ -287,7 +304,7 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
 
 
 def _words(place: Spot) -> Iterator[tuple[str, str]]:
-    """Names that belong to the language, with their meaning."""
+    """Yield the words of the language that fit a position but are not keywords, with descriptions."""
     before, opener, first = place.before, place.opener(), place.taken[0].word
     head = place.opener(2)
     if before.word == "vehicle":

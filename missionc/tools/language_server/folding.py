@@ -14,7 +14,7 @@ _CLOSES = {"}": "{", ")": "(", "]": "["}
 
 
 def folds(text: OpenText) -> list[types.FoldingRange]:
-    """Folding ranges, at most one for each first line; a block has priority over its declaration."""
+    """Folding ranges of a text, at most one for each first line; a block has priority over its declaration."""
     found = [*_blocks(text), *_declarations(text), *_comments(text)]
     by_line: dict[int, types.FoldingRange] = {}
     for fold in found:
@@ -23,7 +23,7 @@ def folds(text: OpenText) -> list[types.FoldingRange]:
 
 
 def _blocks(text: OpenText) -> Iterator[types.FoldingRange]:
-    """Lines between two brackets; the line of the closing one stays visible if it begins with it."""
+    """Yield the ranges between brackets; the line of a closing bracket that begins the line stays visible."""
     open_: list[Token] = []
     for token in text.tokens:
         if _begins(token):
@@ -39,7 +39,7 @@ def _blocks(text: OpenText) -> Iterator[types.FoldingRange]:
 
 
 def _declarations(text: OpenText) -> Iterator[types.FoldingRange]:
-    """Multi-line declarations, and runs of single-line declarations with the same keyword."""
+    """Yield the ranges of multi-line declarations, and of runs of single-line declarations with the same keyword."""
     spans = [(kind, _line(text, first), _line(text, last)) for kind, first, last in _spans(text.tokens)]
     for _, first, last in spans:
         yield from _fold(first, last)
@@ -50,7 +50,7 @@ def _declarations(text: OpenText) -> Iterator[types.FoldingRange]:
 
 
 def _spans(tokens: Iterable[Token]) -> Iterator[tuple[str, Token, Token]]:
-    """Keyword, first and last token of each declaration that begins a line."""
+    """Yield the keyword, first token and last token of each declaration that begins a line."""
     begun: Token | None = None
     last: Token | None = None
     for token in tokens:
@@ -64,7 +64,7 @@ def _spans(tokens: Iterable[Token]) -> Iterator[tuple[str, Token, Token]]:
 
 
 def _begins(token: Token) -> bool:
-    """Return whether a declaration begins here, at the start of a line."""
+    """Return whether a token begins both a line and a declaration."""
     return token.starts_line and token.declares
 
 

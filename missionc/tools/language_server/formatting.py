@@ -1,4 +1,4 @@
-"""Formatting: the standard layout, as edits of changed lines."""
+"""Formatting request: edits that give changed lines the standard layout."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.tools.language_server.open_text import LIMITS, OpenText
 
 
 def formatting(text: OpenText) -> list[types.TextEdit]:
-    """Edits for the standard layout; None for a text with syntax errors; line ends stay unchanged."""
+    """Edits that give a text the standard layout, with unchanged line ends; empty for a text with syntax errors."""
     written = text.source.text
     mark = written[:1] if written.startswith("\ufeff") else ""
     source = Source(text.source.name, written[len(mark) :])

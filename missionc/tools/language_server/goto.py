@@ -1,4 +1,4 @@
-"""Go to definition, references and highlights of a name, and links to the files that a text names."""
+"""Requests about names: go to definition, references and highlights; and links to the files that a text names."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from missionc.frontend.syntax.tokens import TEXT
 from missionc.tools.language_server.open_text import Name, OpenText
 
 BEFORE = frozenset({"include", "from", "="})
-"""Text before the name of a file: ``include "…"``, ``from "…"``, ``roadmap = "…"``."""
+"""Tokens before the name of a file: ``include "…"``, ``from "…"``, ``roadmap = "…"``."""
 
 
 def links(text: OpenText) -> list[types.DocumentLink]:
-    """Files that the text names by a relative path, existing or not; none for a text that is not on disk."""
+    """Links to the files that a text names by a relative path, existing or not; none for a text that is not on disk."""
     if not text.uri.startswith("file:"):
         return []
     folder = Path(text.source.name).absolute().parent
@@ -47,7 +47,13 @@ def definition(text: OpenText, position: types.Position) -> types.Location | Non
 
 
 def references(text: OpenText, position: types.Position, declaration: bool) -> list[types.Location]:
-    """All places of a name, in included files too; with its declaration on request."""
+    """All uses of the name at a position, also in included files; empty if there is no name.
+
+    Args:
+        text: open text.
+        position: position in the protocol's units.
+        declaration: whether to include the declaration.
+    """
     name = text.outline.at(text.places.offset(position))
     if name is None:
         return []

@@ -1,4 +1,4 @@
-"""Hover text: a requirement in plain sentences, the declaration of a name, or the meaning of a word."""
+"""Hover text: the sentence of a requirement, the declaration of a name, or the meaning of a word."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from missionc.tools.language_server.open_text import LIMITS, Name, OpenText
 from missionc.tools.language_server.word_help import meaning
 
 MOST_LINES = 12
-"""Maximum number of lines of a declaration."""
+"""Maximum number of lines shown of a declaration."""
 
 
 def hover(text: OpenText, position: types.Position) -> types.Hover | None:
@@ -44,7 +44,7 @@ def _hover(text: OpenText, markdown: str, span: Span) -> types.Hover:
 
 
 def _token(text: OpenText, offset: int) -> tuple[Token | None, Token | None]:
-    """Word at a place, and the one before it."""
+    """Token at an offset and the one before it; each None if there is none."""
     if len(text.source.text) > LIMITS.file_bytes:
         return None, None
     passage = next(passage for passage in passages(text.source) if offset <= passage.end)
@@ -56,7 +56,7 @@ def _token(text: OpenText, offset: int) -> tuple[Token | None, Token | None]:
 
 
 def _of_file(mission: Mission | None, token: Token) -> str:
-    """Summary of the file that a quoted text names; empty for anything else."""
+    """Markdown summary of the file that a quoted token names; empty for any other token."""
     lines = file_lines(mission) if mission and token.text.startswith('"') else []
     return "\n".join(f"- {line}" for line in lines if line.startswith(f"{token.text[1:-1]}: "))
 
@@ -95,7 +95,7 @@ def _written(span: Span) -> str:
 
 
 def _value(text: OpenText, name: str) -> str:
-    """Value of a parameter in SI units, if it has one."""
+    """Value of a parameter in SI units as text; empty if it has none."""
     program = ast.Program(Span(text.source, 0, 0), text.outline.declarations)
     context = Context(collect(program, []), LIMITS, [])
     resolve_parameters(context, {})
@@ -124,7 +124,7 @@ def _flown(mission: Mission | None, name: str) -> list[str]:
 
 
 def _goal(text: OpenText, offset: int) -> str:
-    """Sentence of the requirement or preference at a place, if it is unchanged since the last valid version."""
+    """Sentence of the requirement or preference at an offset; empty if it was changed since the last valid version."""
     mission = text.mission
     here = next(
         (
@@ -144,7 +144,7 @@ def _goal(text: OpenText, offset: int) -> str:
 
 
 def _said(mission: Mission, same_label: list[Requirement | Preference]) -> str:
-    """Sentence for the first of some goals, or for all of a family."""
+    """Sentence for a requirement or preference, or for all members of a family."""
     parts = tuple(next(part for part in explained(mission, goal.name)) for goal in same_label)
     part = (of_family(parts) or parts)[0]
     word = "a requirement" if part.weight is None else "a preference"

@@ -1,4 +1,4 @@
-"""Inlay hints: the look-ahead of each requirement and each named formula, shown after it."""
+"""Inlay hints: the horizon of each requirement and named formula, shown after it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.tools.language_server.open_text import OpenText
 
 
 def hints(text: OpenText, wanted: types.Range) -> list[types.InlayHint]:
-    """Hints in a range for formulas that are unchanged since the last valid version."""
+    """Inlay hints in a range, for formulas that are unchanged since the last valid version."""
     mission = text.mission
     if mission is None:
         return []
@@ -31,7 +31,7 @@ def hints(text: OpenText, wanted: types.Range) -> list[types.InlayHint]:
 
 
 def horizons(mission: Mission) -> dict[str, str]:
-    """``horizon 16 s``, by the words of the formula; those that look no further than now are left out."""
+    """Hint ``horizon 16 s`` by the text of a formula; formulas without temporal operators have none."""
     formulas = [*(goal.formula for goal in goals(mission)), *(formula for _, formula in mission.lets)]
     looks = steps_ahead(formulas)
     totals: dict[str, list[float]] = {}
@@ -45,13 +45,18 @@ def horizon(mission: Mission, steps: float) -> str:
 
 
 def _label(mission: Mission, steps: list[float]) -> str:
-    """The words for one formula, or for one text with each value of an index."""
+    """Hint for one formula, or for one text with several values of an index.
+
+    Args:
+        mission: mission of the formula.
+        steps: horizon of each formula with this text, in steps.
+    """
     most = horizon(mission, max(steps))
     return f"horizon {most}" if min(steps) == max(steps) else f"horizon at most {most}"
 
 
 def _formulas(text: OpenText) -> Iterator[tuple[int, str]]:
-    """End of each formula in this file, with its text."""
+    """Yield the end offset of each declaration with a formula in this file, and the formula's text."""
     for declaration in text.outline.declarations:
         match declaration:
             case ast.Require(body=body) | ast.Prefer(body=body) | ast.Let(body=body):

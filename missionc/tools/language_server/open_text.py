@@ -1,9 +1,9 @@
-"""An open document: its lines, positions, symbol table, and the findings of the last check.
+"""Open document: its lines, positions, symbol table, and the findings of the last check.
 
 Offsets in the text are converted to the protocol's positions and back, in the client's encoding.
 
-The text may be incomplete. The symbol table contains its declarations, and the names in unreadable declarations. One
-namespace contains all declarations; labels of requirements are separate, since they only serve messages.
+The text may be incomplete. The symbol table contains the readable declarations, and the names in unreadable ones. All
+declarations share one namespace; labels of requirements are separate, since they occur only in messages.
 """
 
 from __future__ import annotations
@@ -49,14 +49,20 @@ KEYWORDS = {
     "flag": Kind.FLAG,
     "let": Kind.LET,
 }
-"""Kind of declaration for each keyword."""
+"""Kind of declared name for each keyword."""
 
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """Place of a name; ``kind`` is None for a label, an index or an undeclared name.
+    """Occurrence of a name in a text.
 
-    ``index`` is the declaration of an index, whose meaning is local to it.
+    Args:
+        text: the name.
+        span: span of this occurrence.
+        kind: kind of the declared name; None for a label, an index or an undeclared name.
+        declares: whether this occurrence declares the name.
+        label: whether it is the label of a requirement.
+        index: declaration of the index, which is local; None for other names.
     """
 
     text: str
@@ -69,9 +75,14 @@ class Name:
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """Symbol table; ``whole``: the text and its includes have no syntax errors.
+    """Symbol table of a text and its included files.
 
-    ``declared`` are names with their readable declarations.
+    Args:
+        source: text.
+        declarations: readable declarations.
+        whole: whether the text and its includes have no syntax errors.
+        broken: tokens of unreadable passages.
+        declared: name of each declaration, with the declaration if it is readable.
     """
 
     source: Source
@@ -98,12 +109,12 @@ class Outline:
 
     @cached_property
     def names(self) -> tuple[Name, ...]:
-        """All places of all names, in included files too."""
+        """All occurrences of all names, also in included files."""
         names = _names(self.declarations, self.broken, self.declared)
         return tuple({(name.span.source.name, name.span.start, name.span.end): name for name in names}.values())
 
     def at(self, offset: int) -> Name | None:
-        """Name at a place in the text, or that ends there."""
+        """Name at an offset in the text, or ending there; None if there is none."""
         here = [
             name
             for name in self.names
@@ -112,14 +123,14 @@ class Outline:
         return max(here, key=lambda name: name.span.start, default=None)
 
     def alike(self, name: Name) -> list[Name]:
-        """All places of a name; for a label, its own only."""
+        """All occurrences of a name; for a label, only the given one."""
         if name.label:
             return [name]
         alike = [other for other in self.names if other.text == name.text and not other.label]
         return [other for other in alike if other.index == name.index]
 
     def of_kind(self, *kinds: Kind) -> Iterator[Name]:
-        """Declarations of these kinds, in order."""
+        """Yield the declaring occurrences of names of these kinds, in order."""
         return (name for name, _ in self.declared.values() if name.kind in kinds)
 
 
@@ -150,7 +161,13 @@ def _names(
 
 
 def _unread(source: Source, limits: Limits, findings: list[Diagnostic]) -> Iterator[Token]:
-    """Words of unreadable passages, and of those after too many errors."""
+    """Yield the tokens of passages with syntax errors, and those after the maximum number of errors.
+
+    Args:
+        source: text.
+        limits: maximum size of a text.
+        findings: syntax errors.
+    """
     wrong = [each.primary.span.start for each in findings if each.primary and each.primary.span.source is source]
     left = max(wrong, default=0) if len(findings) >= MOST_FINDINGS else len(source.text)
     for passage in passages(source):
@@ -160,14 +177,14 @@ def _unread(source: Source, limits: Limits, findings: list[Diagnostic]) -> Itera
 
 
 def _declared_in(tokens: tuple[Token, ...]) -> Iterator[tuple[Token, Kind]]:
-    """Names that unreadable words seem to declare."""
+    """Yield the names that follow a keyword in unreadable tokens, each with the kind of the keyword."""
     for token, name in pairwise(tokens):
         if token.declares and token.word in KEYWORDS and name.kind == NAME:
             yield name, KEYWORDS[token.word]
 
 
 def _index_names(declaration: ast.Declaration) -> Iterator[tuple[ast.Name, Span]]:
-    """All places of indices, each with the place of its innermost declaration."""
+    """Yield all occurrences of indices, each with the span of its innermost declaration."""
     waiting: list[tuple[object, Mapping[str, Span]]] = [(declaration, _indices(_family(declaration)))]
     while waiting:
         node, scope = waiting.pop()
@@ -189,7 +206,7 @@ def _index_names(declaration: ast.Declaration) -> Iterator[tuple[ast.Name, Span]
 
 
 def _family(declaration: ast.Declaration) -> tuple[ast.Index, ...]:
-    """Indices of a family's declaration; none for any other."""
+    """Indices in the declared name of a family; empty for other declarations."""
     name = (
         declaration.label if isinstance(declaration, ast.Require | ast.Prefer) else getattr(declaration, "name", None)
     )
@@ -205,7 +222,15 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Lines of a text as in the protocol, which end in ``\n``, ``\r\n`` or a lone ``\r``."""
+    r"""Lines and positions of a text as the protocol counts them.
+
+    A line ends in ``\n``, ``\r\n`` or a single ``\r``.
+
+    Args:
+        text: the text.
+        encoding: encoding in whose units the client counts columns.
+        starts, ends: offsets of the start and the end of each line, the latter before its line end.
+    """
 
     text: str
     encoding: str = types.PositionEncodingKind.Utf16
@@ -218,19 +243,19 @@ class Places:
         object.__setattr__(self, "ends", (*(before for before, _ in cuts), len(self.text)))
 
     def position(self, offset: int) -> types.Position:
-        """Position of the character at an offset; the middle of a line end counts as before it."""
+        """Position of the character at an offset; within a line end, the position before it."""
         line = self.line(offset)
         before = self.text[self.starts[line] : min(offset, self.ends[line])]
         return types.Position(line, self._units(before))
 
     def line(self, offset: int) -> int:
-        """Number of the line of an offset, from 0."""
+        """Line number of an offset, from 0."""
         return bisect_right(self.starts, offset) - 1
 
     def offset(self, position: types.Position) -> int:
         """Offset of a position, clipped to the end of its line and of the text.
 
-        The middle of a character counts as before it.
+        A position within a character counts as before it.
         """
         if position.line >= len(self.starts):
             return len(self.text)
@@ -264,9 +289,15 @@ LIMITS = Limits()
 
 @dataclass(eq=False)
 class OpenText:
-    """One version of a text in the editor.
+    """Version of a text that is open in the editor.
 
-    ``found`` is the result of its check, once it is done; ``before`` is the mission of the last valid earlier version.
+    Args:
+        uri: URI of the document.
+        version: version number in the protocol.
+        source: text of the version.
+        encoding: encoding in whose units the client counts columns.
+        before: mission of the last valid earlier version.
+        found: result of its check; None until it is complete.
     """
 
     uri: str
@@ -286,14 +317,14 @@ class OpenText:
 
     @cached_property
     def tokens(self) -> tuple[Token, ...]:
-        """All tokens in order, including those of unreadable parts; none for a text that is too large."""
+        """All tokens in order, including those of unreadable parts; empty for a text that is too large."""
         if len(self.source.text) > LIMITS.file_bytes:
             return ()
         return tuple(token for passage in passages(self.source) for token in tokenise(passage, LIMITS)[0][:-1])
 
     @property
     def mission(self) -> Mission | None:
-        """Mission of this version if known, else of the last valid one."""
+        """Mission of this version if it was checked and is valid; otherwise that of the last valid version."""
         return self.found.mission if self.found and self.found.mission else self.before
 
     def uri_of(self, source: Source) -> str:
@@ -307,7 +338,7 @@ class OpenText:
 
 
 def name_of(uri: str) -> str:
-    """Name of a text in messages: its path if it has one; escaped if it is not a valid file name."""
+    """Name of a document in messages: its path if it has one; escaped if that is not a valid file name."""
     name = to_fs_path(uri) or uri
     try:
         return name if os.fsencode(name) and "\0" not in name else plain_line(name)

@@ -11,7 +11,7 @@ from missionc.tools.language_server.open_text import OpenText
 
 
 def fixes(text: OpenText, wanted: types.Range) -> list[types.CodeAction]:
-    """Fixes of the findings in a range; none before this version of the text is checked."""
+    """Code actions with the fixes of the findings in a range; none until this version of the text is checked."""
     findings = text.found.findings if text.found else ()
     first, last = text.places.offset(wanted.start), text.places.offset(wanted.end)
     actions = []
@@ -36,7 +36,7 @@ def fixes(text: OpenText, wanted: types.Range) -> list[types.CodeAction]:
 
 
 def title(fix: Fix) -> str:
-    """Description of an edit in one line."""
+    """Description of a fix in one line, for the menu."""
     old, new = (quoted(" ".join(words.split())) for words in (fix.span.text, fix.replacement))
     if not fix.span.text.strip():
         return f"Insert {new}"

@@ -1,4 +1,4 @@
-"""Rename: changes a name everywhere; rejected if the meaning of the text would change."""
+"""Rename request: changes a name in all files; rejected if the meaning of the text would change."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ REQUEST_FAILED = int(types.LSPErrorCodes.RequestFailed)
 
 
 class RefusedError(JsonRpcException):
-    """Reason why nothing is renamed, shown by the editor."""
+    """Error: a name cannot be renamed, for the given reason, which the editor shows."""
 
     CODE = REQUEST_FAILED
 
 
 def renamable(text: OpenText, position: types.Position) -> types.PrepareRenamePlaceholder:
-    """Name at a place.
+    """Range and text of the name at a position.
 
     Raises:
         RefusedError: there is no name, or another file declares it.
@@ -32,7 +32,12 @@ def renamable(text: OpenText, position: types.Position) -> types.PrepareRenamePl
 
 
 def rename(text: OpenText, position: types.Position, new: str) -> types.WorkspaceEdit:
-    """Edits by file.
+    """Edits that rename the name at a position, by file.
+
+    Args:
+        text: open text.
+        position: position in the protocol's units.
+        new: new name.
 
     Raises:
         RefusedError: there is no name, the text has syntax errors, or the new name is taken or invalid.
@@ -83,7 +88,17 @@ def _check(new: str, name: Name, outline: Outline) -> None:
 
 
 def _keeps_its_meaning(text: OpenText, name: Name, new: str, places: list[Name]) -> None:
-    """Check that the renamed text reads as before: some words are allowed as names in some places only."""
+    """Check that the renamed text has the same tree; some words are allowed as names only in some positions.
+
+    Args:
+        text: open text.
+        name: name to replace.
+        new: new name.
+        places: all occurrences of the name.
+
+    Raises:
+        RefusedError: the renamed text reads differently.
+    """
     parts, end = [], 0
     for place in (place for place in places if place.span.source is text.source):
         parts += [text.source.text[end : place.span.start], new]

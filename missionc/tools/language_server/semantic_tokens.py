@@ -23,7 +23,7 @@ COLOURS = {
     Kind.FLAG: Colour.Property,
     Kind.LET: Colour.Function,
 }
-"""Types from the protocol, which every theme has a colour for."""
+"""Token type by kind of name; only types of the protocol, for which every theme has a colour."""
 
 LABEL, INDEX = Colour.Event, Colour.Variable
 TYPES = tuple(dict.fromkeys((*COLOURS.values(), LABEL, INDEX)))
@@ -34,7 +34,7 @@ LEGEND = types.SemanticTokensLegend(
 
 
 def semantic_tokens(text: OpenText) -> types.SemanticTokens:
-    """Five numbers for each name in the text: line and character offsets, length, type, modifiers."""
+    """Semantic tokens of a text, encoded as five numbers each: line and character offsets, length, type, modifiers."""
     data: list[int] = []
     line = character = 0
     own = [name for name in text.outline.names if name.span.source.name == text.source.name]
@@ -51,7 +51,7 @@ def semantic_tokens(text: OpenText) -> types.SemanticTokens:
 
 
 def _colour(name: Name) -> Colour | None:
-    """Colour of a name; None if it is undeclared."""
+    """Token type of a name; None if it is undeclared."""
     if name.label:
         return LABEL
     if name.index is not None:

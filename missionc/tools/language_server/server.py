@@ -1,7 +1,7 @@
-"""The protocol server: JSON-RPC messages in, answers out, with the functions of the other modules.
+"""Protocol server: receives JSON-RPC messages, and answers them with the functions of the other modules.
 
-Every change contains the whole text: it is small, and client and server cannot disagree on its lines. A malformed
-message is answered as in the protocol, or skipped.
+Every change message contains the complete text: it is small, and client and server cannot disagree on its lines. A
+malformed message is answered as the protocol requires, or skipped.
 """
 
 from __future__ import annotations
@@ -40,19 +40,21 @@ from missionc.tools.language_server.workspace_symbols import WorkspaceSymbols, s
 from missionc.version import __version__
 
 LONGEST = 1 << 28
-"""Maximum size of a message, bytes; longer ones are errors of the client, for which no memory is reserved."""
+"""Maximum size of a message, bytes; a longer one is skipped before memory is reserved for it."""
 
 LENGTH = re.compile(rb"Content-Length: (\d+)\r\n\Z")
 
 
 class Incoming:
-    """Standard input of the server: lines up to a message's length, and then as many bytes."""
+    """Input stream of the server: header lines and then the bytes of each message."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
 
     def readline(self) -> bytes:
-        """Next line; after an invalid message, from the next message's length on. Empty at the end."""
+        """Read the next line; after an invalid message, from the next length header on. Empty at the end of the
+        input.
+        """
         line = self._stream.readline()
         match = LENGTH.search(line)
         if match is None:
@@ -65,7 +67,7 @@ class Incoming:
 
 
 class Protocol(LanguageServerProtocol):
-    """Protocol with an answer to each request, even an unreadable one."""
+    """Protocol that answers every request, even an unreadable one."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
@@ -83,12 +85,17 @@ class Protocol(LanguageServerProtocol):
             )  # without a version, so that no handler acts on it
 
     def refuse(self, error: JsonRpcException, request_id: int | str | None = None) -> None:
-        """Answer a message with an error; its id is null if the message has no readable one."""
+        """Answer a message with an error.
+
+        Args:
+            error: error to send.
+            request_id: id of the message; null if it has no readable one.
+        """
         self._send_data({"jsonrpc": self.VERSION, "id": request_id, "error": error.to_response_error()})
 
 
 class Server(LanguageServer):
-    """Server state: open texts and their checks."""
+    """State of the language server: open texts and their checks."""
 
     protocol: Protocol
 
@@ -101,7 +108,7 @@ class Server(LanguageServer):
         self.commands: frozenset[str] = frozenset()
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Report an error to the client; text that is not a message is answered as in the protocol."""
+        """Report an error to the client; input that is not a message is answered as the protocol requires."""
         if source is not JsonRpcException:
             super().report_server_error(error, source)
         else:
@@ -109,7 +116,12 @@ class Server(LanguageServer):
             self.protocol.refuse(JsonRpcParseError() if unread else JsonRpcInvalidRequest())
 
     def put(self, uri: str, version: int) -> None:
-        """Store the client's current text, and start its check."""
+        """Store the client's current text of a document, and start its check.
+
+        Args:
+            uri: URI of the document.
+            version: version number in the protocol.
+        """
         known = self.open.get(uri)
         written = self.workspace.get_text_document(uri).source
         before = known.mission if known else None
@@ -117,17 +129,17 @@ class Server(LanguageServer):
         self.checks.ask(self.open[uri])
 
     async def settled(self, uri: str) -> OpenText | None:
-        """Text after its check, which has priority over displays of its state."""
+        """Open text after its check; None if it was closed."""
         await self.checks.settled(uri)
         return self.open.get(uri)
 
     @property
     def encoding(self) -> str:
-        """Units in which the client counts columns."""
+        """Encoding in whose units the client counts columns."""
         return types.PositionEncodingKind(self.workspace.position_encoding or "utf-16")
 
     def folders(self) -> list[Path]:
-        """Local folders that the client has open."""
+        """Paths of the local folders that the client has open."""
         uris = [*self.workspace.folders] or [self.workspace.root_uri or ""]
         return [Path(path) for uri in uris if uri.startswith("file:") and (path := to_fs_path(uri))]
 
@@ -139,7 +151,7 @@ class Server(LanguageServer):
 
 
 def serve() -> None:
-    """Answer on standard input and output until the client disconnects."""
+    """Answer requests on standard input and output until the client disconnects."""
     if sys.stdin is None:
         return  # closed: no more requests will arrive
     logging.getLogger("pygls").setLevel(logging.CRITICAL)  # the client gets every error, with its source
@@ -149,7 +161,11 @@ def serve() -> None:
 
 
 def made(server: Server | None = None) -> Server:
-    """Server with handlers for all requests; handlers are added to the given one."""
+    """Server with handlers for all requests.
+
+    Args:
+        server: server to add the handlers to; a new one if None.
+    """
     server = server or Server()
     _texts(server)
     for request in AT_ONCE:
@@ -195,7 +211,7 @@ def _texts(server: Server) -> None:
 
 
 Answer: TypeAlias = Callable[[OpenText, Any], object]
-"""Function from a text and the parameters of a request to its result."""
+"""Function from a text and the parameters of a request to the result."""
 
 AT_ONCE: tuple[tuple[str, Answer, object], ...] = (
     (types.TEXT_DOCUMENT_HOVER, lambda text, asked: hover(text, asked.position), None),
@@ -213,7 +229,7 @@ AT_ONCE: tuple[tuple[str, Answer, object], ...] = (
     (types.TEXT_DOCUMENT_PREPARE_RENAME, lambda text, asked: renamable(text, asked.position), None),
     (types.TEXT_DOCUMENT_RENAME, lambda text, asked: rename(text, asked.position, asked.new_name), None),
 )
-"""Requests about one text that are answered immediately, and their results if the text is not open."""
+"""Requests that are answered without a check: method, function, and result if the text is not open."""
 
 CHECKED: tuple[tuple[str, Answer, object], ...] = (
     (types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT, lambda text, asked: highlights(text, asked.position), []),
@@ -221,7 +237,7 @@ CHECKED: tuple[tuple[str, Answer, object], ...] = (
     (types.TEXT_DOCUMENT_INLAY_HINT, lambda text, asked: hints(text, asked.range), []),
     (types.TEXT_DOCUMENT_CODE_ACTION, lambda text, asked: fixes(text, asked.range), []),
 )
-"""Requests that are answered after the check of the text."""
+"""Requests that are answered after the check of the text: method, function, and result if the text is not open."""
 
 OPTIONS = {
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: LEGEND,
@@ -247,7 +263,7 @@ def _answer_checked(server: Server, method: str, answer: Answer, absent: object)
 def _views(server: Server) -> None:
     @server.feature(types.WORKSPACE_SYMBOL)
     async def answer_workspace(params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
-        """Answer in a thread of its own, since it reads files."""
+        """Workspace symbols, computed in a separate thread since files are read."""
         search, texts = server.symbols.search, dict(server.open)
         return await asyncio.to_thread(search, params.query, server.folders(), texts, server.encoding)
 
@@ -262,7 +278,7 @@ def _views(server: Server) -> None:
 
     @server.feature("missionc/scene")
     async def answer_scene(params: Any) -> Json | None:
-        """Map of a text with its version; in a thread, since areas are slow."""
+        """Map of a text with its version, computed in a separate thread since areas are slow."""
         text = server.open.get(params.textDocument.uri)
         if text is None:
             return None
@@ -271,7 +287,7 @@ def _views(server: Server) -> None:
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def did_change_files(params: types.DidChangeWatchedFilesParams) -> None:
-        """Tell a client that watches plans to refresh its code lenses."""
+        """Make the client refresh its code lenses after a plan has changed."""
         wanted = server.client_capabilities.workspace
         if wanted and wanted.code_lens and wanted.code_lens.refresh_support:
             server.workspace_code_lens_refresh(None)

@@ -1,4 +1,4 @@
-"""Help on the language's words, in Markdown: from the operators, predicates, forms and parameters themselves."""
+"""Help on the language's words in Markdown, from the definitions of operators, predicates, forms and parameters."""
 
 from __future__ import annotations
 
@@ -34,7 +34,12 @@ assert STATE_MEANINGS.keys() == STATES
 
 
 def meaning(token: Token, before: Token | None = None) -> str:
-    """Meaning of a word; empty if there is none. ``before`` is the word before it."""
+    """Explanation of a token in Markdown; empty if there is none.
+
+    Args:
+        token: token to explain.
+        before: token before it, or None.
+    """
     if token.kind == UNIT:
         return _of_unit(token.text)
     if before is not None and before.word == "vehicle" and token.text in profiles():
@@ -75,14 +80,14 @@ def _of_operator(word: str) -> str:
 
 
 def figure(name: str) -> str:
-    """Meaning of a vehicle parameter."""
+    """Explanation of a vehicle parameter in Markdown."""
     known = FIGURES[name]
     relation = f" {known.relation} " if known.relation == "<=" else " "
     return _entry(f"{known.dimension.value} of a vehicle", name, known.says, f"{name}{relation}{example(known)}")
 
 
 def vehicle(name: str) -> str:
-    """All parameters of a profile."""
+    """All parameters of a vehicle profile in Markdown."""
     figures = "\n".join(f"{figure} {text}" for figure, text in figures_of(profiles()[name]) if text)
     return f"`{name}`: a vehicle\n\n```\n{figures or 'no limits'}\n```"
 

@@ -1,7 +1,4 @@
-"""Document and workspace symbols: the declarations of a text, and of all missions in the open folders.
-
-Workspace symbols cover open missions and those in the open folders.
-"""
+"""Document and workspace symbols: the declarations of a text, and those of all missions in the open folders."""
 
 from __future__ import annotations
 
@@ -37,7 +34,7 @@ KINDS = {
 
 
 def symbols(text: OpenText) -> list[types.DocumentSymbol]:
-    """Declarations in this text; for unreadable ones, the name that they seem to declare."""
+    """Declarations of a text as symbols; from unreadable declarations, the names that follow their keywords."""
     symbols: list[types.DocumentSymbol] = []
     for declaration in text.outline.declarations:
         if declaration.span.source.name != text.source.name:
@@ -62,7 +59,7 @@ def symbols(text: OpenText) -> list[types.DocumentSymbol]:
 
 
 def _shown(name: ast.Name) -> str:
-    """Name; for a family, with its indices: ``w[i in 0..9]``."""
+    """Name of a declaration, with the indices of a family: ``w[i in 0..9]``."""
     return name.whole_span.text if isinstance(name, ast.FamilyName) else name.text
 
 
@@ -75,13 +72,13 @@ def _symbol(
 MOST_FILES = 300
 """Maximum number of missions in the open folders that are read."""
 MOST_ENTRIES = 20_000
-"""Maximum number of files and folders that are searched for them."""
+"""Maximum number of files and folders that are listed to find missions."""
 MOST_SYMBOLS = 1_000
-"""Maximum number of declarations in one answer."""
+"""Maximum number of symbols in one answer."""
 
 
 class WorkspaceSymbols:
-    """Declarations in the files of the open folders; files are read again when they change."""
+    """Cache of the declarations in the open folders; a changed file is read again."""
 
     def __init__(self) -> None:
         self._known: dict[Path, tuple[tuple[int, int], list[types.DocumentSymbol], str]] = {}
@@ -89,13 +86,13 @@ class WorkspaceSymbols:
     def search(
         self, query: str, folders: Iterable[Path], texts: Mapping[str, OpenText], encoding: str
     ) -> list[types.WorkspaceSymbol]:
-        """Declarations whose names contain the letters of the query in order, ignoring case.
+        """Symbols whose names contain the letters of a query in order, ignoring case.
 
         Args:
-            query: letters of the query; empty matches all.
+            query: letters; empty matches all names.
             folders: open folders.
             texts: open texts by URI, in their current version.
-            encoding: units in which the client counts columns.
+            encoding: encoding in whose units the client counts columns.
         """
         found: list[types.WorkspaceSymbol] = []
         for uri, declared, mission in self._files(folders, texts, encoding):
@@ -131,7 +128,7 @@ def _declared(uri: str, source: Source, encoding: str) -> list[types.DocumentSym
 
 
 def _missions(folders: Iterable[Path]) -> Iterator[tuple[Path, os.stat_result]]:
-    """Missions in and below some folders, except in hidden folders and those written by the compiler."""
+    """Yield the missions in and below some folders, except in hidden folders and those written by the compiler."""
     files = entries = 0
     waiting = [*folders]
     while waiting:

@@ -1,1 +1,1 @@
-"""Replay of an output folder from its files alone: verification, simulation and redrawing."""
+"""Functions of plan folders, from their files alone: verification, simulation and redrawing."""

@@ -1,4 +1,4 @@
-"""The report of two folders of one mission: both plans on one page, with one time line.
+"""Report that compares two plans of one mission: both on one page, with one time line.
 
 in   two Reverified
 out  the page's bytes, or the reason why they are plans of different missions
@@ -20,7 +20,11 @@ from missionc.tools.replay.reverify import Reverified
 
 
 def compare_reports(first: Reverified, second: Reverified) -> bytes | Diagnostic:
-    """Page with the first plan as A and the second as B; both folders must be readable."""
+    """Report page of two plans, or the finding that they belong to different missions.
+
+    Args:
+        first, second: re-verified, readable folders, shown as A and B.
+    """
     assert first.opened is not None
     assert second.opened is not None
     different = _difference(first.opened, second.opened)
@@ -38,14 +42,14 @@ def compare_reports(first: Reverified, second: Reverified) -> bytes | Diagnostic
 
 
 def _short_names(first: Path, second: Path) -> tuple[str, str]:
-    """Names of the folders, with their parent folders if the names are equal."""
+    """Names of two folders for display; their paths if the names are equal."""
     if first.name != second.name:
         return first.name, second.name
     return str(first), str(second)
 
 
 def _difference(first: OutputFolder, second: OutputFolder) -> str:
-    """First difference between the missions; empty if they are equal."""
+    """First difference between the missions of two folders in words; empty if they are equal."""
     if first.mission.name != second.mission.name:
         return f"the first is a plan of `{first.mission.name}`, the second of `{second.mission.name}`"
     ours, theirs = texts(first.checked), texts(second.checked)
@@ -60,7 +64,10 @@ def _difference(first: OutputFolder, second: OutputFolder) -> str:
 
 
 def _of_values(first: OutputFolder, second: OutputFolder) -> str:
-    """Difference in command-line values, found from the length of the mission and its agents."""
+    """Difference in the length or the agents of two missions, which command-line values cause.
+
+    Empty if there is none.
+    """
     ours, theirs = first.mission, second.mission
     if (ours.step, ours.steps) != (theirs.step, theirs.steps):
         times = [f"{mission.steps} steps of {mission.step:g} s" for mission in (ours, theirs)]

@@ -1,4 +1,4 @@
-"""Reader of a plan folder: its files by the manifest, the mission as meant, the plan and its polynomials.
+"""Reader of a plan folder: its files by the manifest, the complete mission, the plan and its polynomials.
 
     in   the folder's path
     out  FolderFiles, then OutputFolder, or the obstacle
@@ -45,13 +45,13 @@ from missionc.verification.flight.way_missions import Ways
 from missionc.verification.monitoring.read_trace import read_trace
 
 STRETCH, VEHICLE = "stretch", "vehicle"
-"""Names of the manifest's entries for the time scale and the vehicle."""
+"""Names of the options for the time scale and the vehicle in the manifest."""
 
 UNLISTED = "not listed in the manifest"
 
 
 class Listed(Protocol):
-    """Files of a folder, with those that differ from the manifest and those that it does not list."""
+    """Folder contents: the listed files, those of them that differ from the manifest, and unlisted files."""
 
     @property
     def files(self) -> Mapping[str, bytes]: ...
@@ -65,12 +65,13 @@ class Listed(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FolderFiles:
-    """Contents of a folder of the compiler.
+    """Contents of a folder that the compiler wrote.
 
     Args:
+        path: path of the folder.
         manifest: contents of ``manifest.json``; its ``inputs`` and ``files`` are names and texts.
-        lying: everything in the folder, by relative name.
-        files: every file that the manifest lists, including its mission's.
+        lying: status of every file and folder in it, by relative name.
+        files: contents of every file that the manifest lists, including its mission's.
     """
 
     path: Path
@@ -80,18 +81,24 @@ class FolderFiles:
 
     @property
     def differing(self) -> tuple[str, ...]:
-        """Names of the files whose content differs from the manifest."""
+        """Names of the files whose contents differ from the manifest."""
         listed = names_and_hashes(self.manifest["files"])
         return tuple(name for name in self.files if listed.get(name) != hashlib.sha256(self.files[name]).hexdigest())
 
     @property
     def unlisted(self) -> tuple[str, ...]:
-        """Unlisted files, and folders without listed files."""
+        """Names of unlisted files, and of folders without listed files."""
         return unlisted_of(self.lying, [*self.files, file_names.MANIFEST])
 
 
 def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagnostic:
-    """Read the files of a folder with the wanted one, or return the reason why they are unreadable."""
+    """Read the listed files of a folder, or return the reason why it is unreadable.
+
+    Args:
+        folder: path of the folder.
+        limits: maximum sizes of the files.
+        wanted: name of a file that must be among them.
+    """
     lying = lying_in(folder, limits)
     if isinstance(lying, Diagnostic):
         return lying
@@ -115,7 +122,7 @@ def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagn
 
 
 def file_checks(found: Listed) -> tuple[Check, ...]:
-    """Checks that every file is unchanged and that there are no others."""
+    """Checks that every listed file is unchanged and that there are no others."""
     detail = "the SHA-256 matches the manifest"
     listed = (
         Check("manifest", name, 0.0, "", 0.0, name not in found.differing, detail=detail)
@@ -126,10 +133,12 @@ def file_checks(found: Listed) -> tuple[Check, ...]:
 
 
 def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -> Checked | Diagnostic:
-    """Mission in a folder, checked as on the original command line, or an error in the manifest.
+    """Check the mission in a folder with the options of its manifest; return an error in the manifest, if any.
 
     Args:
-        of_plan: if true, the mission has the duration of the plan in the folder, which may be slower than planned.
+        found: contents of the folder.
+        limits: maximum sizes of the mission.
+        of_plan: whether to use the duration of the plan in the folder, which may be longer than the mission's.
     """
     folder, inputs = found.path, names_and_hashes(found.manifest["inputs"])
     stretch = _stretch(found.manifest)
@@ -166,7 +175,7 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
 
 
 def _rest(found: FolderFiles, checked: Checked, limits: Limits) -> Checked | Diagnostic:
-    """Mission that begins after its flown part."""
+    """Remaining mission after its flown part, or the error in the file of that part."""
     past = read_past(found.files[file_names.PAST].decode("utf-8", errors="replace"), limits.magnitude)
     if isinstance(past, str):
         return unusable(found.path, f"invalid `{file_names.PAST}`: {past}")
@@ -174,7 +183,7 @@ def _rest(found: FolderFiles, checked: Checked, limits: Limits) -> Checked | Dia
 
 
 def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnostic | None:
-    """Measured positions named in the manifest, one of its inputs; None if there are none."""
+    """File of measured positions that the manifest names; None without one; an error if it is not an input."""
     name = option(found.manifest, POSES)
     if name is None:
         return None
@@ -187,7 +196,9 @@ def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnos
 
 
 def lying_in(folder: Path, limits: Limits) -> dict[str, os.stat_result] | Diagnostic:
-    """Everything in the folder, if it is within the limits and contains no link."""
+    """Status of every file and folder in a folder by relative name, or the finding that it has a link or is too
+    large.
+    """
     if not folder.is_dir():
         return unusable(folder, "it is not a folder")
     try:
@@ -208,7 +219,7 @@ def lying_in(folder: Path, limits: Limits) -> dict[str, os.stat_result] | Diagno
 
 
 def _misspelt(names: Iterable[str]) -> str:
-    """First name that is not in normal form, or that another one equals except for case."""
+    """First name that is not in normal form, or that equals another one except for case; empty if there is none."""
     seen: dict[str, str] = {}
     for name in names:
         if not is_normal(name):
@@ -220,7 +231,7 @@ def _misspelt(names: Iterable[str]) -> str:
 
 
 def _absent(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> str:
-    """First name without a file in the folder."""
+    """First name without a regular file in the folder, with the reason; empty if there is none."""
     for name in names:
         if name not in lying or not stat.S_ISREG(lying[name].st_mode):
             return f"`{name}`, which is missing"
@@ -228,7 +239,7 @@ def _absent(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> str:
 
 
 def unlisted_of(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
-    """Everything in the folder that is not one of these files."""
+    """Sorted names in the folder that are not among the given files."""
     return tuple(sorted(set(lying) - set(names)))
 
 
@@ -236,7 +247,7 @@ def unlisted_of(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
 
 
 def manifest_in(folder: Path, limits: Limits) -> dict[str, object] | Diagnostic:
-    """Manifest, without a check of its contents."""
+    """Contents of the manifest as parsed JSON, or the finding that it is unreadable; entries are not checked here."""
     content = read_inside(folder, file_names.MANIFEST, limits.trace_bytes)
     return content if isinstance(content, Diagnostic) else parsed(folder, content)
 
@@ -249,26 +260,26 @@ def parsed(folder: Path, content: bytes) -> dict[str, object] | Diagnostic:
 
 
 def names_and_hashes(listed: object) -> dict[str, str]:
-    """Names and hashes; empty if they are malformed."""
+    """Hashes by name from an entry of the manifest; empty if it is malformed."""
     if not isinstance(listed, dict) or not all(isinstance(value, str) for value in listed.values()):
         return {}
     return listed
 
 
 def option(manifest: Mapping[str, object], name: str) -> str | None:
-    """Command-line option; None if it was not given or is not a text."""
+    """Value of a command-line option in the manifest; None if it was not given or is not a text."""
     value = options(manifest).get(name)
     return value if isinstance(value, str) else None
 
 
 def options(manifest: Mapping[str, object]) -> dict[str, object]:
-    """All command-line options."""
+    """All command-line options in the manifest, by name."""
     given = manifest.get("options")
     return given if isinstance(given, dict) else {}
 
 
 def _stretch(manifest: Mapping[str, object]) -> float | None:
-    """Time scale of the plan; None if it is malformed."""
+    """Time scale of the plan; 1 if the manifest states none; None if it is malformed."""
     if STRETCH not in options(manifest):
         return 1.0
     try:
@@ -279,14 +290,14 @@ def _stretch(manifest: Mapping[str, object]) -> float | None:
 
 
 def _absent_packages(manifest: Mapping[str, object]) -> list[str]:
-    """The packages of extensions that a manifest names and that are not installed, each with its version."""
+    """Names and versions of extension packages in the manifest that are not installed."""
     known = {"missionc", "python", *PACKAGES, *(each.package for each in installed())}
     versions = names_and_hashes(manifest.get("versions"))
     return [f"`{printable(name)}` {printable(number)}" for name, number in versions.items() if name not in known]
 
 
 def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:
-    """Parameters and settings from the command line, with ``-D`` and ``--set``."""
+    """Values of parameters and settings from ``-D`` and ``--set`` in the manifest, by name."""
     given = ((*name.partition(" "), text) for name, text in options(manifest).items())
     return {name: text for flag, _, name, text in given if flag in ("-D", "--set") and isinstance(text, str)}
 
@@ -305,17 +316,18 @@ PLAN, CERTIFICATE = "plan.json", "certificate.json"
 
 @dataclass(frozen=True, eq=False)
 class OutputFolder:
-    """Output folder with all of its contents.
+    """Plan folder with all of its contents.
 
     Args:
         path: path of the folder.
         manifest: contents of ``manifest.json``; its ``inputs`` and ``files`` are names and texts.
-        files: every file that the manifest lists, by relative name.
-        differing: names of the files whose content differs from the manifest.
+        files: contents of every file that the manifest lists, by relative name.
+        differing: names of the files whose contents differ from the manifest.
         unlisted: other files in the folder, and folders without listed files.
         checked: its mission, without errors.
+        mission, kernel: the mission in both representations.
         trace: its plan.
-        flights: text of each agent's polynomials, by the agent's name; empty if the file is missing.
+        flights: text of each agent's polynomials by agent name; empty if the file is missing.
         ways: texts of the transfers from and to the floor that have a file in the folder.
         alternatives: folders of further plans in it, by relative name.
     """
@@ -335,26 +347,31 @@ class OutputFolder:
 
     @property
     def stops(self) -> Mapping[str, str]:
-        """Text of each agent's trajectory until the plan begins, by the agent's name; empty if there is none."""
+        """Text of each agent's trajectory until the start of the plan, by agent name; empty if there is none."""
         return file_names.stops_in(self.mission.agents, self.files)
 
     @property
     def in_flight(self) -> bool:
-        """True if the plan begins in the air, after an earlier flight."""
+        """Return whether the plan starts in the air, after an earlier flight."""
         return file_names.PAST in self.files
 
     @cached_property
     def plan_document(self) -> Any:
-        """Contents of ``plan.json``; its numbers need not be finite."""
+        """Parsed contents of ``plan.json``; its numbers need not be finite."""
         return parse_json(self.text(PLAN), finite=False)
 
     def text(self, name: str) -> str:
-        """File as text; empty if there is none."""
+        """Contents of a file as text; empty if there is no such file."""
         return self.files.get(name, b"").decode("utf-8", errors="replace")
 
 
 def read_folder(folder: Path, limits: Limits | None = None) -> OutputFolder | tuple[Diagnostic, ...]:
-    """Read the folder's mission, plan and polynomials, or return all reasons why they are unreadable."""
+    """Read the mission, the plan and the polynomials of a folder, or return all reasons why they are unreadable.
+
+    Args:
+        folder: path of the folder.
+        limits: maximum sizes of the files; the defaults of ``Limits`` if None.
+    """
     limits = limits or Limits()
     found = read_files(folder, limits, PLAN)
     if isinstance(found, Diagnostic):
@@ -366,7 +383,7 @@ def read_folder(folder: Path, limits: Limits | None = None) -> OutputFolder | tu
 def _with_alternatives(
     opened: OutputFolder, lying: Mapping[str, os.stat_result], limits: Limits
 ) -> OutputFolder | tuple[Diagnostic, ...]:
-    """Folder with the folders of further plans, each read from the files in memory."""
+    """Folder with the folders of further plans, read from the files in memory; all findings if one is unreadable."""
     inside: dict[str, OutputFolder] = {}
     for rank in range(2, file_names.MOST_ALTERNATIVES + 1):
         name = f"{file_names.ALTERNATIVES_FOLDER}/{rank}"
@@ -397,7 +414,7 @@ def _with_alternatives(
 
 
 def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic, ...]:
-    """The same for files in memory."""
+    """Plan folder from files in memory, or all reasons why they are unreadable."""
     folder, files = found.path, found.files
     checked = check_mission(found, limits)
     if isinstance(checked, Diagnostic):

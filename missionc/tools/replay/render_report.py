@@ -1,4 +1,4 @@
-"""The report redrawn from a folder's files, and simulated flights added to the folder.
+"""Report drawn again from a folder's files, and simulated flights added to the folder.
 
 in   Reverified; or a folder and the text of a simulation
 out  the page's bytes; the folder with both, and with a manifest that lists them
@@ -28,9 +28,9 @@ from missionc.tools.replay.reverify import Reverified, plans_of, reverify_opened
 
 
 def render_report(reverified: Reverified) -> bytes:
-    """Bytes of the page; empty if the folder is unreadable.
+    """Report page of a re-verified folder; empty if the folder is unreadable.
 
-    Failed checks are on the page, except those of the page that it replaces.
+    The page shows failed checks, except those of the page that it replaces.
     """
     opened, certificate, flown = reverified.opened, reverified.certificate, reverified.flown
     if opened is None or certificate is None or flown is None:
@@ -41,11 +41,19 @@ def render_report(reverified: Reverified) -> bytes:
 
 
 def add_simulation(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:
-    """Write a simulation and its report, and list both; other entries of the manifest stay unchanged.
+    """Write a simulation and its report to a folder, and list both; other entries of the manifest stay unchanged.
 
-    The folder is replaced as a whole if all of its contents are the compiler's, so that all three files change or none.
+    The complete folder is replaced if all of its contents are the compiler's, so that all three files change or none.
     Otherwise, or if the parent folder is not writable, they are written one by one. Files changed by hand still count
     as changed. A changed simulation or page is not replaced.
+
+    Args:
+        folder: path of the plan folder.
+        simulation: contents of ``simulation.json``.
+        limits: maximum sizes of the files; the defaults of ``Limits`` if None.
+
+    Returns:
+        The errors; empty if the files were written.
     """
     before = read_folder(folder, limits)
     if not isinstance(before, OutputFolder):
@@ -62,14 +70,14 @@ def add_simulation(folder: Path, simulation: bytes, limits: Limits | None = None
 
 
 def _with_simulation(opened: OutputFolder, simulation: bytes) -> OutputFolder:
-    """Folder as it is read once it contains and lists the simulation."""
+    """Folder in memory with the simulation among its files and in its manifest."""
     manifest = json.loads(relisted(opened.manifest, {SIMULATION: simulation}))
     differing = tuple(name for name in opened.differing if name != SIMULATION)
     return replace(opened, manifest=manifest, files={**opened.files, SIMULATION: simulation}, differing=differing)
 
 
 def _replaceable(opened: OutputFolder) -> bool:
-    """Return whether the folder may be replaced as a whole: it is not in use, and all contents are the compiler's."""
+    """Return whether the complete folder may be replaced: it is not in use, and all contents are the compiler's."""
     works_in_it = Path(os.path.realpath(os.curdir)).is_relative_to(os.path.realpath(opened.path))
     return not works_in_it and refuse(opened.path, force=True) is None
 
@@ -79,12 +87,15 @@ def _replaced(opened: OutputFolder, new: Mapping[str, bytes]) -> Diagnostic | No
 
 
 def _one_by_one(folder: Path, new: Mapping[str, bytes]) -> Diagnostic | None:
-    """Write the files one by one, the manifest last, so that unlisted files stay detectable."""
+    """Write files one by one; return the first error, if any.
+
+    The manifest is last, so that unlisted files stay detectable.
+    """
     return next(filter(None, (write_inside(folder, name, content) for name, content in new.items())), None)
 
 
 def _foreign(opened: OutputFolder, name: str) -> bool:
-    """Return whether the file with this name differs from the manifest."""
+    """Return whether a file differs from the manifest or is not listed there."""
     path = opened.path / name
     if path.is_symlink():
         return True

@@ -1,4 +1,4 @@
-"""Re-verification of a folder with a plan, or with a proof that there is none, from its files alone.
+"""Re-verification of a folder from its files alone: of a plan, or of a proof that none exists.
 
     in   OutputFolder, or the path of a folder with a proof
     out  Reverified: the Certificate of the files, and that of the plan and its flight; or the checks of the proof, and
@@ -50,14 +50,19 @@ from missionc.verification.impossibility.cover_document import COVER
 from missionc.verification.verify_plan import verify, verify_between, verify_polynomials, with_delays
 
 MOST_REASONS = 8
-"""Maximum number of failed checks in a message."""
+"""Maximum number of failed checks that a message states."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reverified:
-    """Verification of a folder's files; ``certificate`` is None if they are unreadable.
+    """Result of the verification of a folder.
 
-    ``flown`` is the part about the plan and its flight, without the checks of files.
+    Args:
+        folder: path of the folder.
+        findings: errors; empty if all checks pass.
+        opened: contents of the folder; None if they are unreadable.
+        certificate: all checks; None if the files are unreadable.
+        flown: checks of the plan and its flight, without those of files.
     """
 
     folder: Path
@@ -66,9 +71,9 @@ class Reverified:
     certificate: Certificate | None = None
     flown: Certificate | None = None
     others: tuple[Reverified, ...] = ()
-    """Further plans in the folder, by rank."""
+    """Results for further plans in the folder, by rank."""
     proven: str = ""
-    """Statement that the files prove, for a folder with a proof instead of a plan."""
+    """Statement that the files prove, for a folder with a proof instead of a plan; otherwise empty."""
 
     @property
     def passed(self) -> bool:
@@ -76,12 +81,17 @@ class Reverified:
 
     @property
     def undecided(self) -> bool:
-        """True if nothing is wrong, but a part cannot be verified here."""
+        """Return whether all failed checks are of parts that cannot be verified here."""
         return self.certificate is not None and _undecided(self.certificate)
 
 
 def reverify(folder: Path, limits: Limits | None = None) -> Reverified:
-    """Verify the plan and the polynomials in a folder, and all of its other contents."""
+    """Verify the plan and the polynomials in a folder, and all of its other contents.
+
+    Args:
+        folder: path of the folder.
+        limits: maximum sizes of the files; the defaults of ``Limits`` if None.
+    """
     opened = read_folder(folder, limits)
     return (
         reverify_opened(opened, limits or Limits()) if isinstance(opened, OutputFolder) else Reverified(folder, opened)
@@ -89,7 +99,12 @@ def reverify(folder: Path, limits: Limits | None = None) -> Reverified:
 
 
 def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
-    """Verify a folder in memory; without limits, simulations are not repeated."""
+    """Verify a folder in memory.
+
+    Args:
+        opened: contents of the folder.
+        limits: maximum sizes; if None, simulations are not repeated.
+    """
     others = tuple(reverify_opened(each, limits) for each in opened.alternatives.values())
     mission, kernel, trace = opened.mission, opened.kernel, opened.trace
     flown = verify(mission, kernel, trace)
@@ -119,7 +134,7 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
 
 
 def _safe_end(opened: OutputFolder) -> Certificate:
-    """Verified safe ends of a flight."""
+    """Certificate of the safe ends of a flight."""
     mission = opened.mission
     stops = read_safe_end(opened.text(SAFE_END), mission)
     if isinstance(stops, str):
@@ -129,19 +144,19 @@ def _safe_end(opened: OutputFolder) -> Certificate:
 
 
 def plans_of(others: tuple[Reverified, ...]) -> list[Judged]:
-    """Further plans with their certificates."""
+    """Further plans with their certificates, as arguments of other functions; unreadable ones are omitted."""
     return [(each.opened, each.flown) for each in others if each.opened is not None and each.flown is not None]
 
 
 def _of_other(name: str, other: Reverified) -> Check:
-    """Check that a further plan passes all checks of its own folder; reports the first failure."""
+    """Check that a further plan passes all checks of its folder, with its first failure in words."""
     failures = other.certificate.failures if other.certificate else ()
     say = unjudged if other.undecided else verdict
     return say(name, _plan_failure_text(failures[0]) if failures else "")
 
 
 def _stated(opened: OutputFolder, flown: Certificate) -> tuple[Check, ...]:
-    """Checks that the folder's certificate agrees with its files."""
+    """Checks that the certificate file in the folder agrees with the computed certificate."""
     plan = hashlib.sha256(opened.files[PLAN]).hexdigest()
     return tuple(check_certificate(opened.text(CERTIFICATE), plan, flown))
 
@@ -173,7 +188,7 @@ def _plan_refused(folder: Path, certificate: Certificate) -> Diagnostic:
 
 
 def _plan_failure_text(check: Check) -> str:
-    """Failed check in words: quantity, agents, amount and time."""
+    """Description of a failed check: quantity, agents, amount and time."""
     if check.name == "manifest":
         why = check.detail if check.detail == UNLISTED else "its content has changed"
         return f"file `{printable(check.subject)}`: {why}"
@@ -188,7 +203,12 @@ def _plan_failure_text(check: Check) -> str:
 
 
 def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified | None:
-    """Verify the proof in a folder; None if it contains none."""
+    """Verify the proof in a folder; None if it contains none.
+
+    Args:
+        folder: path of the folder.
+        limits: maximum sizes of the files; the defaults of ``Limits`` if None.
+    """
     limits = limits or Limits()
     manifest = manifest_in(folder, limits)
     if isinstance(manifest, Diagnostic) or manifest.get("holds") != PROOF:
@@ -221,7 +241,7 @@ def _proven(conflict: tuple[str, ...] | None) -> str:
 
 
 def _given(found: FolderFiles) -> str:
-    """Changes of the mission from the command line, for readers of the mission."""
+    """Parameter values from the command line in words, for a sentence about the mission; empty if there are none."""
     given = [f"{name}={value}" for name, value in options(found.manifest).items() if name.startswith("-D ")]
     return f", with {all_listed([f'`{each}`' for each in given])}" if given else ""
 

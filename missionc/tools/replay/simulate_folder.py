@@ -1,4 +1,4 @@
-"""Simulation of a compiled folder, from its files alone.
+"""Simulation of a plan folder's flight, from its files alone.
 
 in   the folder's path, the flight conditions
 out  Simulated
@@ -28,14 +28,19 @@ from missionc.tools.replay.read_folder import OutputFolder, read_folder
 from missionc.verification.monitoring.monitor import monitor
 
 SHOWN = 5
-"""Maximum number of agent names in a message."""
+"""Maximum number of agents that a message names."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Simulated:
-    """Result of a folder's flights; ``trials`` is None if its files could not be flown.
+    """Simulated flights of a plan folder.
 
-    ``planned`` has the verdicts on the plan.
+    Args:
+        folder: path of the folder.
+        findings: errors and warnings.
+        opened: contents of the folder; None if they are unreadable.
+        planned: verdicts on the plan.
+        trials: the flights; None if the files could not be flown.
     """
 
     folder: Path
@@ -50,11 +55,11 @@ class Simulated:
 
 
 Fly: TypeAlias = Callable[[OutputFolder, list[Pieces], Trial, Callable[[int], None]], Trials]
-"""Function that flies the polynomials of a folder; the listener gets the number of finished flights."""
+"""Function that simulates the polynomials of a folder; its listener gets the number of finished flights."""
 
 
 def fly_here(opened: OutputFolder, pieces: list[Pieces], trial: Trial, listen: Callable[[int], None]) -> Trials:
-    """Fly all flights in this process."""
+    """Simulate all flights in this process."""
     return run(opened.mission, opened.kernel, pieces, trial, listen)
 
 
@@ -65,7 +70,15 @@ def simulate(
     listen: Callable[[int], None] = nobody,
     fly: Fly = fly_here,
 ) -> Simulated:
-    """Fly the contents of a folder without verification, which is the task of ``verify``."""
+    """Simulate the flights of a folder without verifying it, which ``verify`` does.
+
+    Args:
+        folder: path of the folder.
+        trial: conditions of the flights.
+        limits: maximum sizes of the files; the defaults of ``Limits`` if None.
+        listen: function that is called with the number of finished flights.
+        fly: function that simulates the flights.
+    """
     absent = engines.missing(trial.engine)
     if absent:
         return Simulated(folder, (absent,))
@@ -93,7 +106,7 @@ def simulate(
 
 @np.errstate(over="ignore", invalid="ignore")
 def _beyond(mission: Mission, pieces: list[Pieces], limits: Limits) -> dict[str, str]:
-    """Agents whose polynomials exceed the range of arithmetic, with the reason."""
+    """Reason by agent name for polynomials that exceed the maximum magnitude; empty if there are none."""
     times = sample_times(mission.horizon)
     sizes = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
     why = f"exceed {limits.magnitude:g} m, m/s or m/s^2"

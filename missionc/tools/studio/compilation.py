@@ -24,16 +24,16 @@ from missionc.tools.studio.planner import LOOK_EVERY, Ended, NewPlanner, Planner
 from missionc.tools.studio.workplace import Workplace
 
 DONE = 0
-"""Exit status of a compilation with a plan."""
+"""Exit status of a successful compilation."""
 
 
 class Planning:
-    """Context in which texts are compiled in a thread.
+    """Context manager with a thread that compiles texts.
 
     Args:
         planner: as in ``Workplace``.
         tell: called in the thread with each new line of progress.
-        ended: called in the thread at the end of a request that was not stopped.
+        ended: called in the thread at the end of a compilation that was not stopped.
     """
 
     def __init__(self, planner: NewPlanner, tell: Callable[[str], None], ended: Callable[[Ended], None]) -> None:
@@ -50,7 +50,13 @@ class Planning:
         self._thread.join()
 
     def start(self, source: Source, output: Path, backend: str) -> None:
-        """Compile a text into a folder, and abandon the one before."""
+        """Start compiling a text into a folder, and stop the current compilation.
+
+        Args:
+            source: text of the mission.
+            output: path of the plan folder.
+            backend: name of a backend, or ``auto``.
+        """
 
         def order(planner: Planner) -> bool:
             planner.compile(source, output, backend)
@@ -79,7 +85,7 @@ class Planning:
                     self._ended(ended)
 
     def _carried_out(self, planner: Planner) -> bool:
-        """Carry out the next order if one arrives soon; returns whether to continue."""
+        """Run the next command of the page, if one arrives within ``LOOK_EVERY``; return whether to continue."""
         try:
             order = self._orders.get(timeout=LOOK_EVERY)
         except queue.Empty:
@@ -89,7 +95,13 @@ class Planning:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """Finished compilation: its files, and the name of its mission."""
+    """Finished compilation.
+
+    Args:
+        folder: path of its plan folder.
+        mission: name of its mission.
+        planned: whether there is a plan.
+    """
 
     folder: Path
     mission: str
@@ -97,11 +109,12 @@ class Kept:
 
 
 class Compilation:
-    """Context in which texts are compiled; a new one replaces the one before.
+    """Context manager for the compilations of one page; a new one replaces the current one.
 
     Args:
-        tell: called in the loop's thread with a line of progress.
-        ended: called there with the end, and the name of the report, or an empty text.
+        workplace: state shared by all pages.
+        tell: called in the loop's thread with each line of progress.
+        ended: called in the loop's thread with the end, and the name of the report, or an empty text.
     """
 
     def __init__(self, workplace: Workplace, tell: Callable[[str], None], ended: Callable[[Ended, str], None]) -> None:
@@ -125,7 +138,13 @@ class Compilation:
         self._drop()
 
     def start(self, source: Source, mission: str, backend: str) -> None:
-        """Compile the current text in a folder of the studio."""
+        """Start compiling a text into a new folder of the studio.
+
+        Args:
+            source: text of the mission.
+            mission: name of the mission.
+            backend: name of a backend, or ``auto``.
+        """
         self._begun = Kept(self._workplace.folder(), mission, False)
         self._planning.start(source, self._begun.folder, backend)
 
@@ -134,7 +153,14 @@ class Compilation:
         self._planning.stop()
 
     def keep(self, force: bool) -> Path | Diagnostic | None:
-        """Save the last plan to ``build/NAME``; returns the path, an error, or None without a plan."""
+        """Save the last plan to ``build/NAME``.
+
+        Args:
+            force: whether to replace an existing folder.
+
+        Returns:
+            The path, an error, or None without a plan.
+        """
         if self._kept is None or not self._kept.planned:
             return None
         target = Path("build") / self._kept.mission
@@ -150,7 +176,7 @@ class Compilation:
         self._ended(end, self._report)
 
     def _drop(self) -> None:
-        """Remove everything of the previous plan."""
+        """Delete the folder and the report of the previous plan."""
         if self._kept is not None:
             shutil.rmtree(self._kept.folder, ignore_errors=True)
         self._workplace.withdraw(self._report)

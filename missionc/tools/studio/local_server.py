@@ -1,4 +1,4 @@
-"""The studio's server: its page, reports, and a socket for each open page, on this machine only."""
+"""HTTP server of the studio: its page, reports, and a WebSocket for each open page, on this machine only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from missionc.tools.studio.workplace import Workplace
 ASSETS = Path(__file__).resolve().parent / "assets"
 KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 FILES = {"": "index.html", "studio.js": "studio.js", "studio.css": "studio.css", "icon.svg": "icon.svg"}
-"""Files of the page by request path: no others are read from the disk."""
+"""Files of the page by request path; no other files of the disk are served."""
 SOCKET = "socket"
 NONCE = "%%NONCE%%"
 
@@ -33,16 +33,16 @@ PAGE = (
 )
 """Content security policy of the page.
 
-CodeMirror's styles carry the nonce; browsers themselves style inserted words.
+CodeMirror's styles carry the nonce; browsers style inserted words inline.
 """
 
 REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
-"""Additional policy of a report: no origin, so that it cannot send requests to this server."""
+"""Additional policy of a report page: without an origin, it cannot send requests to this server."""
 
 MOST_PAGES = 8
-"""Maximum number of open pages, each with a language server."""
+"""Maximum number of open pages; each has a language server."""
 LONGEST_MESSAGE = 1 << 20
-"""Maximum bytes of a message: a text of maximum size with all characters escaped, and some overhead."""
+"""Maximum size of a message, bytes: a text of maximum size with all characters escaped, and some overhead."""
 
 log = logging.getLogger(__name__)
 log.addHandler(logging.NullHandler())
@@ -50,7 +50,7 @@ log.propagate = False
 
 
 class LocalServer:
-    """Server that answers requests accepted by the guard."""
+    """Server that answers the requests that the guard accepts."""
 
     def __init__(self, workplace: Workplace) -> None:
         self._workplace = workplace
@@ -60,7 +60,7 @@ class LocalServer:
 
     @asynccontextmanager
     async def serving(self) -> AsyncIterator[None]:
-        """Context in which the page is available at the guard's ``address``."""
+        """Context manager during which the page is available at the guard's ``address``."""
         async with serve(
             self._speak,
             NAMES[0],
@@ -78,7 +78,7 @@ class LocalServer:
             yield
 
     def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Page or rejection; None if a socket may be opened."""
+        """HTTP response to a request; None if it may open a WebSocket."""
         name = self.guard.path(request.path, request.headers)
         if name is None:
             return _answer(HTTPStatus.FORBIDDEN, b"forbidden\n", "text/plain")
@@ -98,7 +98,7 @@ class LocalServer:
         return _answer(HTTPStatus.NOT_FOUND, b"not found\n", "text/plain")
 
     async def _speak(self, socket: ServerConnection) -> None:
-        """Exchange messages between one page and its session."""
+        """Exchange messages between one page's socket and its session."""
         outgoing: asyncio.Queue[str] = asyncio.Queue()
 
         async def send() -> None:

@@ -1,4 +1,4 @@
-"""Missions to open: those in the folder, in the gallery, and the templates, each by name."""
+"""Lists of missions to open: those in the folder, in the gallery, and the templates, each by name."""
 
 from __future__ import annotations
 
@@ -14,14 +14,19 @@ from missionc.tools.studio.text_file import TextFile, fresh, opened_text
 
 SUFFIX = ".mission"
 MOST = 500
-"""Maximum number of listed missions in one folder."""
+"""Maximum number of missions listed from one folder."""
 
 Shelf = Literal["folder", "gallery", "template"]
 SHELVES: tuple[Shelf, ...] = ("folder", "gallery", "template")
 
 
 def listed(shelf: Shelf, home: Path) -> list[dict[str, str]]:
-    """Missions on a shelf: the name of each, and its description from its first comment."""
+    """Missions on a shelf as ``name`` and ``about``, the description from the first comment.
+
+    Args:
+        shelf: ``folder``, ``gallery`` or another list of missions.
+        home: folder of the user's missions.
+    """
     match shelf:
         case "folder":
             return [{"name": path.name, "about": ""} for path in _missions(home)]
@@ -32,9 +37,15 @@ def listed(shelf: Shelf, home: Path) -> list[dict[str, str]]:
 
 
 def taken(shelf: Shelf, name: str, home: Path, limits: Limits) -> TextFile | Diagnostic:
-    """Mission from a shelf; one that is not from the folder is a text without a file.
+    """Read a mission from a shelf, or return the error; one that is not from the folder has no file yet.
 
-    A text from the gallery keeps its path there, so that what it includes is found.
+    A text from the gallery has its path there, so that the files that it includes are found.
+
+    Args:
+        shelf: list of missions.
+        name: name on the shelf.
+        home: folder of the user's missions.
+        limits: maximum sizes of a mission.
     """
     if name not in [entry["name"] for entry in listed(shelf, home)]:
         return Diagnostic(UNREADABLE, f"there is no `{name}` to open", None, help="choose a listed mission")
@@ -50,14 +61,14 @@ def taken(shelf: Shelf, name: str, home: Path, limits: Limits) -> TextFile | Dia
 
 
 def _missions(place: Path) -> Iterator[Path]:
-    """Missions in a folder, without links that lead out of it."""
+    """Yield the missions in a folder, without links that lead out of it."""
     root = place.resolve()
     found = (path for path in sorted(place.glob(f"*{SUFFIX}")) if path.is_file() and path.resolve().parent == root)
     yield from (path for path, _ in zip(found, range(MOST), strict=False))
 
 
 def _about(path: Path) -> str:
-    """First sentence of the comment at the beginning of a mission."""
+    """First sentence of the comment at the start of a mission file."""
     lines = []
     for line in path.read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):

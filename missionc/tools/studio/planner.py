@@ -1,4 +1,4 @@
-"""Interface of the studio's planner: ``missionc studio`` passes one for compilations in a separate process."""
+"""Interface of the studio's planner, which ``missionc studio`` implements with a separate process."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Protocol
 from missionc import Diagnostic, Source
 
 LOOK_EVERY = 0.1
-"""Seconds between two checks of a compilation."""
+"""Seconds between two polls of a compilation."""
 
 
 class Ended(Protocol):
-    """The end of a compilation: exit status, findings as text and as values, and the lines of the summary."""
+    """Result of a compilation: exit status, findings as text and as values, and the lines of the summary."""
 
     @property
     def status(self) -> int: ...
@@ -27,20 +27,26 @@ class Ended(Protocol):
 
 
 class Planner(Protocol):
-    """Planner for one compilation at a time; a new one ends the one before."""
+    """Planner for one compilation at a time; a new one stops the current one."""
 
     @property
     def progress(self) -> str:
-        """Stage of the compilation in one line; empty if unknown."""
+        """Current stage of the compilation in one line; empty if unknown."""
 
     def compile(self, source: Source, output: Path, backend: str) -> None:
-        """Compile a text into a folder."""
+        """Start compiling a text.
+
+        Args:
+            source: text of the mission.
+            output: path of the plan folder.
+            backend: name of a backend, or ``auto``.
+        """
 
     def ended(self) -> Ended | None:
-        """End of the current compilation, once it has ended."""
+        """Result of the current compilation; None until it has ended."""
 
     def stop(self) -> None:
-        """End the current compilation."""
+        """Stop the current compilation."""
 
 
 NewPlanner = Callable[[], AbstractContextManager[Planner]]

@@ -1,4 +1,4 @@
-"""The studio from its first page to Ctrl-C: the server, its folder for plans, and the browser."""
+"""Life of the studio from its first page to Ctrl-C: the server, its folder for plans, and the browser."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from missionc.tools.studio.text_file import TextFile
 from missionc.tools.studio.workplace import Workplace
 
 PREFIX = "missionc-studio-"
-"""Prefix of the folder for plans, in the system's folder for temporary files."""
+"""Prefix of the folder for plans, which is in the system's temporary folder."""
 
 
 def serve(home: Path, first: TextFile, planner: NewPlanner, ready: Callable[[str], None]) -> None:
     """Serve until a signal arrives.
 
     Args:
-        home: the only folder for opening and saving missions.
+        home: the only folder in which missions are opened and saved.
         first: initial text of a page.
         planner: as in ``Workplace``.
         ready: called with the page's address once it is available.

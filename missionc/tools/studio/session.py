@@ -1,9 +1,9 @@
-"""A session of the studio: one open page, its mission text, its requests, and its language server.
+"""Session of the studio: one open page, its mission text, its requests, and its language server.
 
     says MC002 MC004 MC702
 
 Messages are those of JSON-RPC. The session answers methods that begin with ``studio/``. The language server of the
-page, which knows the one open text, answers all others, and reports the contents of the map.
+page, which knows the one open text, answers all others, and sends the map after each change.
 
 Only ``studio/save`` writes the text of the page to a file. The page colours the compiler's own keywords.
 """
@@ -70,7 +70,7 @@ COLOURS = {
     "a part of `prefer`": "propertyName",
     "a part of `tolerate`": "propertyName",
 }
-"""CodeMirror's tag for each kind of word, by its description in the table of words."""
+"""CodeMirror's tag for each kind of word, by its description in the language's table of words."""
 
 
 def session_words() -> Json:
@@ -86,13 +86,19 @@ def session_words() -> Json:
 
 
 LONGEST = 200
-"""Maximum bytes of a file's name."""
+"""Maximum size of a file name, bytes."""
 ANOTHER_NAME = "another name, in this folder"
 
 
 @dataclass(slots=True)
 class OpenMission:
-    """Text of a page; ``home`` is the only folder that is read and written."""
+    """Text of a page.
+
+    Args:
+        home: the only folder that is read and written.
+        file: text and its path.
+        limits: maximum sizes of a mission.
+    """
 
     home: Path
     file: TextFile
@@ -100,11 +106,11 @@ class OpenMission:
 
     @property
     def uri(self) -> str:
-        """URI of the text for the language server."""
+        """URI of the text in the language server."""
         return self.file.path.as_uri()
 
     def described(self) -> Json:
-        """Data of the text for a page."""
+        """Text and its state for the page, as JSON."""
         return {
             "uri": self.uri,
             "name": self.file.path.name,
@@ -115,7 +121,12 @@ class OpenMission:
         }
 
     def open(self, shelf: Shelf, name: str) -> Json | Diagnostic:
-        """Open another text instead of this one."""
+        """Open another mission instead of this one; return its data or the error.
+
+        Args:
+            shelf: list of missions.
+            name: name on the shelf.
+        """
         file = taken(shelf, name, self.home, self.limits)
         if isinstance(file, Diagnostic):
             return file
@@ -123,7 +134,7 @@ class OpenMission:
         return self.described()
 
     def reload(self) -> Json | Diagnostic:
-        """Load the text from its file again."""
+        """Load the text from its file again; return its data or the error."""
         file = opened_text(self.file.path, self.limits)
         if isinstance(file, Diagnostic):
             return file
@@ -131,11 +142,17 @@ class OpenMission:
         return self.described()
 
     def save(self, text: str, name: str, replace: bool) -> Json | Diagnostic:
-        """Save the text, under its own name or another one in the folder.
+        """Save the text under its own name or another one in the folder.
 
-        ``problem`` is a question for the user: a missing name (``unnamed``), an existing file (``exists``), or a file
-        that another program has changed (``changed``). ``beside`` are the included files of a text from the gallery
-        that were saved as well.
+        Args:
+            text: current text.
+            name: name of the file; empty for its own.
+            replace: whether to replace an existing or changed file.
+
+        Returns:
+            The data of the saved text, or an error. With ``problem``, nothing is saved, and the user is asked about a
+            missing name (``unnamed``), an existing file (``exists``), or a file that another program has changed
+            (``changed``). ``beside`` are the included files of a text from the gallery that were saved as well.
         """
         size = len(text.encode("utf-8"))
         if size > self.limits.file_bytes:
@@ -163,7 +180,7 @@ class OpenMission:
         return {"problem": "", "beside": list(missing), **self.described()}
 
     def _included(self, text: str) -> dict[str, bytes]:
-        """Files that a text from elsewhere includes, relative to it, which are saved with it."""
+        """Contents by relative path of the files that a text from the gallery includes, which are saved with it."""
         path = self.file.path
         find = loader(path, str(path), self.limits)
         found: dict[str, bytes] = {}
@@ -179,7 +196,12 @@ class OpenMission:
 
 
 def refused_name(home: Path, path: Path) -> Diagnostic | None:
-    """Reason why a text cannot be saved under a name, or None."""
+    """Error for a path to which a text must not be saved, or None.
+
+    Args:
+        home: folder of the user's missions.
+        path: path of the file.
+    """
     name = path.name
     plain = path.parent == home and name.isprintable() and not name.startswith(".") and "\\" not in name
     if not plain or len(os.fsencode(name)) > LONGEST:
@@ -193,7 +215,7 @@ class StudioLsp(Server):
     """Language server of one page.
 
     Args:
-        allowed: whether a text is the open one; others and their includes are not read.
+        allowed: function that returns whether a text is the open one; others and their includes are not read.
         show: called with each version of the text and its scene, in the loop's thread.
     """
 
@@ -212,7 +234,7 @@ class StudioLsp(Server):
         task.add_done_callback(self._tasks.discard)
 
     async def _draw(self, text: OpenText) -> None:
-        """Draw the scene of a text, unless there is a newer version by then."""
+        """Compute the scene of a text in a thread, and show it unless there is a newer version by then."""
 
         def made_scene() -> Json | None:
             return scene(text.source, text.outline.declarations, LIMITS)
@@ -226,13 +248,17 @@ log = logging.getLogger(__name__)
 
 OWN = "studio/"
 LEFT_OUT = ("exit", "shutdown")
-"""Methods that end a language server, which instead ends with its page."""
+"""Methods that would end the language server, which ends with its page instead."""
 UNKNOWN_METHOD, WRONG_PARAMETERS, DEFECT = -32601, -32602, -32603
 """Error codes of JSON-RPC."""
 
 
 class WrongRequest(Exception):
-    """Error for a request that our pages never send; ``code`` is that of JSON-RPC."""
+    """Error: a page sent a request that the studio's own pages never send.
+
+    Args:
+        code: error code of JSON-RPC.
+    """
 
     def __init__(self, code: int = WRONG_PARAMETERS) -> None:
         super().__init__(code)
@@ -240,7 +266,11 @@ class WrongRequest(Exception):
 
 
 class Session:
-    """Context in which a page is answered; ``send`` takes each message to it, in the loop's thread."""
+    """Context manager during which a page is answered.
+
+    Args:
+        send: called with each message to the page, in the loop's thread.
+    """
 
     def __init__(self, workplace: Workplace, send: Callable[[str], None]) -> None:
         self._workplace, self._send = workplace, send
@@ -269,7 +299,7 @@ class Session:
         self._compilation.__exit__(*exception)
 
     def receive(self, data: str | bytes) -> None:
-        """Answer one message; invalid ones are ignored."""
+        """Answer one message of the page; invalid ones are ignored."""
         try:
             message = json.loads(data)
         except (ValueError, RecursionError):
@@ -281,7 +311,7 @@ class Session:
             self._hand_on(data)
 
     def _hand_on(self, data: str | bytes) -> None:
-        """Forward a message to the language server."""
+        """Pass a message to the language server."""
         protocol = self._lsp.protocol
         try:
             protocol.handle_message(json.loads(data, object_hook=protocol.structure_message))
@@ -315,7 +345,11 @@ class Session:
         return self._open.save(_text(params, "text"), _text(params, "name"), params.get("replace") is True)
 
     def _compile(self, params: Json) -> Json:
-        """Start compiling the language server's current text."""
+        """Start compiling the language server's current text.
+
+        Raises:
+            WrongRequest: there is no open text.
+        """
         text = self._lsp.open.get(self._open.uri)
         if text is None:
             raise WrongRequest
@@ -369,12 +403,12 @@ class Session:
 
 @cache
 def _converter() -> Converter:
-    """Converter from protocol values to plain values."""
+    """Converter from protocol objects to plain values."""
     return get_converter()
 
 
 class _Writer:
-    """Output stream of the language server."""
+    """Output stream of the language server, which sends messages to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
         self._send = send

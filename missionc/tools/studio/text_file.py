@@ -1,4 +1,4 @@
-"""The file of a text: read unchanged, compared with the disk, and saved on request only.
+"""Text with its file: read unchanged, compared with the disk, and saved on request only.
 
 Lines of a page end in one character. The line ends on the disk and the byte order mark are stored here, so that saving
 changes edited parts only.
@@ -20,10 +20,15 @@ from missionc.output.folder.write_file import write_file
 
 @dataclass(frozen=True, slots=True)
 class TextFile:
-    """Text with its path.
+    r"""Text of a mission and its file.
 
-    ``disk`` is the last known content of its file, None without a file; ``named`` means that the user chose the path,
-    so that it can be saved there without a question.
+    Args:
+        path: path of the file, which need not exist.
+        text: text with ``\n`` line ends.
+        disk: last known content of the file; None without a file.
+        named: whether the user chose the path, so that saving there needs no question.
+        newline: line end on the disk.
+        mark: byte order mark on the disk.
     """
 
     path: Path
@@ -35,23 +40,23 @@ class TextFile:
 
     @property
     def saved(self) -> bool:
-        """True if it has a file."""
+        """Return whether the text has a file."""
         return self.disk is not None
 
     def changed(self, limits: Limits) -> bool:
-        """Return whether its file has changed since it was last read or saved."""
+        """Return whether the file has changed since it was last read or saved."""
         now = read_bytes(self.path, str(self.path), limits.file_bytes)
         return now != self.disk if isinstance(now, bytes) else self.saved or os.path.lexists(self.path)
 
     def save(self, path: Path, text: str) -> TextFile | Diagnostic:
-        """Write the text to a path; returns an error, if any."""
+        """Write a text to a path; return the saved file or an error."""
         content = self.mark + text.replace("\n", self.newline).encode("utf-8")
         wrong = write_file(path, content)
         return wrong or replace(self, path=path, text=text, disk=content, named=True)
 
 
 def opened_text(path: Path, limits: Limits) -> TextFile | Diagnostic:
-    """Read the text of a file."""
+    """Read a text and its line ends from a file, or return the error."""
     content = read_bytes(path, str(path), limits.file_bytes)
     if isinstance(content, Diagnostic):
         return content
@@ -64,7 +69,7 @@ def opened_text(path: Path, limits: Limits) -> TextFile | Diagnostic:
 
 
 def fresh(folder: Path, name: str) -> Path:
-    """Unused path in the folder: ``name.mission``, or with a number."""
+    """Path in a folder that does not exist yet: ``name.mission``, or with a number."""
     numbers = iter(range(2, 10_000))
     path = folder / f"{name}.mission"
     while os.path.lexists(path):

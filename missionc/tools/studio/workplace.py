@@ -1,4 +1,4 @@
-"""The workplace that the pages of a studio share: its folder for plans, reports and planner."""
+"""State that the pages of a studio share: the folder for plans, the reports and the planner."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class Workplace:
     """State shared by the pages of a studio.
 
     Args:
-        home: the only folder for opening and saving missions.
+        home: the only folder in which missions are opened and saved.
         first: initial text of a page.
         plans: folder of the studio for its compilations.
-        planner: context whose value compiles texts, one at a time.
+        planner: function that returns a context manager with a planner.
     """
 
     home: Path
@@ -27,15 +27,15 @@ class Workplace:
     plans: Path
     planner: NewPlanner
     reports: dict[str, bytes] = field(default_factory=dict)
-    """Pages by a random name."""
+    """Report pages by request path, which contains a random name."""
     _numbers: count[int] = field(default_factory=count)
 
     def folder(self) -> Path:
-        """Unused path of a folder for another plan."""
+        """Path of a new folder for a plan, which does not exist yet."""
         return self.plans / f"plan-{next(self._numbers)}"
 
     def publish(self, page: bytes) -> str:
-        """Make a page available, and return its name."""
+        """Serve a report page; return its request path."""
         name = f"report/{secrets.token_urlsafe(12)}.html"
         self.reports[name] = page
         return name

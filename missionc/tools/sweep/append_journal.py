@@ -1,4 +1,4 @@
-"""An append-only journal: lines that are never changed, in a file that its user locks.
+"""Append-only journal: a file of lines that are never changed, locked by its user.
 
 in   the file's path, lines
 out  the same lines
@@ -21,15 +21,15 @@ from missionc.output.folder.ownership import cannot_write, reason, shown
 from missionc.output.folder.write_file import NOT_REGULAR
 
 LARGEST = 1 << 30
-"""Maximum bytes of a journal that is read."""
+"""Maximum size of a journal that is read, bytes."""
 FLAGS = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
-"""Flags for opening: no link is followed, and pipes do not block."""
+"""Flags for opening the file: links are not followed, and pipes do not block."""
 BLOCK = 4096
-"""Bytes of a block in the search for the end of the last line."""
+"""Size in bytes of the blocks in which the end of the last line is searched."""
 
 
 class Journal:
-    """Journal, open for appending. Each line is flushed before the next one is written."""
+    """Journal file, open for appending; a line is written in one call."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
@@ -40,7 +40,7 @@ class Journal:
         return os.fstat(self._handle).st_size
 
     def read(self) -> bytes:
-        """Read everything: lines, each with its end, and possibly half of one.
+        """Read the complete lines, each with its end, and possibly half a line.
 
         Raises:
             OSError: the file cannot be read.
@@ -50,13 +50,13 @@ class Journal:
             return file.read()
 
     def cut(self) -> None:
-        """Remove half a line at the end."""
+        """Remove half a line at the end, if there is one."""
         end = self._end()
         if end < self.size:
             os.ftruncate(self._handle, end)
 
     def add(self, line: bytes) -> None:
-        """Append a line with its end.
+        """Append a line and its end.
 
         Raises:
             OSError: the disk is full.
@@ -68,7 +68,7 @@ class Journal:
         os.fsync(self._handle)
 
     def _end(self) -> int:
-        """Offset of the end of the last whole line."""
+        """Offset of the end of the last complete line, in bytes."""
         end = self.size
         while end:
             begin = max(0, end - BLOCK)
@@ -81,11 +81,12 @@ class Journal:
 
 @contextmanager
 def locked(path: Path, of: Path, another: str) -> Iterator[Journal | Diagnostic]:
-    """Journal at a path for its only user, created if necessary, or the reason why it is locked.
+    """Yield the journal at a path, created if necessary and locked; otherwise the finding that it is in use.
 
     Args:
-        of: the folder in messages.
-        another: text on how to name another one.
+        path: path of the journal.
+        of: path in messages.
+        another: how to name another one, for a message.
     """
     try:
         handle = os.open(path, FLAGS, 0o666)

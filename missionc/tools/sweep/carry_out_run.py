@@ -1,4 +1,4 @@
-"""One run of a sweep: a mission compiled within its limits, flown on request, and the result.
+"""Run of a sweep: compilation of a mission within limits, its flights if requested, and the result.
 
 in   Request
 out  RunResult
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
     from missionc.flight.simulation.trials import Trials
 
 SAID = 300
-"""Maximum characters of a message in a table."""
+"""Maximum length of a message in a table, characters."""
 DIGITS = 9
-"""Decimals of numbers."""
+"""Number of decimals in a table."""
 
 
 def carry_out(request: Request) -> RunResult:
-    """Compile, and fly the plan."""
+    """Compile the mission of a request, and simulate the flights of the plan if requested."""
     settings = request.settings
     with TemporaryDirectory(prefix="missionc-run-", ignore_cleanup_errors=True) as folder:
         put_files(Path(folder), settings.files)
@@ -72,7 +72,7 @@ def carry_out(request: Request) -> RunResult:
 
 
 def put_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write a mission's files to a folder; links between them stay links."""
+    """Write a mission's files to a folder; a link between them stays a link."""
     for name, content in files.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -84,7 +84,7 @@ def put_files(folder: Path, files: Mapping[str, bytes]) -> None:
 
 
 def _of_compilation(compiled: Compiled) -> dict[str, Value]:
-    """Columns of a compilation."""
+    """Table columns of a compilation: sizes, codes and messages."""
     mission, outcome = compiled.checked.mission, compiled.outcome
     errors = [finding for finding in compiled.findings if has_errors([finding])]
     says = errors or list(compiled.findings)
@@ -125,7 +125,14 @@ def _finite(value: float) -> float | None:
 
 
 def _flown(compiled: Compiled, outcome: Verified, flights: Flights, request: Request) -> dict[str, Value]:
-    """Columns of the flights, within the time limit of a compilation; empty after a timeout."""
+    """Table columns of the simulated flights; empty after a timeout.
+
+    Args:
+        compiled: compilation with a plan.
+        outcome: verified plan.
+        flights: number and conditions of the flights.
+        request: request of the run.
+    """
     deadline = time.monotonic() + request.settings.time_limit
     began = time.monotonic()
     with limited(request.settings.memory_limit):

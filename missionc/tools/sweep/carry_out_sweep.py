@@ -1,4 +1,4 @@
-"""A sweep from beginning to end: checks, start or resumption, runs, tables, page, and remaining time.
+"""Complete sweep: checks, start or resumption, runs, tables, page, and estimated remaining time.
 
     in   SweepRequest
     out  SweepResult
@@ -46,12 +46,12 @@ from missionc.tools.sweep.sweep_folder import PLANS, Row, SweepFolder, at_work, 
 from missionc.tools.sweep.sweep_html import Page, place_of, sweep_html
 
 SHOWN = 4
-"""Maximum number of combinations in a finding."""
+"""Maximum number of combinations that a finding names."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedGrid:
-    """Results of the checks of all combinations, in the grid's order, and all findings."""
+    """Checks of all combinations in the grid's order, and their findings without duplicates."""
 
     each: Mapping[Combination, Checked]
     findings: tuple[Diagnostic, ...]
@@ -66,7 +66,17 @@ def check_combinations(
     limits: Limits,
     listen: Callable[[int], None],
 ) -> CheckedGrid:
-    """Check all combinations; ``listen`` gets the number of finished ones."""
+    """Check all combinations.
+
+    Args:
+        file: path of the mission, or its text.
+        grid: varied values.
+        fixed: parameters with one value, as texts.
+        backend: name of a backend, or ``auto``.
+        vehicle: vehicle profile of teams that name none.
+        limits: maximum sizes of a mission.
+        listen: called with the number of finished checks.
+    """
     each: dict[Combination, Checked] = {}
     for values in grid.combinations:
         overrides = {**fixed, **dict(values)}
@@ -76,7 +86,7 @@ def check_combinations(
 
 
 def _told_once(each: Mapping[Combination, Checked]) -> tuple[Diagnostic, ...]:
-    """Findings without duplicates, each with its combinations unless those are all."""
+    """Findings without duplicates, each with its combinations in words unless it applies to all."""
     found: dict[object, tuple[Diagnostic, list[Combination]]] = {}
     for values, checked in each.items():
         for finding in checked.findings:
@@ -94,17 +104,17 @@ def _with_combinations(finding: Diagnostic, of: list[Combination], all_there_are
 
 
 NORMAL_95 = 1.959963984540054
-"""Bound of the symmetric interval with 95 % of the standard normal distribution."""
+"""Quantile of the standard normal distribution that bounds its symmetric 95 % interval."""
 
 LEAST = 5
 """Minimum number of finished runs for an estimate."""
 
 
 class RemainingTime:
-    """Estimate of run times, including runs before this command with times in the journal.
+    """Estimate of the remaining time from the times of finished runs, including those of earlier commands.
 
-    Runs of one combination are similar. For combinations without finished runs, the estimate uses all runs, which
-    widens the interval.
+    Runs of one combination take similar times. For combinations without finished runs, the estimate uses all runs,
+    which widens the interval.
 
     Args:
         left: number of remaining runs of each combination.
@@ -123,7 +133,7 @@ class RemainingTime:
         self._took.setdefault(row.run.values, []).append(_seconds(row))
 
     def left(self, workers: int) -> tuple[float, float] | None:
-        """95 % interval of the remaining seconds.
+        """Interval of the remaining seconds with 95 % probability.
 
         None if too few runs are finished, or if there are no workers.
         """
@@ -152,7 +162,7 @@ def _moments(sample: list[float] | tuple[float, ...]) -> tuple[float, float]:
 
 
 def every(seconds: Seconds, work: Callable[[], object]) -> Callable[[], None]:
-    """Function that does the work at most every ``seconds``, and at most a tenth of the time."""
+    """Function that calls ``work`` at most every ``seconds``, and for at most a tenth of the time."""
     due = time.monotonic() + seconds
 
     def perhaps() -> None:
@@ -168,11 +178,11 @@ def every(seconds: Seconds, work: Callable[[], object]) -> Callable[[], None]:
 
 PAGE = "sweep.html"
 AGAIN = Seconds(60.0)
-"""Seconds after which tables and page are updated during the runs."""
+"""Seconds between updates of the tables and the page during the runs."""
 
 
 def unheard(*told: object) -> None:
-    """Listener that ignores everything."""
+    """Listener that does nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +190,11 @@ class SweepRequest:
     """Request for a sweep.
 
     Args:
+        file: path of the mission, or its text.
+        grid: varied values.
         settings: settings of all runs; files and versions are filled in.
-        workers: opens the pool of workers.
+        folder: folder of the results.
+        workers: function that returns a context manager with the pool of workers, or a finding.
         compare: folder of an older sweep.
         plot: file and width of a separate figure.
         checked: called with the number of checked combinations.
@@ -206,12 +219,14 @@ class SweepResult:
     """Result of a sweep.
 
     Args:
+        findings: errors and warnings.
         mission: name of the mission; empty if it is unreadable.
         total: total number of runs.
         rows: finished runs.
         groups: finished runs by combination.
+        comparisons: comparisons with an older sweep.
         done: number of runs done by this command.
-        interrupted: True if it was interrupted.
+        interrupted: whether the sweep was interrupted.
     """
 
     findings: tuple[Diagnostic, ...]
@@ -229,13 +244,13 @@ class SweepResult:
 
     @property
     def sound(self) -> bool:
-        """True if no finding is an error, and no run was refused or crashed."""
+        """Return whether no finding is an error, and no run was invalid, unverified or crashed."""
         bad = {row.result.outcome for row in self.rows.values()} & {"refused", "unverified", ERROR}
         return not bad and not has_errors(list(self.findings))
 
 
 def carry_out_sweep(request: SweepRequest) -> SweepResult:
-    """Do the remaining runs."""
+    """Check all combinations, do the remaining runs, and write the tables and the page."""
     large = too_many(len(request.grid))
     if large:
         return SweepResult((large,))
@@ -271,7 +286,7 @@ def carry_out_sweep(request: SweepRequest) -> SweepResult:
 
 
 def _refused(request: SweepRequest, found: CheckedGrid) -> Diagnostic | None:
-    """Errors of the sweep, apart from those of the mission."""
+    """First error of the request itself, apart from errors of the mission; None if there is none."""
     lost = request.settings.flights.lost if request.settings.flights else ()
     return (plot.missing() if request.plot else None) or next(
         filter(None, (_not_there(each.mission, lost) for each in found.each.values() if each.mission)), None
@@ -292,7 +307,15 @@ def _not_there(mission: Mission, lost: tuple[tuple[str, float], ...]) -> Diagnos
 def _at_work(
     request: SweepRequest, found: CheckedGrid, mission: Mission, old: SweepFolder | None, journal: Journal
 ) -> SweepResult:
-    """Do the remaining runs, as the only process in the folder."""
+    """Do the remaining runs, with the folder locked.
+
+    Args:
+        request: request for the sweep.
+        found: checks of all combinations.
+        mission: mission of one combination.
+        old: older sweep to compare with, or None.
+        journal: locked journal of the folder.
+    """
     read = read_sweep(request.folder)
     if isinstance(read, Diagnostic):
         return SweepResult((*found.findings, read))
@@ -335,7 +358,7 @@ def _at_work(
 
 @dataclass(frozen=True, slots=True)
 class _Outputs:
-    """Outputs made from the rows: tables, page, separate figure, and comparison."""
+    """Writer of the tables, the page, the separate figure and the comparison."""
 
     request: SweepRequest
     mission: str
@@ -343,7 +366,7 @@ class _Outputs:
     old: SweepFolder | None
 
     def all(self, rows: Mapping[Run, Row]) -> tuple[list[Group], list[Comparison], list[Diagnostic]]:
-        """Write all files, each atomically."""
+        """Write all files, each atomically; return the groups, the comparisons and the errors."""
         grid, folder = self.request.grid, self.request.folder
         ordered = {run: rows[run] for run in grid.runs() if run in rows}
         compared = compare_sweeps(self.old, ordered) if self.old and ordered else []
@@ -380,7 +403,7 @@ class _Outputs:
         return f"{PLANS}/{row.run.name}/{REPORT}" if there else ""
 
     def _command(self, row: Row) -> str:
-        """Command that repeats a run separately."""
+        """Command line that repeats a run alone."""
         settings, file = self.request.settings, self.request.file
         words = ["missionc", "compile", file.name if isinstance(file, Source) else str(file)]
         for name, value in {**settings.fixed, **dict(row.run.values)}.items():

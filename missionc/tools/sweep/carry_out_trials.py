@@ -1,4 +1,4 @@
-"""Some flights of a compiled folder, flown by a worker from the texts of its files.
+"""Simulated flights of a plan folder that a worker flies, from the texts of the folder's files.
 
 in   TrialRequest
 out  RunResult: the records of the flights, in a file
@@ -17,15 +17,15 @@ from missionc.tools.sweep.run_answer import RunResult
 from missionc.tools.sweep.trial_request import TrialRequest
 
 FLOWN = "flown"
-"""Outcome of flights."""
+"""Outcome of a request whose flights were flown."""
 RECORDS = "flights.json"
 
 
 def fly_trials(request: TrialRequest) -> RunResult:
-    """Fly the requested flights.
+    """Simulate the requested flights.
 
     Raises:
-        ValueError: the files cannot be flown, which the requester has already checked.
+        ValueError: the files cannot be flown; the requester checks this before.
     """
     checked = check_mission(FolderFiles(Path("folder"), request.manifest, {}, request.files), request.limits)
     mission, kernel = getattr(checked, "mission", None), getattr(checked, "kernel", None)

@@ -1,4 +1,4 @@
-"""The comparison of two sweeps: improvements and regressions, with statistical tests.
+"""Comparison of two sweeps: improvements and regressions, with statistical tests.
 
     in   the rows of an old and of a new sweep
     out  a Comparison for each quantity, for all runs and for each combination
@@ -30,7 +30,7 @@ from missionc.tools.sweep.run_grid import Combination, Grid, Run
 from missionc.tools.sweep.sweep_folder import Row, SweepFolder
 
 LEVEL = 0.05
-"""Significance level of p-values."""
+"""Significance level for p-values."""
 MCNEMAR, WILCOXON = "McNemar's exact test", "Wilcoxon's signed-rank test"
 SUCCESS = Measure("planned", "runs with a plan", "", True)
 
@@ -40,13 +40,14 @@ class Comparison:
     """Comparison of one quantity over the runs of one combination, or of all.
 
     Args:
+        measure: compared quantity.
         values: combination; None for all runs.
-        pairs: number of runs in both sweeps that count.
-        old, new: success rate, or median.
+        pairs: number of compared pairs of runs.
+        old, new: success rate, or median, in the old and the new sweep.
         test: name of the test.
         p: adjusted p-value.
         direction: positive if the new runs mostly have higher values.
-        tellable: True if that number of pairs can be significant.
+        tellable: whether that number of pairs can be significant.
     """
 
     measure: Measure
@@ -61,7 +62,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """Verdict as text: ``better``, ``worse``, ``the same``, ``noise``, or too few pairs."""
+        """Verdict in words: ``better``, ``worse``, ``the same``, ``noise``, or too few pairs."""
         if self.p < LEVEL:
             return "better" if (self.direction > 0) == self.measure.more_is_better else "worse"
         if self.p == 1 and self.direction == 0:
@@ -82,9 +83,10 @@ class Comparison:
 
 
 def compare_sweeps(old: SweepFolder, rows: Mapping[Run, Row]) -> list[Comparison] | Diagnostic:
-    """All comparisons, those of all runs first, or a finding that there is nothing to compare.
+    """All comparisons, those of all runs first, or the finding that the sweeps have no run in common.
 
     Args:
+        old: sweep read from its folder.
         rows: rows of the new sweep.
     """
     both = [(old.rows[run], row) for run, row in rows.items() if run in old.rows]
@@ -100,7 +102,7 @@ def compare_sweeps(old: SweepFolder, rows: Mapping[Run, Row]) -> list[Comparison
 
 
 def refuse(old: SweepFolder, grid: Grid) -> Diagnostic | None:
-    """Finding, before any run, if the sweeps can have no run in common."""
+    """Finding that the sweeps have no run in common, before any run; None if they have one."""
     return None if any(run in old.rows for run in grid.runs()) else _nothing(old)
 
 
@@ -120,7 +122,7 @@ def _compared(values: Combination | None, pairs: Sequence[tuple[Row, Row]]) -> l
 
 
 def _success(values: Combination | None, pairs: Sequence[tuple[Row, Row]]) -> Comparison:
-    """McNemar's exact test: among pairs with a plan in one sweep only, each sweep has half of them."""
+    """Comparison of the success rates of paired runs with McNemar's exact test."""
     from scipy.stats import binomtest
 
     planned = [(old.result.outcome == "planned", new.result.outcome == "planned") for old, new in pairs]
@@ -133,7 +135,7 @@ def _success(values: Combination | None, pairs: Sequence[tuple[Row, Row]]) -> Co
 
 
 def _ranks(measure: Measure, values: Combination | None, pairs: Sequence[tuple[float, float]]) -> Comparison:
-    """Wilcoxon's signed-rank test that differences are symmetric around 0; zero differences are dropped."""
+    """Comparison of a quantity in paired runs with Wilcoxon's signed-rank test; zero differences are dropped."""
     from scipy.stats import rankdata, wilcoxon
 
     old, new = np.array(pairs).T
@@ -146,7 +148,7 @@ def _ranks(measure: Measure, values: Combination | None, pairs: Sequence[tuple[f
 
 
 def _adjusted(found: list[Comparison]) -> list[Comparison]:
-    """Comparisons with p-values adjusted by Holm's method for multiple tests."""
+    """Comparisons with p-values adjusted for multiple tests by Holm's method."""
     order = sorted(range(len(found)), key=lambda number: found[number].p)
     least, adjusted = 0.0, list(found)
     for rank, number in enumerate(order):

@@ -1,4 +1,4 @@
-"""The journal of Monte Carlo trials: records of finished flights, from which an interrupted command resumes.
+"""Journal of simulated flights, from which an interrupted command resumes.
 
     in   the path of the file, the settings that determine the flights
     out  the finished flights, by number; a further line for the next ones
@@ -36,21 +36,31 @@ from missionc.verification.certificate import Check
 
 
 def flights_text(flights: Iterable[Flight], curves: bool) -> bytes:
-    """Records of flights; every number reads back as the same double.
+    """Records of flights as JSON; every number reads back as the same double.
 
     Args:
-        curves: if true, include the error over time.
+        flights: flights.
+        curves: whether to include the error over time.
     """
     return json.dumps([_record(each, curves) for each in flights], separators=(",", ":")).encode("ascii")
 
 
 def parse_flights(content: bytes, trace: Trace) -> list[Flight]:
-    """Parse the flights in some records; ``trace`` stands for the states of each."""
+    """Parse the JSON of ``flights_text``.
+
+    Args:
+        content: JSON text.
+        trace: states at the steps, used for every flight since records omit them.
+    """
     return read_flights(parse_json(content, finite=False), trace)
 
 
 def read_flights(records: Iterable[dict[str, Any]], trace: Trace) -> list[Flight]:
     """Parse flights from JSON values.
+
+    Args:
+        records: parsed records.
+        trace: states at the steps, used for every flight.
 
     Raises:
         ValueError, KeyError, TypeError: a record is not a valid flight.
@@ -88,7 +98,7 @@ ANOTHER = "another file with `--journal`"
 
 
 class FlightsJournal:
-    """Journal, open for appending; ``over`` has its flights by number."""
+    """Journal of flights, open for appending; ``over`` contains its flights by number."""
 
     def __init__(self, path: Path, journal: Journal) -> None:
         self._path = path
@@ -98,10 +108,12 @@ class FlightsJournal:
     def begin(self, of: Identity, like: Flight) -> Diagnostic | None:
         """Read the contents, and write the first line of an empty file.
 
-        Returns an error for another kind of journal.
-
         Args:
+            of: settings that determine the flights.
             like: a flight of the same folder, with the same agents and requirements.
+
+        Returns:
+            An error if the file is unreadable or belongs to other flights, or None.
         """
         try:
             if self._journal.size > LARGEST:
@@ -120,7 +132,13 @@ class FlightsJournal:
         return None
 
     def add(self, first: int, records: bytes, flights: Iterable[Flight]) -> Diagnostic | None:
-        """Append some flights with their records; ``first`` is the number of the first."""
+        """Append flights; return an error of writing, or None.
+
+        Args:
+            first: number of the first flight.
+            records: their JSON text.
+            flights: the flights.
+        """
         try:
             self._journal.add(b'{"first":%d,"flights":%s}' % (first, records))
             self._journal.sync()
@@ -146,7 +164,7 @@ class FlightsJournal:
 
 @contextmanager
 def opened(path: Path) -> Iterator[FlightsJournal | Diagnostic]:
-    """Journal for its only user, not yet begun, or a finding."""
+    """Yield the locked journal at a path before ``begin``, or the finding that it is in use."""
     real = Path(os.path.realpath(path))
     with locked(real, path, ANOTHER) as journal:
         yield FlightsJournal(path, journal) if isinstance(journal, Journal) else journal
@@ -166,7 +184,15 @@ def _not_of(line: bytes, of: Identity) -> str:
 
 
 def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
-    """Flights of a line, by number."""
+    """Flights of a line by number.
+
+    Args:
+        line: JSON text.
+        like: a flight of the same folder.
+
+    Raises:
+        NotJsonError: a flight has other agents or requirements.
+    """
     document = parse_json(line, finite=False)
     first, flights = document["first"], read_flights(document["flights"], like.trace)
     if type(first) is not int or not all(_alike(each, like) for each in flights):
@@ -195,7 +221,10 @@ def _entries(flight: Flight) -> list[Error | Judgement | Check]:
 
 
 def _is_like(value: object, like: object, *, optional: bool) -> bool:
-    """Return whether two values have the same type; all numbers match, and None if the value is optional."""
+    """Return whether two values have the same type.
+
+    All kinds of numbers are equal, and an optional value can be None.
+    """
     if value is None:
         return optional
     if isinstance(like, bool | str):

@@ -1,4 +1,4 @@
-"""The figure of a sweep: success rates with intervals, medians with quartiles, and all runs, as small multiples.
+"""Figure of a sweep: success rates with intervals, medians with quartiles, and all runs, as small multiples.
 
 The first varied parameter is the horizontal axis, the second one distinguishes lines, the third one panels; runs that
 differ in further ones are merged. Each quantity has a row of panels.
@@ -25,24 +25,25 @@ AXES = 3
 """Maximum number of parameters that a figure distinguishes."""
 MOST_LINES = 8
 MOST_BESIDE = 6
-"""Maximum number of panels in a row; values of a parameter with more are merged."""
+"""Maximum number of panels in a row; a third parameter with more values is not distinguished."""
 ACROSS = {"single": 2, "double": 3}
-"""Number of figures in a row, in a picture as wide as one or two columns of a paper."""
+"""Number of panels in a row by width, one or two columns of a paper, if each quantity has one panel."""
 TALL = 1.25
 """Height of a panel, inches."""
 DODGE = 0.16
-"""Horizontal offset between lines, as a ratio of the distance between two values."""
+"""Horizontal offset between lines, as a fraction of the distance between two values."""
 TIMES = 30.0
-"""Ratio of the longest to the shortest time from which the axis is logarithmic."""
+"""Minimum ratio of the longest to the shortest time for a logarithmic axis."""
 
 
 def sweep_figure(
     names: Sequence[str], groups: Sequence[Group], kind: str, width: str = "", link: Callable[[Row], str] | None = None
 ) -> bytes:
-    """Figure as the bytes of a file, reproducible; needs matplotlib.
+    """Figure as the bytes of a file; the same groups give the same bytes. Needs matplotlib.
 
     Args:
         names: names of the varied parameters.
+        groups: runs by combination.
         kind: ``svg``, ``png`` or ``pdf``.
         width: name in ``WIDTHS``; two columns if empty.
         link: link target of a run's point, in an SVG.
@@ -80,7 +81,14 @@ def _draw(
 
 
 def _panels(figure: Figure, measures_: int, beside: int, width: str) -> list[list[Axes]]:
-    """Panels of each quantity in a row; with a single panel each, the quantities are in a row."""
+    """Panels by quantity and column; with one panel each, the quantities share rows.
+
+    Args:
+        figure: figure, which gets its size here.
+        measures_: number of quantities.
+        beside: number of panels of a quantity.
+        width: name in ``WIDTHS``.
+    """
     across = beside if beside > 1 else ACROSS[width]
     down = measures_ if beside > 1 else -(-measures_ // across)
     figure.set_size_inches(WIDTHS[width] / INCH, (TALL + 0.2) * down + 0.6)
@@ -103,7 +111,7 @@ def _panels(figure: Figure, measures_: int, beside: int, width: str) -> list[lis
 
 
 def _told_apart(groups: Sequence[Group], parameters: int) -> int:
-    """Number of leading parameters with their own axis, lines or panels."""
+    """Number of leading parameters that the figure distinguishes by axis, lines or panels."""
     told = min(parameters, AXES)
     if told > 2 and len(_values(groups, 2)) > MOST_BESIDE:
         told = 2
@@ -115,7 +123,7 @@ def _values(groups: Sequence[Group], place: int) -> list[str]:
 
 
 def _places(values: Sequence[str]) -> dict[str, float]:
-    """Position of each value of the first parameter: its number, if all are numbers with one unit."""
+    """Horizontal position by value: the numbers if all values have the same unit, otherwise 0, 1, 2, …."""
     numbers = [number_of(value) for value in values]
     units = {number and number[1] for number in numbers}
     if len(units) == 1 and None not in units:
@@ -156,7 +164,12 @@ def _draw_lines(
 
 
 def _point(group: Group, measure: Measure | None) -> tuple[float, float, float] | None:
-    """Lower end of the bar, the marker, and the upper end."""
+    """Lower end, centre and upper end of a group's bar; None without values.
+
+    Args:
+        group: runs of one combination.
+        measure: quantity; None for the success rate.
+    """
     if measure is None:
         rate = group.success
         return None if rate is None else (rate.low, rate.share, rate.high)
@@ -167,7 +180,16 @@ def _point(group: Group, measure: Measure | None) -> tuple[float, float, float] 
 def _draw_runs(
     axes: Axes, group: Group, measure: Measure, x: float, colour: str, link: Callable[[Row], str] | None
 ) -> None:
-    """Draw every run as a faint dot with a link to it."""
+    """Draw a faint, linked dot for every run.
+
+    Args:
+        axes: panel.
+        group: runs of one combination.
+        measure: quantity.
+        x: horizontal position.
+        colour: colour of the dots.
+        link: function that returns the link target of a run, or None.
+    """
     found = [(figure, row) for row in group.rows if (figure := measure.of(row)) is not None]
     if not found:
         return
@@ -182,7 +204,14 @@ def _label(measure: Measure | None) -> str:
 
 
 def _below(axes: Axes, names: Sequence[str], places: dict[str, float], told: int) -> None:
-    """Set the horizontal axis, with a tick for each value."""
+    """Set the horizontal axis, with a tick for each value.
+
+    Args:
+        axes: panel.
+        names: names of the varied parameters.
+        places: horizontal position by value.
+        told: number of distinguished parameters.
+    """
     if not told:
         axes.set_xticks([])
         return
@@ -199,7 +228,7 @@ def _below(axes: Axes, names: Sequence[str], places: dict[str, float], told: int
 
 
 def _scale(axes: Axes, measure: Measure | None) -> None:
-    """Set the vertical axis: rates from 0 to 1, times in decades if they vary much, others from 0."""
+    """Set the vertical axis: rates from 0 to 1, widely varying times logarithmic, other quantities from 0."""
     from matplotlib.ticker import PercentFormatter
 
     if measure is None or measure.name == SHARE:

@@ -1,4 +1,4 @@
-"""The table of a sweep: a row for each run in the grid's order, as CSV and Parquet, and group statistics.
+"""Table of a sweep: a row for each run in the grid's order, as CSV and Parquet, and group statistics.
 
 The columns in ``OF_THE_MACHINE`` depend on the machine. All others are independent of machine and parallelism, unless
 the run was cut short. Statistics of each combination are success rates with intervals, medians and spreads.
@@ -33,11 +33,11 @@ class Measure:
 
     @property
     def label(self) -> str:
-        """The name with the unit, as on axes and in headings."""
+        """Title and unit, as on axes and in headings."""
         return f"{self.says} ({self.unit})" if self.unit else self.says
 
     def of(self, row: Row) -> float | None:
-        """Value for a planned run, or None."""
+        """Value of the quantity for a run; None if it has none or the run is not planned."""
         if row.result.outcome != "planned":
             return None
         values = row.result.values
@@ -62,7 +62,7 @@ MEASURES = (
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Median and quartiles of some values."""
+    """Number, lower quartile, median and upper quartile of some values."""
 
     count: int
     low: float
@@ -75,9 +75,11 @@ class Group:
     """Runs of one combination.
 
     Args:
+        values: combination.
+        rows: its finished runs.
         outcomes: number of runs with each outcome.
         success: success rate among runs that ended normally, or None.
-        spreads: spread of each measure by name, over the planned runs.
+        spreads: spread of each quantity by name, over the planned runs.
     """
 
     values: Combination
@@ -88,7 +90,7 @@ class Group:
 
 
 def groups(combinations: Sequence[Combination], rows: Mapping[Run, Row]) -> list[Group]:
-    """One group for each combination, in order, including empty ones."""
+    """One group for each combination, in order; a group without runs is empty."""
     of: dict[Combination, list[Row]] = {values: [] for values in combinations}
     for run, row in rows.items():
         if run.values in of:
@@ -105,13 +107,13 @@ def pooled(found: Sequence[Group], first: int) -> list[Group]:
 
 
 def measures(rows: Iterable[Row]) -> list[Measure]:
-    """Quantities that any of these runs has."""
+    """Quantities that at least one of the runs has."""
     found = list(rows)
     return [measure for measure in MEASURES if any(measure.of(row) is not None for row in found)]
 
 
 def counts(rows: Iterable[Row]) -> dict[str, int]:
-    """Number of runs with each outcome, for all of ``OUTCOMES`` in order."""
+    """Number of runs by outcome, for all of ``OUTCOMES`` in order."""
     found = [row.result.outcome for row in rows]
     return {outcome: found.count(outcome) for outcome in OUTCOMES}
 
@@ -160,12 +162,12 @@ COLUMNS: dict[str, type] = {
     "says": str,
     "host": str,
 }
-"""Columns of every table, after the parameters and before the sizes, with their meaning."""
+"""Type of the columns of every table by name, between the parameters and the sizes."""
 OF_THE_MACHINE = ("seconds", "flown_in", "cpu_seconds", "peak_bytes", "host", "size_solver_bytes")
 
 
 class Table:
-    """Columns by name, of one type each, and rows of values."""
+    """Rows of values, and the type of each column by name."""
 
     def __init__(self, names: Sequence[str], rows: Iterable[Row]) -> None:
         found = list(rows)
@@ -214,7 +216,7 @@ class Table:
 
 
 def missing_writer() -> Diagnostic | None:
-    """Finding if Parquet cannot be written, or None."""
+    """Finding that pyarrow, which writes Parquet, is not installed; None if it is."""
     if find_spec("pyarrow"):
         return None
     message = "a table in Parquet needs the package pyarrow, which is not installed"
@@ -226,12 +228,12 @@ def _size_column(size: str) -> str:
 
 
 def _column(name: str, unit: str | None) -> str:
-    """Column of a parameter: its name, with the unit of numeric values."""
+    """Name of a parameter's column, with the unit of numeric values."""
     return f"{name} [{unit}]" if unit else f"param_{name}" if name in COLUMNS or name == "run" else name
 
 
 def _unit(values: list[str]) -> str | None:
-    """Common unit of all of these numbers, empty for none; None if they are not numbers with one unit."""
+    """Common unit of numeric values, empty without one; None if they are not numbers with the same unit."""
     units = {None if number is None else number[1] for number in map(number_of, values)}
     return units.pop() if len(units) == 1 else None
 
@@ -242,7 +244,7 @@ def _number(text: str, kind: type) -> Value:
 
 
 def _of_type(value: Value, kind: type) -> Value:
-    """Value in the column's type, or None if it does not fit."""
+    """Value converted to a column's type, or None if that is not possible."""
     if value is None or kind is str:
         return None if value is None else str(value)
     try:

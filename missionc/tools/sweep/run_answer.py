@@ -1,4 +1,4 @@
-"""The answer to one run of a sweep: its outcome and a value for each column, as one line of JSON.
+"""Answer to one run of a sweep: its outcome and a value for each column, as one line of JSON.
 
 in   a document, the contents of files
 out  one line of ASCII, and back
@@ -19,9 +19,9 @@ from missionc.base.strict_json import parse_record
 from missionc.output.folder.manifest import versions
 
 ERROR = "error"
-"""Outcome of a run that the compiler did not finish: a defect, or a process that died."""
+"""Outcome of a run that ended abnormally: a defect of the compiler, or a dead process."""
 OUTCOMES = ("planned", "impossible", "undecided", "unverified", "refused", ERROR)
-"""All outcomes; ``refused`` is invalid input."""
+"""All outcomes; ``refused`` means that the input is invalid."""
 
 Value: TypeAlias = str | int | float | None
 
@@ -34,7 +34,7 @@ class RunResult:
         outcome: one of ``OUTCOMES``.
         values: other columns of the table by name; None for missing values.
         sizes: sizes of the solved problem, by name.
-        files: files of its plan, if they are kept.
+        files: files of its plan, if they are stored.
     """
 
     outcome: str
@@ -44,17 +44,17 @@ class RunResult:
 
 
 def one_line(document: Mapping[str, Any]) -> str:
-    """Text of a document on one line."""
+    """JSON text of a document on one line."""
     return json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
 
 
 def sent(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Files by name, encoded for a document."""
+    """File contents by name, base64-encoded for a JSON document."""
     return {name: base64.b64encode(content).decode("ascii") for name, content in files.items()}
 
 
 def received(files: Mapping[str, str]) -> dict[str, bytes]:
-    """Files decoded from ``sent``.
+    """File contents by name, decoded from ``sent``.
 
     Raises:
         ValueError: a text is not an encoded file.
@@ -70,6 +70,7 @@ class Answer:
     """Result of a run, or a refusal by a worker with other versions.
 
     Args:
+        result: result of the run.
         host: machine that answered.
         versions: versions of the worker that refused; otherwise empty.
     """
@@ -81,12 +82,12 @@ class Answer:
 
 @cache
 def versions_here() -> dict[str, str]:
-    """Versions of everything that may change a result, including the interpreter."""
+    """Versions of the interpreter and of all packages that may change a result, by name."""
     return {**versions(), "python": platform.python_version()}
 
 
 def run_answer_text(result: RunResult) -> str:
-    """Text of a result, on one line."""
+    """Text of a run's result, on one line."""
     files = sent({name: zlib.compress(content) for name, content in result.files})
     return _text(
         {"outcome": result.outcome, "values": dict(result.values), "sizes": dict(result.sizes), "files": files}
@@ -94,24 +95,30 @@ def run_answer_text(result: RunResult) -> str:
 
 
 def failed(why: str) -> str:
-    """Answer for a run that did not end normally."""
+    """Text of an answer for a run that ended abnormally, for a reason in words."""
     return _text({"outcome": ERROR, "values": {"says": why}, "sizes": {}, "files": {}})
 
 
 def other_versions(here: Mapping[str, str]) -> str:
-    """Answer of a worker with other versions than requested."""
+    """Text of a worker's refusal, with its own versions, which differ from those requested."""
     return _text({"outcome": ERROR, "values": {}, "sizes": {}, "files": {}, "versions": dict(here)})
 
 
 def with_usage(text: str, seconds: float, size: int) -> str:
-    """Answer with the processor time and the maximum memory (bytes) of its process."""
+    """Text of an answer with the resource usage of its process.
+
+    Args:
+        text: text of the answer.
+        seconds: processor time, s.
+        size: maximum memory, bytes.
+    """
     document = parse_record(text, SCHEMA)
     document["values"] |= {"cpu_seconds": round(seconds, 4), "peak_bytes": size}
     return one_line(document)
 
 
 def read_run_answer(text: str) -> Answer:
-    """Parse the answer in a text.
+    """Parse the text of an answer.
 
     Raises:
         ValueError, KeyError, TypeError: the text is not an answer.

@@ -1,4 +1,4 @@
-"""The grid of a sweep: all combinations of parameter values, with all seeds, in a fixed order.
+"""Grid of a sweep: all combinations of parameter values, with all seeds, in a fixed order.
 
     in   ``N=3,5,8`` or ``R=1..2/0.25 m``
     out  Varied: the name and the texts of its values, in the order written; the grid of their combinations
@@ -28,12 +28,12 @@ NUMBER = r"[+-]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d+)?"
 RANGE = re.compile(rf"\s*({NUMBER})\s*\.\.\s*({NUMBER})\s*(?:/\s*({NUMBER})\s*)?([^\W\d][\w/^*]*)?\s*")
 PLAIN = re.compile(rf"\s*({NUMBER})\s*([^\W\d].*)?")
 DIGITS = 40
-"""Maximum characters of a value in a message."""
+"""Maximum length of a value in a message, characters."""
 
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """Parameter with the texts of its values."""
+    """Parameter and the texts of its values."""
 
     name: str
     values: tuple[str, ...]
@@ -43,8 +43,8 @@ def read_varied(pairs: Sequence[tuple[str, str]], fixed: Sequence[str]) -> tuple
     """Parse all varied parameters, or return all errors.
 
     Args:
-        pairs: pairs of name and text, as written.
-        fixed: names with one value, from ``-D`` or ``--set``.
+        pairs: name and text of each parameter, as written.
+        fixed: names of parameters with one value, from ``-D`` or ``--set``.
     """
     found: list[Varied] = []
     wrong: list[Diagnostic] = []
@@ -62,20 +62,20 @@ def read_varied(pairs: Sequence[tuple[str, str]], fixed: Sequence[str]) -> tuple
 
 
 def number_of(text: str) -> tuple[float, str] | None:
-    """Number at the beginning of a value, and its unit; None if it is not a plain number."""
+    """Number at the start of a value, and its unit; None if it is not a plain number."""
     match = PLAIN.fullmatch(text)
     return (float(match[1]), (match[2] or "").strip()) if match else None
 
 
 def too_many(runs: int) -> Diagnostic | None:
-    """Finding for more runs than a sweep may have."""
+    """Finding that a sweep has more runs than allowed, or None."""
     if runs <= MOST_RUNS:
         return None
     return _refused(f"the sweep has {runs:,} runs; the limit is {MOST_RUNS:,}", "use fewer values or seeds")
 
 
 def _values(text: str) -> tuple[str, ...] | str:
-    """Values in a text, or the error in it."""
+    """Values that a text lists, or the error in it."""
     values: list[str] = []
     for part in text.split(","):
         if ".." in part:
@@ -116,7 +116,7 @@ def _range(part: str) -> list[str] | str:
 
 
 def _plain(number: Decimal) -> str:
-    """Number without trailing zeros, ``1.5`` rather than ``1.50``; 0 has no sign."""
+    """Decimal text of a number without trailing zeros, ``1.5`` rather than ``1.50``; 0 has no sign."""
     text = f"{number:f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return "0" if text == "-0" else text
@@ -130,23 +130,23 @@ def _refused(message: str, way_out: str) -> Diagnostic:
 
 
 LONGEST_NAME = 120
-"""Maximum characters of a run's name, which must be a valid folder name everywhere."""
+"""Maximum length of a run's name, which must be a valid folder name on all systems, characters."""
 ODD = re.compile(r"[^A-Za-z0-9._=+-]+")
 
 Combination = tuple[tuple[str, str], ...]
-"""Parameters with the texts of their values."""
+"""Names of the parameters with the text of one value each."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One compilation of a sweep, identified by its values and its seed."""
+    """Compilation in a sweep, identified by its values and its seed."""
 
     values: Combination
     seed: int
 
     @property
     def name(self) -> str:
-        """Name of its folder, ``N=3_R=1.25_seed=0``; unsuitable characters are replaced by a hash."""
+        """Name of the run's folder, ``N=3_R=1.25_seed=0``; a hash replaces invalid characters and long names."""
         whole = "_".join([*(f"{name}={_short(value)}" for name, value in self.values), f"seed={self.seed}"])
         plain = ODD.sub("-", whole)
         if plain == whole and len(whole) <= LONGEST_NAME:
@@ -156,13 +156,13 @@ class Run:
 
 
 def _short(value: str) -> str:
-    """Value without spaces, such as ``1.5m``; two values of a sweep stay distinct."""
+    """Value without spaces, such as ``1.5m``; different values of a sweep stay different."""
     return value if number_of(value) is None else "".join(value.split())
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """All runs: the last parameter varies first, and within a combination the seed."""
+    """All runs in order: the last parameter varies fastest, and within a combination the seed."""
 
     varied: tuple[Varied, ...]
     seeds: int

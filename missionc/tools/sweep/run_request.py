@@ -1,4 +1,4 @@
-"""The request for one run, as JSON text for any process or machine.
+"""Request for one run of a sweep, as JSON text for any process or machine.
 
 It contains only data: the mission's files, texts, numbers and names, and no Python objects.
 """
@@ -18,16 +18,16 @@ from missionc.tools.sweep import run_answer
 
 SCHEMA = "missionc.run/1"
 TIME_LIMIT = Seconds(600.0)
-"""Default time limit of a run."""
+"""Default time limit of a run, seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Flights:
-    """Flights of a plan.
+    """Simulated flights of a plan.
 
     Args:
         trials: number of flights.
-        disturbance: disturbances, by the fields of ``simulate.disturbance``.
+        disturbance: amounts of disturbances, by the fields of ``simulate.disturbance``.
         lost: agents whose motors stop, with the time, s.
     """
 
@@ -43,8 +43,11 @@ class Settings:
     Args:
         files: the mission's files, by relative name, the mission first.
         fixed: parameters with one value in all runs.
-        flights: flights of each plan, or None.
-        keep: if true, the files of each plan are returned.
+        limits, backend, vehicle, options: as in ``compile``.
+        time_limit: time limit of planning a run.
+        memory_limit: maximum memory of a run, bytes.
+        flights: simulated flights of each plan, or None.
+        keep: whether to return the files of each plan.
         versions: versions of the packages that may change a plan: a worker with others refuses the run.
     """
 
@@ -63,7 +66,7 @@ class Settings:
 
     @property
     def shared(self) -> dict[str, object]:
-        """JSON record of all settings that change results, except the files; the same for every run."""
+        """JSON record of all settings that change results, except the files; equal for all runs of a sweep."""
         return {
             "fixed": dict(self.fixed),
             "limits": asdict(self.limits),
@@ -80,9 +83,12 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """One run: its shared settings, parameter values and seed.
+    """Request for one run.
 
     Args:
+        settings: settings shared by the runs of the sweep.
+        values: parameter values as texts.
+        seed: random seed.
         engines: engines that may plan it, which a process preloads; empty for all.
     """
 
@@ -93,7 +99,7 @@ class Request:
 
 
 def run_request_text(request: Request) -> str:
-    """Text of a request, on one line."""
+    """Text of a run's request, on one line."""
     settings = request.settings
     document = {
         "schema": SCHEMA,
@@ -109,7 +115,7 @@ def run_request_text(request: Request) -> str:
 
 
 def read_run_request(text: str) -> Request:
-    """Parse the request in a text of ``written``.
+    """Parse the text of ``run_request_text``.
 
     Raises:
         ValueError, KeyError, TypeError: the text is not a request.

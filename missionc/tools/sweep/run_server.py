@@ -1,4 +1,4 @@
-"""The server process of a worker, which has everything loaded and forks for each run of a sweep.
+"""Server process of a worker, which loads all modules once and forks for each run of a sweep.
 
 in   on standard input a request on each line (``run_request``, ``trial_request``)
 out  on standard output a line for each: the answer (``run_answer``)
@@ -30,12 +30,16 @@ from missionc.tools.sweep import run_answer, run_request, trial_request
 from missionc.tools.sweep.run_answer import RunResult
 
 GRACE = 30.0
-"""Seconds that a run may exceed its limits before its process is killed."""
+"""Seconds by which a run may exceed its limits before its process is killed."""
 READ = 1 << 16
 
 
 def serve(requests: int, answers: int) -> None:
-    """Answer until there are no more requests; both are file descriptors."""
+    """Answer requests until there are no more.
+
+    Args:
+        requests, answers: file descriptors.
+    """
     with open(requests, "rb", buffering=READ) as lines:
         while line := lines.readline():
             write_all(answers, _answer(line.decode("ascii"), requests).encode("ascii") + b"\n")
@@ -77,11 +81,16 @@ KINDS: dict[str, Callable[[str], RunResult]] = {
     run_request.SCHEMA: _carry_out_run,
     trial_request.SCHEMA: _carry_out_trials,
 }
-"""Handler of a request, by its schema."""
+"""Function that handles a request, by its schema."""
 
 
 def _load(schema: str, engines: Sequence[str]) -> None:
-    """Load the modules for these requests before any fork; missing ones are reported by the run."""
+    """Load the modules for a kind of request before any fork; the run reports missing ones.
+
+    Args:
+        schema: schema of the request.
+        engines: engines that may be needed; empty for all.
+    """
     if schema == trial_request.SCHEMA:
         from missionc.tools.sweep import carry_out_trials
 
@@ -99,7 +108,14 @@ def _load(schema: str, engines: Sequence[str]) -> None:
 
 
 def _forked(text: str, carry_out: Callable[[str], RunResult], seconds: float, requests: int) -> str:
-    """Answer of a fork of this process within ``seconds``."""
+    """Answer to a request, computed by a fork of this process.
+
+    Args:
+        text: request.
+        carry_out: function that handles it.
+        seconds: time limit, after which the fork is killed.
+        requests: file descriptor, which closes if the requester goes away.
+    """
     read_end, write_end = os.pipe()
     alive, life = os.pipe()
     gc.freeze()
@@ -131,7 +147,12 @@ def _forked(text: str, carry_out: Callable[[str], RunResult], seconds: float, re
 
 
 def _alone(alive: int, requests: int) -> None:
-    """In the fork: create its own session and standard streams, and end with the parent."""
+    """Give the fork its own session and standard streams, and end it with its parent.
+
+    Args:
+        alive: file descriptor, which closes when the parent ends.
+        requests: file descriptor of requests, which the fork must not read.
+    """
     os.setsid()
     leave_signals()
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -155,7 +176,13 @@ def _carried_out(text: str, carry_out: Callable[[str], RunResult]) -> str:
 
 
 def _heard(read_end: int, requests: int, deadline: float) -> tuple[bytes, bool]:
-    """Output of the fork, and whether it was too late for more."""
+    """Output of the fork, and whether its time ran out.
+
+    Args:
+        read_end: file descriptor of the output.
+        requests: file descriptor, which closes if the requester goes away.
+        deadline: in terms of ``time.monotonic()``.
+    """
     heard = bytearray()
     while not heard.endswith(b"\n"):
         left = deadline - time.monotonic()
@@ -177,7 +204,7 @@ def _ended(status: int) -> str:
 
 
 def main() -> None:
-    """Serve on the standard streams, which no other output uses."""
+    """Serve on standard input and output; other output goes to standard error."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     answers = os.dup(1)
     os.dup2(2, 1)

@@ -51,23 +51,23 @@ if TYPE_CHECKING:
 
 
 TRIES = 2
-"""Maximum number of processes that try a run, if they die."""
+"""Maximum number of processes that start a run, if they die."""
 PROCESS_PATIENCE = 5.0
-"""Seconds for a process to end once its requests are over."""
+"""Maximum seconds that a process takes to end after its last request."""
 SERVER = "missionc.tools.sweep.run_server"
 HOME = Path(__file__).resolve().parents[2]
-"""Path of this package, which the process must use as well."""
+"""Path of this package, which the started processes must import as well."""
 
 
 class RunProcess:
-    """Process that answers requests one by one; started with the first."""
+    """Process that answers requests one by one; the first request starts it."""
 
     def __init__(self) -> None:
         self._room = TemporaryDirectory(prefix="missionc-sweep-", ignore_cleanup_errors=True)
         self._process = _started_process(self._room.name)
 
     def ask(self, request: str) -> str:
-        """Return the answer; empty if the process died first."""
+        """Send a request, and return the answer; empty if the process died before it."""
         process = self._process
         assert process.stdin is not None
         assert process.stdout is not None
@@ -80,7 +80,7 @@ class RunProcess:
         return line.decode("ascii").removesuffix("\n") if line.endswith(b"\n") else ""
 
     def end(self) -> None:
-        """End it with its current run, from any thread."""
+        """End the process and its current run; can be called from any thread."""
         process = self._process
         process.terminate()
         try:
@@ -96,7 +96,7 @@ class RunProcess:
 
 
 class RunProcesses:
-    """Processes of some threads, one each, started at a thread's first request and none after the end."""
+    """Processes for threads, one each: a thread's first request starts its process, unless all have been ended."""
 
     def __init__(self) -> None:
         self._own = threading.local()
@@ -105,7 +105,7 @@ class RunProcesses:
         self._ended = False
 
     def answer_to(self, request: str) -> str:
-        """Answer to a request (``run_request.written``), as a text for ``run_answer.read``."""
+        """Answer to a request (``run_request_text``), as a text for ``read_run_answer``."""
         for _ in range(TRIES):
             process = self._of_this_thread()
             if process is None:
@@ -117,7 +117,7 @@ class RunProcesses:
         return run_answer.failed(f"the process of the run ended unexpectedly {TRIES} times")
 
     def end(self) -> None:
-        """End all of them, with their current runs."""
+        """End all processes with their current runs."""
         with self._lock:
             self._ended = True
             left, self._all = self._all, set()
@@ -159,32 +159,32 @@ _here = RunProcesses()
 
 
 def answer_to(request: str) -> str:
-    """Call ``RunProcesses.answer_to`` of this process, for workers that get only a function's name."""
+    """Answer to a request by a module-level ``RunProcesses``, for workers that get only a function's name."""
     return _here.answer_to(request)
 
 
 LOCAL = re.compile(r"local:(\d+)")
 ADDRESS = re.compile(r"[a-z][a-z+]*://\S+")
 MOST_WORKERS = 1024
-"""Maximum number of processes that are started here."""
+"""Maximum number of worker processes on this machine."""
 UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "500 ms"}
-"""Settings of a cluster that is started here: profiles of waiting workers are not needed."""
+"""Dask settings of a cluster that is started here: waiting workers are not profiled."""
 AGAIN = 4
-"""Number of times that a request is repeated on a cluster that gave it up."""
+"""Maximum number of times that a request is repeated after a cluster gave it up."""
 CONNECTION_PATIENCE = 10.0
-"""Seconds to reach a scheduler, and then for its first worker."""
+"""Maximum seconds until a scheduler is reached, and then until its first worker is ready."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pool:
-    """Executor, the function that it calls, and its current number of parallel runs."""
+    """Workers: an executor, the function that it calls, and a function that returns its current number of workers."""
 
     executor: Executor
     answer_to: Callable[[str], str]
     workers: Callable[[], int]
 
     def submit(self, text: str) -> Future[str]:
-        """Future of the answer to a request."""
+        """Submit a request; return the future of its answer."""
         return self.executor.submit(self.answer_to, text)
 
 
@@ -202,7 +202,7 @@ def processors() -> int:
 
 
 def understood(cluster: str) -> bool:
-    """Return whether this names a cluster: ``local:8``, the address of a scheduler, or a file with it."""
+    """Return whether a text names a cluster: ``local:8``, the address of a scheduler, or a file with it."""
     local = LOCAL.fullmatch(cluster)
     if local:
         return 1 <= int(local[1]) <= MOST_WORKERS
@@ -211,7 +211,7 @@ def understood(cluster: str) -> bool:
 
 @contextmanager
 def on_this_machine(count: int) -> Iterator[Pool]:
-    """Pool of threads, each with a process of its own; they end with the context."""
+    """Yield a pool of ``count`` threads, each with a process of its own; they end with the context."""
     processes = RunProcesses()
     executor = ThreadPoolExecutor(count, thread_name_prefix="run")
     try:
@@ -223,7 +223,7 @@ def on_this_machine(count: int) -> Iterator[Pool]:
 
 
 def missing() -> Diagnostic | None:
-    """Finding if Dask is not installed, or None."""
+    """Finding that Dask is not installed; None if it is."""
     if find_spec("distributed"):
         return None
     message = "`--cluster` needs the package distributed, which is not installed"
@@ -233,7 +233,10 @@ def missing() -> Diagnostic | None:
 
 @contextmanager
 def on_cluster(cluster: str) -> Iterator[Pool | Diagnostic]:
-    """Pool of the workers of a Dask cluster; a cluster that is started here ends with the context."""
+    """Yield the pool of a Dask cluster, or the finding that it is unreachable.
+
+    A cluster that is started here ends with the context.
+    """
     from distributed import Client
 
     _silence()
@@ -267,7 +270,7 @@ def _connected(cluster: str) -> Client:
 
 
 def _started(count: int) -> Client:
-    """Start workers in processes of this machine, which leave Ctrl-C to this one."""
+    """Start ``count`` workers in processes of this machine, which ignore Ctrl-C."""
     import dask
     from distributed import Client, LocalCluster
 
@@ -296,7 +299,7 @@ def _threads(client: Client) -> int:
 
 
 def _silence() -> None:
-    """Keep Dask's messages about workers out of our output; its own logs have them."""
+    """Suppress Dask's messages about workers, which its own logs contain."""
     for name in ("distributed", "tornado.application"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
 
@@ -310,28 +313,35 @@ def _unreachable(cluster: str, why: str) -> Diagnostic:
 
 
 def not_done(why: str) -> Diagnostic:
-    """Finding for a request that a worker did not finish."""
+    """Finding that a worker did not finish a request."""
     help_ = "run the same command again"
     return Diagnostic(CLUSTER_UNREACHABLE, "a worker did not finish its run", None, notes=(why,), help=help_)
 
 
 def lost(why: str) -> Diagnostic:
-    """Finding for a lost scheduler."""
+    """Finding that the connection to the scheduler was lost."""
     help_ = "run the same command again; finished runs are saved"
     return Diagnostic(CLUSTER_UNREACHABLE, "the connection to the cluster was lost", None, notes=(why,), help=help_)
 
 
 AHEAD = 4
-"""Number of runs for each worker that are submitted in advance."""
+"""Number of runs per worker that are submitted in advance."""
 EVERY = 0.2
-"""Seconds between two checks for a stop."""
+"""Seconds between two checks for an interruption."""
 SYNCED = 1.0
 """Seconds between two flushes of written data to the disk."""
 
 
 @dataclass(slots=True)
 class Swept:
-    """Result of the runs; ``finding`` is the reason for an early end."""
+    """Result of the runs.
+
+    Args:
+        rows: finished runs.
+        finding: reason for an early end, or None.
+        interrupted: whether the runs were interrupted.
+        seconds: run times, s.
+    """
 
     rows: dict[Run, Row]
     finding: Diagnostic | None = None
@@ -350,11 +360,16 @@ def run_sweep(
     stop: Callable[[], bool],
     listen: Callable[[Row, int], None],
 ) -> Swept:
-    """Do the remaining runs.
+    """Do the remaining runs of a sweep, and write them to the journal.
 
     Args:
         left: remaining runs, in order.
+        settings: settings of all runs.
+        engines: engines that may plan each combination.
         rows: finished runs; new ones are added.
+        pool: workers.
+        journal: locked journal of the folder.
+        folder: folder of the results.
         stop: called regularly; True to stop.
         listen: called with every finished run and the number of workers.
     """
@@ -417,6 +432,7 @@ def received_answers(done: Future[str], asked: Mapping[str, str]) -> Answer | Di
     """Answer of a worker, possibly an error, or the reason why no worker will answer.
 
     Args:
+        done: finished future.
         asked: requested versions.
     """
     try:
@@ -439,7 +455,14 @@ def received_answers(done: Future[str], asked: Mapping[str, str]) -> Answer | Di
 
 
 def _written(row: Row, journal: Journal, folder: Path, keep: bool) -> Diagnostic | None:
-    """Write the plan first, then the line that refers to it."""
+    """Write a run's plan and then its line in the journal; return an error of writing, or None.
+
+    Args:
+        row: finished run.
+        journal: locked journal of the folder.
+        folder: folder of the results.
+        keep: whether to write the plan.
+    """
     try:
         if keep and row.result.files:
             wrong = linked(folder, PLANS) or write_folder(folder / PLANS / row.run.name, row.result.files, True)

@@ -1,4 +1,4 @@
-"""Trials distributed over an executor: the first flights are flown here, the others by any worker.
+"""Simulated flights distributed over workers; the first ones, which are displayed, are flown here.
 
     in   a Pool, the folder, the flight conditions
     out  Trials, identical to those of one process
@@ -34,15 +34,15 @@ from missionc.tools.sweep.run_sweep import Pool, received_answers
 from missionc.tools.sweep.trial_request import TrialRequest
 
 MOST_TOGETHER = 1000
-"""Maximum number of flights in one request: each request costs a worker the time of about a hundred flights."""
+"""Maximum number of flights in one request; a request costs a worker the time of about a hundred flights."""
 
 
 MOST_LOST = 400
-"""The same with a journal: flights in progress are lost with a killed process."""
+"""Maximum number of flights in one request with a journal; they are lost if the process is killed."""
 
 
 class NotFlown(Exception):
-    """Error for flights that a worker did not fly; ``finding`` is the reason."""
+    """Error: a worker did not fly its flights, for the reason in ``finding``."""
 
     def __init__(self, finding: Diagnostic) -> None:
         super().__init__(finding.message)
@@ -51,10 +51,12 @@ class NotFlown(Exception):
 
 @dataclass(frozen=True, slots=True)
 class SpreadTrials:
-    """Flight function for ``simulate_folder.simulate`` on the workers of a pool.
+    """Function that flies trials on the workers of a pool, for ``simulate_folder.simulate``.
 
     Args:
-        curves: if true, include the error over time of each flight, for a picture.
+        pool: workers.
+        limits: maximum sizes of the files.
+        curves: whether to include the error over time of each flight, for a picture.
         journal: journal of finished flights, which is extended.
     """
 
@@ -66,7 +68,13 @@ class SpreadTrials:
     def __call__(
         self, opened: OutputFolder, pieces: list[Pieces], trial: Trial, listen: Callable[[int], None]
     ) -> Trials:
-        """Fly the trials.
+        """Simulate the flights of a folder.
+
+        Args:
+            opened: plan folder.
+            pieces: polynomials of each agent.
+            trial: conditions of the flights.
+            listen: called with the number of finished flights.
 
         Raises:
             NotFlown: a worker fails, or the journal belongs to other flights.
@@ -90,7 +98,13 @@ class SpreadTrials:
         return replace(first, trial=trial, flights=(*first.flights, *(flights[number] for number in rest)))
 
     def _asked(self, opened: OutputFolder, trial: Trial, gaps: Sequence[range]) -> dict[Future[str], Trial]:
-        """Requests for these flights, as many for every worker, with the flights of each."""
+        """Submit requests for missing flights, equally many for every worker; return the flights of each request.
+
+        Args:
+            opened: plan folder.
+            trial: conditions of all flights.
+            gaps: ranges of missing flight numbers.
+        """
         together = min(MOST_LOST, MOST_TOGETHER) if self.journal else MOST_TOGETHER
         workers = max(1, self.pool.workers())
         count = sum(map(len, gaps))
@@ -111,7 +125,18 @@ class SpreadTrials:
         found: dict[int, Flight],
         listen: Callable[[int], None],
     ) -> None:
-        """Collect the flights of all answers, by number."""
+        """Collect the flights of all requests by number.
+
+        Args:
+            opened: plan folder.
+            asked: submitted requests with their flights.
+            shown: flights that were flown here.
+            found: finished flights by number, which is extended.
+            listen: called with the number of finished flights.
+
+        Raises:
+            NotFlown: a worker fails, or writing the journal does.
+        """
         again: Counter[int] = Counter()
         failed: NotFlown | None = None
         left = set(asked)
@@ -147,7 +172,7 @@ class SpreadTrials:
         return flights
 
     def _identity(self, opened: OutputFolder, trial: Trial) -> dict[str, str]:
-        """Everything that determines a flight, except its number."""
+        """Settings that determine a flight apart from its number, for the journal's first line."""
         about = json.dumps([opened.manifest.get("inputs"), opened.manifest.get("options")], sort_keys=True)
         files = "".join(f"{name} {sha256(content)}\n" for name, content in sorted(self._files(opened).items()))
         drawn = {name: str(value) for name, value in asdict(trial.disturbance).items()}
@@ -169,7 +194,7 @@ class SpreadTrials:
 
 
 def _gaps(numbers: range, there: Container[int]) -> list[range]:
-    """Runs of consecutive numbers that are missing."""
+    """Ranges of consecutive numbers that are missing."""
     missing = [number for number in numbers if number not in there]
     begins = [number for place, number in enumerate(missing) if not place or missing[place - 1] < number - 1]
     ends = [number + 1 for place, number in enumerate(missing) if missing[place + 1 : place + 2] != [number + 1]]
@@ -177,5 +202,5 @@ def _gaps(numbers: range, there: Container[int]) -> list[range]:
 
 
 def _needed(name: str) -> bool:
-    """Return whether flights depend on this file of the folder."""
+    """Return whether flights depend on a file of the folder."""
     return name.startswith((f"{MISSION}/", "crazyflie/")) or name == PAST

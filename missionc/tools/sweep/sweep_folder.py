@@ -1,4 +1,4 @@
-"""The folder of a parameter sweep: its definition, a journal of finished runs, and a lock.
+"""Folder of a parameter sweep: its definition, a journal of finished runs, and a lock.
 
     says MC701 MC702 MC761 MC762 MC763
 
@@ -32,16 +32,16 @@ SWEEP, SCHEMA = "sweep.json", "missionc.sweep/1"
 JOURNAL = "runs.jsonl"
 AGAIN = "start the sweep in another folder"
 PLANS = "plans"
-"""Folder of the plans' folders, each named after its run."""
+"""Subfolder of the plans' folders, each named after its run."""
 MISSION = "mission"
-"""Folder of the mission's own files."""
+"""Subfolder of the mission's own files."""
 SHOWN = 3
-"""Maximum number of differences in a message."""
+"""Maximum number of differences that a message states."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Finished run with its result and machine."""
+    """Finished run with its result, and the machine that did it."""
 
     run: Run
     result: RunResult
@@ -58,13 +58,19 @@ class Row:
         }
 
     def as_line(self) -> bytes:
-        """Line for the journal."""
+        """Line of the run in the journal."""
         return run_answer.one_line(self.as_record()).encode("ascii")
 
 
 @dataclass(frozen=True, slots=True)
 class SweepFolder:
-    """Sweep read from its folder: its definition, and the finished runs, the last of each duplicate."""
+    """Sweep read from its folder.
+
+    Args:
+        path: path of the folder.
+        about: definition of the sweep.
+        rows: finished runs; of several rows for one run, the last.
+    """
 
     path: Path
     about: Mapping[str, Any]
@@ -72,7 +78,7 @@ class SweepFolder:
 
 
 def read_sweep(path: Path) -> SweepFolder | Diagnostic:
-    """Read a sweep's folder without changes, or return the reason why it is unreadable."""
+    """Read the folder of a sweep without changing it, or return the reason why it is unreadable."""
     about = _about(path)
     if isinstance(about, Diagnostic):
         return about
@@ -81,9 +87,10 @@ def read_sweep(path: Path) -> SweepFolder | Diagnostic:
 
 
 def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -> Diagnostic | None:
-    """Create the folder, or check that an existing one belongs to this sweep.
+    """Create the folder of a sweep, or check that an existing one belongs to it; return the error, or None.
 
     Args:
+        path: path of the folder.
         about: definition of the sweep; its ``varied`` and ``seeds`` may only grow.
         files: the mission's files, by relative name.
     """
@@ -115,7 +122,7 @@ def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -
 
 @contextmanager
 def at_work(path: Path) -> Iterator[Journal | Diagnostic]:
-    """Journal for the only user of the folder, or a finding."""
+    """Yield the locked journal of a folder, or the finding that it is in use."""
     with locked(path / JOURNAL, path, "another folder with `-o`") as journal:
         if isinstance(journal, Journal):
             journal.cut()
@@ -140,7 +147,7 @@ def _about(path: Path) -> dict[str, Any] | Diagnostic:
 
 
 def _content(path: Path, name: str) -> bytes | Diagnostic | None:
-    """File in the folder; None if there is none."""
+    """Contents of a file in the folder; None if there is none; a finding if it is unreadable."""
     found = read_bytes(path / name, name, LARGEST, SWEEP_UNREADABLE)
     if isinstance(found, Absent):
         return None
@@ -184,13 +191,14 @@ def _row(line: bytes) -> Row | str:
 
 
 def over(rows: Mapping[Run, Row]) -> dict[Run, Row]:
-    """Runs that are not repeated: an error says nothing about the mission."""
+    """Runs that need no repetition: those without an abnormal end."""
     return {run: row for run, row in rows.items() if row.result.outcome != ERROR}
 
 
 def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Differences between a sweep and the one in the folder, in words; none for the same sweep or one
-    with more runs.
+    """Differences between the definition of a sweep and that in its folder, in words.
+
+    Empty if they are equal or more runs are added.
     """
     was, has = _flat(before), _flat(now)
     different = [
@@ -213,7 +221,7 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]
 
 
 def _flat(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Entries of a sweep that must not change; nested ones by both names: ``options.margin``."""
+    """Entries of a definition that must not change; nested ones by both names: ``options.margin``."""
     found: dict[str, Any] = {}
     for name, value in document.items():
         if name not in ("varied", "seeds"):

@@ -1,4 +1,4 @@
-"""The page of a sweep: its figure, a table of its combinations, and all runs with links to their reports.
+"""Page of a sweep: its figure, a table of its combinations, and all runs with links to their reports.
 
 in   the names of the varied parameters, groups, comparisons
 out  the bytes of ``sweep.html``, in UTF-8, without scripts and with links to reports only
@@ -22,12 +22,12 @@ from missionc.tools.sweep.run_grid import words
 from missionc.tools.sweep.sweep_folder import Row
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-"""Content security policy of the page: run and load nothing."""
+"""Content security policy of the page: nothing is executed or loaded."""
 ASSETS = Path(__file__).resolve().parent / "assets"
 MOST_ROWS = 5000
 """Maximum number of runs that the page lists; the table has all of them."""
 DARK = ':root[data-theme="dark"]'
-"""Marker of the report's dark colours."""
+"""Selector of the report's dark colours in its style sheet."""
 HEAD = re.compile(rb"^.*?(?=<svg)", re.DOTALL)
 
 
@@ -57,7 +57,7 @@ class Page:
 
 
 def sweep_html(page: Page) -> bytes:
-    """Bytes of the page, reproducible."""
+    """Page as bytes; the same contents give the same bytes."""
     rows = [row for group in page.groups for row in group.rows]
     shown = measures(rows)
     figure = HEAD.sub(b"", page.figure).decode("utf-8")
@@ -77,23 +77,23 @@ def sweep_html(page: Page) -> bytes:
 
 
 def _colours() -> str:
-    """Colours of the report, light and dark, selected by the system since there is no script."""
+    """CSS of the report's light and dark colours; the system selects them since there is no script."""
     light, dark = asset("style.css").split("\n* {", 1)[0].split(DARK)
     return f"{light}@media (prefers-color-scheme: dark) {{ :root {dark} }}"
 
 
 def place_of(row: Row, report: str) -> str:
-    """Link target of a run: its report, or its line on the page."""
+    """Link target of a run: its report, or its line on the page if the report is empty."""
     return report or f"#{row.run.name}"
 
 
 def percent(rate: Fraction | None) -> str:
-    """Rate with its interval: ``90 % (70–97)``."""
+    """Rate with its interval: ``90 % (70–97)``; empty for None."""
     return "" if rate is None else f"{100 * rate.share:.0f} % ({100 * rate.low:.0f}–{100 * rate.high:.0f})"
 
 
 def figures(spread: Spread | None) -> str:
-    """Median with its quartiles: ``1.2 (1.1–1.4)``."""
+    """Median with its quartiles: ``1.2 (1.1–1.4)``; empty for None."""
     return "" if spread is None else f"{_number(spread.median)} ({_number(spread.low)}–{_number(spread.high)})"
 
 

@@ -1,4 +1,4 @@
-"""The request for some of a folder's flights, as JSON text."""
+"""Request for some of a folder's simulated flights, as JSON text."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ from missionc.tools.sweep import run_answer
 
 SCHEMA = "missionc.trials/1"
 SECONDS = 3600.0
-"""Time limit of a request in seconds; then its process is killed."""
+"""Time limit of a request in seconds, after which its process is killed."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrialRequest:
-    """Some flights of a folder.
+    """Request for simulated flights of a plan folder.
 
     Args:
         manifest: contents of the folder's ``manifest.json``.
         files: files that determine flights, by relative name.
-        curves: if true, include the error over time of each flight.
+        trial: conditions of the flights.
+        limits: maximum sizes of the files.
+        curves: whether to include the error over time of each flight.
         versions: versions of the packages that may change a flight.
     """
 
@@ -37,7 +39,7 @@ class TrialRequest:
 
 
 def trial_request_text(request: TrialRequest) -> str:
-    """Text of a request, on one line."""
+    """Text of a request for flights, on one line."""
     document = {
         "schema": SCHEMA,
         "seconds": SECONDS,
@@ -53,7 +55,7 @@ def trial_request_text(request: TrialRequest) -> str:
 
 
 def read_trial_request(text: str) -> TrialRequest:
-    """Parse the request in a text of ``written``.
+    """Parse the text of ``trial_request_text``.
 
     Raises:
         ValueError, KeyError, TypeError: the text is not a request.

@@ -1,1 +1,1 @@
-"""Verification between the steps: requirements judged in continuous time."""
+"""Verification between samples: truth of requirements in continuous time, along the fitted trajectories."""

@@ -1,7 +1,8 @@
-"""Sign of margins along a motion, proved between samples: intervals in which predicates and links hold.
+"""Sign of predicate and link margins along a trajectory, proved between samples.
 
-A margin with a bounded rate keeps the sign of its value in the middle of an interval if it is large enough there. Else
-the interval is halved, down to ``RESOLUTION``. The remaining intervals are undecided.
+Each predicate and each communication link gets the time intervals in which it surely holds and surely fails. If a
+margin in the middle of an interval exceeds the margin's rate bound times half the length, its sign is constant in that
+interval. Otherwise the interval is halved, down to ``RESOLUTION``; the remaining intervals are undecided.
 
 Source:
     Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems" (1996), section 2.3.
@@ -22,20 +23,25 @@ from missionc.ir.language.margins.view import View
 from missionc.verification.between.interval_sets import STEP, Motion, Signal
 
 RESOLUTION = 1e-4
-"""Least length of an interval that is halved, seconds."""
+"""Length of the shortest interval that the search still halves, seconds."""
 
 CHUNK = 1 << 17
-"""Number of intervals processed together, which bounds the memory."""
+"""Number of time intervals that are evaluated together; it bounds the memory."""
 
 EVALUATIONS = 10_000_000
-"""Maximum number of evaluations for one predicate; the rest stays undecided, which is sound but coarser."""
+"""Maximum number of margin evaluations for one predicate; later intervals stay undecided, which is sound but coarser.
+"""
 
 Margin: TypeAlias = Callable[[Indices, Indices, Array], Array]
-"""Margin as a function of items, pieces and seconds since their beginning: (count,) three times -> (count,)."""
+"""Function that computes margins, (count,), from indices of items, indices of pieces, and seconds since the piece's
+start.
+"""
 
 
 def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[Signal]:
-    """Signals of a predicate for each of these agents; one signal for a predicate about the team.
+    """Time intervals in which a predicate surely holds and surely fails, for each agent.
+
+    A predicate about the team gets a single signal.
 
     Args:
         agents: mission indices, (agents,).
@@ -67,7 +73,11 @@ def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[
 
 
 def _of_steps(truth: Flags) -> list[Signal]:
-    """Signals from the truth at each step, (agents, steps + 1), of values that change only at steps."""
+    """Signals of a truth value that changes only at the steps.
+
+    Args:
+        truth: (agents, steps + 1), boolean.
+    """
     items, steps = truth.shape
     item, step = np.divmod(np.arange(items * steps), steps)
     high = np.minimum((step + 1) * STEP, (steps - 1) * STEP)
@@ -75,7 +85,11 @@ def _of_steps(truth: Flags) -> list[Signal]:
 
 
 def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) -> list[Signal]:
-    """Signals of links from agents to others, by indices (pairs,) twice."""
+    """Time intervals in which the links of agent pairs surely exist and surely do not, one signal for each pair.
+
+    Args:
+        first, second: agent indices at both ends of the links, (pairs,).
+    """
 
     def measured(pair: Indices, piece: Indices, local: Array) -> Array:
         here, there = (motion.position(agent[pair], piece, local) for agent in (first, second))
@@ -99,7 +113,10 @@ def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) 
 
 
 class _Moments(View):
-    """View of agents on pieces of their motion: items, pieces and seconds since their beginning, (count,) each."""
+    """View of agents along their trajectories, each at its own time.
+
+    Items, pieces and seconds since the start of the piece have shape (count,) each.
+    """
 
     def __init__(self, motion: Motion, agent: Indices, piece: Indices, local: Array) -> None:
         super().__init__(np, motion.mission.dimension)
@@ -131,7 +148,10 @@ class _Moments(View):
 
 
 class _Speeds:
-    """Bounds for each piece of a motion, (agents, pieces); for two named agents (1, pieces)."""
+    """View that replaces each measured quantity by a bound on its rate of change in each piece of a trajectory.
+
+    Its arrays have shape (agents, pieces); for two named agents (1, pieces).
+    """
 
     larger = staticmethod(np.maximum)
 
@@ -161,11 +181,11 @@ class _Speeds:
 def _signals(
     margin: Margin, rate: Array, motion: Motion, border: int, rest: Flags, slack: float, *, by_step: bool = False
 ) -> list[Signal]:
-    """Intervals in which each item's margin is surely positive, and surely negative.
+    """Time intervals in which each item's margin is surely positive and surely negative.
 
     Args:
-        rate: (items, pieces), metres per second.
-        border: 1 or -1, the sign of a margin of exactly 0 at ``rest``, as at the step.
+        rate: bound on the margin's rate of change, (items, pieces), metres per second.
+        border: 1 or -1, the sign assigned to a margin of exactly 0 while ``rest``, as at the steps.
         rest: (items, pieces): True if every agent that the margin reads is at rest.
         slack: bound on the rounding error of a margin.
         by_step: True if the margin may jump at steps as well as at joints.
@@ -202,7 +222,10 @@ def _signals(
 
 
 def _joined(items: int, item: Indices, low: Indices, high: Indices, sign: Indices) -> list[Signal]:
-    """Join intervals of one sign; at a jump, the time belongs to the later interval."""
+    """Signals of all items, after joining adjacent intervals of one sign.
+
+    At a jump of the margin, the time of the jump belongs to the later interval.
+    """
     order = np.lexsort((high, low, item))
     item, low, high, sign = item[order], low[order], high[order], sign[order]
     first = np.flatnonzero(np.r_[True, (np.diff(item) != 0) | (np.diff(sign) != 0)])

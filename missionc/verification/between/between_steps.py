@@ -1,9 +1,9 @@
-"""Continuous-time verification: every requirement that holds at the steps, judged over a whole motion.
+"""Continuous-time verification of every requirement that is satisfied at the steps.
 
-    in   Mission, its kernel, a Trace judged at the steps, the flown Curves
+    in   Mission, its kernel, a Trace already evaluated at the steps, the flown Curves
     out  Between for each requirement that is true at the steps; for a folder's files, in a Certificate
 
-The meaning of a mission is defined at the steps and does not change here. An operator has the same meaning with times
+The semantics of a mission is defined at the steps and does not change here. An operator has the same meaning with times
 instead of steps (``docs/semantics.md``).
 """
 
@@ -27,10 +27,13 @@ __all__ = ["between_steps", "verify_between"]
 
 
 def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mapping[str, str]) -> Certificate:
-    """Judge the fitted polynomials of a verified plan.
+    """Certificate with the continuous-time verdict on each requirement, for the fitted polynomials of a verified plan.
 
     Args:
-        files: text of each agent's file, by agent name; already accepted by ``verify_polynomials``.
+        files: text of each agent's trajectory file, by agent name; already accepted by ``verify_polynomials``.
+
+    Returns:
+        A certificate without entries if a file is unreadable.
     """
     trajectories = [read(files.get(agent.name, "")) for agent in mission.agents]
     pieces = [own for own in trajectories if isinstance(own, Pieces)]
@@ -41,7 +44,11 @@ def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mappin
 
 
 def between_steps(mission: Mission, kernel: Kernel, trace: Trace, curves: Curves) -> tuple[Between, ...]:
-    """Judge every requirement that the trace satisfies at its steps, along curves through its states."""
+    """Continuous-time verdict on every requirement that the trace satisfies at its steps.
+
+    Args:
+        curves: the agents' trajectories, through the states of ``trace``.
+    """
     at_steps = truths([goal.formula for goal in kernel.requirements], mission, trace)
     evaluation = TruthOverTime(Motion(mission, curves, trace))
     return tuple(_judged(goal, evaluation, trace) for goal in kernel.requirements if bool(at_steps[goal.formula][0, 0]))

@@ -1,8 +1,8 @@
-"""Counterexamples in continuous time: the time, agent and subformula of a failure, and their wording.
+"""Counterexamples in continuous time: the time, the agent and the subformula of a failure, and the sentence about them.
 
-The search goes from the formula down to a predicate or a route. If it has a choice, it follows values that differ from
-those at the adjacent steps, since the steps do not show these. The wording distinguishes failures between the steps
-from undecided cases.
+The search descends from the formula to a predicate or a route. Among several causes it prefers values that differ from
+the values at the adjacent steps, since a check at the steps misses these. The sentences distinguish failures between
+the steps from undecided cases.
 """
 
 from __future__ import annotations
@@ -21,13 +21,15 @@ from missionc.verification.between.interval_sets import STEP, Motion, Spans, com
 from missionc.verification.between.truth_over_time import Signals, last_asked
 
 MOST_PARTS = 3
-"""Maximum number of jointly deciding parts that are named."""
+"""Maximum number of subformulas that a message lists if they decide a failure jointly."""
 
 
 class Culprit(Record):
-    """A predicate or route that is (or may be) ``value`` for an agent, from ``low`` to ``high`` (ticks).
+    """A predicate or route that decides a verdict: it is, or may be, ``value`` for an agent from ``low`` to ``high``
+    (ticks).
 
-    ``label`` is its source text, ``says`` states its value, and ``team`` is True if it is about the team.
+    ``label`` is the node whose source text is printed, ``says`` states its value, and ``team`` is True if the node is
+    about the team.
     """
 
     node: Node
@@ -51,7 +53,7 @@ class _Place(Record):
     team: bool = False
 
     def to(self, node: Node, *, agent: int | None = None, tick: int | None = None, value: bool | None = None) -> _Place:
-        """The place one level down; a rewritten operator keeps the span of its original."""
+        """The search state for a child formula; a rewritten operator keeps the source span of its original."""
         value = self.value if value is None else value
         same = node.span in (None, self.label.span)
         return _Place(
@@ -66,7 +68,7 @@ class _Place(Record):
 
 
 class Search:
-    """Search for the cause of a verdict.
+    """Search for the subformulas that decide a failed or undecided verdict.
 
     Args:
         known: signals of each node, by agent.
@@ -87,7 +89,7 @@ class Search:
         self.known, self.truths, self.certain, self.ahead, self.end = known, truths, certain, ahead, end
 
     def culprits(self, root: Node) -> tuple[Culprit, ...]:
-        """Parts that decide why the formula fails, or may fail, at time 0."""
+        """Subformulas that decide why the formula fails, or may fail, at time 0."""
         found: list[Culprit] = []
         waiting = [_Place(root, 0, 0, False, root, says_opposite(root))]
         while waiting and len(found) < MOST_PARTS:
@@ -99,7 +101,7 @@ class Search:
         return tuple(found)
 
     def when(self, node: Node, agent: int, value: bool) -> Spans:
-        """Times at which a formula surely is ``value``, or may be if the verdict is not certain."""
+        """Time intervals in which a formula surely is ``value``, or may be ``value`` if the verdict is not certain."""
         signal = self.known[node][agent]
         surely, other = (signal.sure, signal.never) if value else (signal.never, signal.sure)
         if self.certain:
@@ -109,14 +111,17 @@ class Search:
         return tuple((low + 1, high - 1) for low, high in gaps if low + 1 <= high - 1)
 
     def is_new(self, place: _Place) -> bool:
-        """Return whether neither of the adjacent steps shows the value at this place."""
+        """Return whether the formula has the opposite value at both adjacent steps."""
         truths = self.truths[place.node]
         row = truths[place.agent if len(truths) > 1 else 0]
         steps = {place.tick // STEP, -(-place.tick // STEP)}
         return all(bool(row[step if row.size > 1 else 0]) is not place.value for step in steps)
 
     def _below(self, place: _Place) -> list[_Place]:
-        """Places of children that decide it; empty if it decides itself."""
+        """Search states of the child formulas that decide the value.
+
+        Empty for a predicate or a route, which decide it themselves.
+        """
         node, value = place.node, place.value
         match node:
             case Not(body):
@@ -139,7 +144,11 @@ class Search:
         return (new or here)[: 1 if one else MOST_PARTS]
 
     def _in_window(self, place: _Place, body: Node, low: int, high: int | None, one: bool) -> list[_Place]:
-        """A time of the window: the first that differs from the steps; else a step with the other value."""
+        """Search state of ``body`` at a deciding time of the window.
+
+        The first time whose value differs from both adjacent steps is preferred; otherwise it is a step with the other
+        value.
+        """
         first, last = self._window(place.tick, low, high)
         if first > last:
             return []
@@ -152,7 +161,7 @@ class Search:
         return [moment for moment in moments if self.is_new(moment)][:1] or moments[:1]
 
     def _in_time(self, place: _Place, low: int, high: int | None, one: bool) -> list[_Place]:
-        """A time of the window, or an earlier one at which the hold condition fails."""
+        """Search state of a deciding time of the window, or of an earlier time at which the hold condition fails."""
         *holds, end = children(place.node)
         goals = self._in_window(place, end, low, high, one)
         for hold in () if one else holds:
@@ -165,7 +174,10 @@ class Search:
         return goals
 
     def _after(self, place: _Place, hold: Node, first: int) -> list[_Place]:
-        """The last time from ``first`` on at which the hold condition fails."""
+        """Search state of the last time from ``first`` on at which the hold condition fails.
+
+        Empty if it never fails.
+        """
         breaks = common(self.when(hold, place.agent, place.value), ((first, place.tick),))
         return [place.to(hold, tick=breaks[-1][1])] if breaks else []
 
@@ -186,11 +198,13 @@ def _has(spans: Spans, tick: int) -> bool:
 
 
 MOST_LINKS = 2
-"""Maximum number of links named in a sentence."""
+"""Maximum number of links listed in a sentence."""
 
 
 def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Motion) -> str:
-    """Sentence about a requirement that is true at the steps."""
+    """Sentence that explains why a requirement fails, or is undecided, between samples although every sample satisfies
+    it.
+    """
     first = culprits[0]
     parts = " and ".join(_part(culprit, certain, motion) for culprit in culprits)
     if certain:
@@ -199,13 +213,13 @@ def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Mo
 
 
 def stretch(culprit: Culprit) -> tuple[int, int]:
-    """Interval in ticks, between the adjacent steps."""
+    """First and last tick of the deciding interval, cut at the adjacent steps."""
     before, after = culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP
     return max(culprit.low, before), min(culprit.high, after)
 
 
 def agents_of(culprit: Culprit, motion: Motion) -> tuple[int, ...]:
-    """Agents that it concerns."""
+    """Indices of the agents that the deciding predicate or route is about."""
     match culprit.node:
         case Atom(predicate) if predicate.formation:
             return predicate.formation.agents
@@ -216,7 +230,7 @@ def agents_of(culprit: Culprit, motion: Motion) -> tuple[int, ...]:
 
 
 def _between(culprit: Culprit, motion: Motion) -> str:
-    """Text for the steps between which it fails; for a decision at a step, no two steps are named."""
+    """Text for the two steps between which the requirement fails, or "between samples" if it fails at a step."""
     before, after = culprit.tick // STEP, -(-culprit.tick // STEP)
     step = motion.mission.step
     return "between samples" if before == after else f"between {before * step:g} s and {after * step:g} s"
@@ -266,9 +280,11 @@ def _because(culprit: Culprit, motion: Motion) -> str:
 
 
 def _changed_links(graph: Graph, culprit: Culprit, made: bool, motion: Motion) -> list[tuple[int, int, float]]:
-    """Pairs that are linked only then, or without ``made`` unlinked only then; those of the agent first.
+    """Pairs of agents that are linked only at this time, or with ``made`` False unlinked only at this time.
 
-    Each has its distance in the middle of the interval.
+    Returns:
+        For each pair its two agents and their distance in the middle of the interval, metres. Pairs with the agent in
+        question come first.
     """
     low, high = stretch(culprit)
     ticks = np.array([(low + high) // 2, culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP])

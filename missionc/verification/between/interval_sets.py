@@ -1,7 +1,7 @@
-"""Sets of time intervals in which a formula holds, operators on them, and the clock of joint motion.
+"""Sets of time intervals in which a formula holds, operators on them, and a joint trajectory with time in whole ticks.
 
-Time is counted in whole ticks, so there is no rounding. Every formula has two closed sets: times at which it surely
-holds, and times at which it surely fails. A time in neither set is undecided.
+Whole ticks avoid rounding of times. Every formula has two closed sets: times at which it surely holds, and times at
+which it surely fails. A time in neither set is undecided.
 
 Source:
     Maler and Nickovic, "Monitoring Temporal Properties of Continuous Signals" (2004), section 3.
@@ -23,24 +23,27 @@ from missionc.ir import Mission, Resource
 from missionc.ir.language.margins.resources import levels
 
 STEP = 1 << 32
-"""Ticks in a step of the mission: steps, and therefore windows, are whole ticks."""
+"""Number of ticks in a time step of the mission; steps and windows are multiples of a tick."""
 
 ROUNDING = 1e-11
-"""Rounding of a margin per metre (m/s) of the sum of a polynomial's terms; above that of doubles."""
+"""Bound on the rounding of a margin per metre (m/s) of the summed magnitudes of a polynomial's terms.
+
+It is larger than the rounding of double precision.
+"""
 
 AT_STEP = 1e-9
-"""Steps: a time this little before a step counts as the step."""
+"""Tolerance in steps: a time this little before a step counts as the step."""
 
 FURTHER = 0.5 + 1e-9
-"""Factors for the distance from an interval's middle to its ends, in its length and in ticks, with rounding."""
+"""Half the length of an interval, as a factor, with an allowance for rounding."""
 
 
 @dataclass(eq=False)
 class Motion:
-    """Curves with their time in ticks: from 0 to ``end``, the last step.
+    """Trajectories of all agents with time in ticks, from 0 to ``end`` (the last step).
 
-    Before its first and after its last time a curve is constant. ``trace`` has its states at the steps; if left out,
-    they are computed.
+    An agent is at rest before the first and after the last time of its curve. ``trace`` has the states at the steps; if
+    None, they are computed from the curves.
     """
 
     mission: Mission
@@ -54,27 +57,27 @@ class Motion:
 
     @cached_property
     def joints(self) -> Indices:
-        """Joints of the pieces, in ticks: (pieces + 1,)."""
+        """Times at which the polynomial pieces meet, in ticks: (pieces + 1,)."""
         inner = np.rint(self.curves.times[1:-1] / self.mission.step * STEP).astype(np.int64)
         return np.concatenate([[0], np.clip(inner, 0, self.end), [self.end]])
 
     def seconds(self, tick: Indices | int) -> Array:
-        """Seconds of ticks, (...) -> (...)."""
+        """Times in seconds that correspond to times in ticks, of the same shape."""
         return np.asarray(np.asarray(tick) / STEP * self.mission.step)
 
     def local(self, piece: Indices, tick: Indices) -> Array:
-        """Seconds since the piece's beginning, (...), limited to its duration."""
+        """Seconds since the start of the piece at each tick, (...), clipped to the duration of the piece."""
         since = self.seconds(tick) - self.curves.times[piece]
         return np.asarray(np.clip(since, 0.0, self.curves.durations[piece]))
 
     def piece_at(self, tick: Indices) -> Indices:
-        """Index of the piece at a tick: (...) -> (...)."""
+        """Index of the polynomial piece at each tick: (...) -> (...)."""
         return np.clip(np.searchsorted(self.joints, tick, side="right") - 1, 0, self.joints.size - 2).astype(np.int64)
 
     def stretches(self, *, by_step: bool) -> tuple[Indices, Indices, Indices]:
-        """Pieces of positive duration, and their first and last ticks: (stretches,) three times.
+        """Polynomial pieces of positive duration: their indices, first ticks and last ticks, (stretches,) each.
 
-        With ``by_step``, they also end at each step, and the last step is a separate interval.
+        With ``by_step``, the pieces are also split at each step, and the last step is a separate interval.
         """
         if not by_step:
             there = np.flatnonzero(np.diff(self.joints) > 0)
@@ -84,35 +87,40 @@ class Motion:
         return self.piece_at(low), low, high
 
     def position(self, agent: Indices, piece: Indices, local: Array) -> Array:
-        """Positions (...) -> (..., dim), metres."""
+        """Positions of agents within their pieces, (...) -> (..., dim), metres."""
         return values(self.curves.coefficients[agent, piece], local)
 
     def velocity(self, agent: Indices, piece: Indices, local: Array) -> Array:
-        """Velocities (...) -> (..., dim), m/s."""
+        """Velocities of agents within their pieces, (...) -> (..., dim), m/s."""
         return values(self._velocity.coefficients[agent, piece], local)
 
     def relative_speed(self, first: Indices, second: Indices) -> Array:
-        """Bounds on the rate of pairs' distances: (pairs, pieces), m/s."""
+        """Upper bounds on the rate of change of the distance in each pair of agents: (pairs, pieces), m/s."""
         return speed_bounds(self.curves.between(first, second))
 
     def speed_along(self, agent: Indices, direction: Array) -> Array:
-        """Bounds on the rate of the coordinates weighted by (dim,): (agents, pieces), per second."""
+        """Upper bounds on the rate of change of a weighted sum of each agent's coordinates: (agents, pieces), per
+        second.
+
+        Args:
+            direction: weight of each coordinate, (dim,).
+        """
         weighted = np.einsum("apdo,d->apo", self.curves.coefficients[agent], direction)
         return speed_bounds(Curves(self.curves.times, weighted[:, :, None]))
 
     @cached_property
     def speed(self) -> Array:
-        """Bounds on the speed: (agents, pieces), m/s."""
+        """Upper bounds on each agent's speed: (agents, pieces), m/s."""
         return speed_bounds(self.curves)
 
     @cached_property
     def acceleration(self) -> Array:
-        """Bounds on the acceleration: (agents, pieces), m/s²."""
+        """Upper bounds on each agent's acceleration: (agents, pieces), m/s²."""
         return speed_bounds(self._velocity)
 
     @cached_property
     def at_steps(self) -> Trace:
-        """The states at the steps."""
+        """The agents' states at the steps of the mission."""
         if self.trace is not None:
             return self.trace
         tick, agents = np.arange(self.end // STEP + 1) * STEP, np.arange(len(self.curves.coefficients))[:, None]
@@ -121,13 +129,13 @@ class Motion:
         return Trace(self.mission.step, position, np.zeros_like(position), np.zeros(position.shape[:2]))
 
     def levels(self, resource: Resource) -> Array:
-        """Levels of a resource for every agent at the steps, (agents, steps + 1), a number."""
+        """Levels of a resource for every agent at the steps, (agents, steps + 1), dimensionless."""
         if resource not in self._levels:
             self._levels[resource] = levels(resource, self.at_steps)
         return self._levels[resource]
 
     def level(self, resource: Resource, agent: Indices, piece: Indices, local: Array) -> Array:
-        """Levels of a resource, (...), a number: linear between two steps."""
+        """Levels of a resource at given times, (...), dimensionless, interpolated linearly between steps."""
         known = self.levels(resource)
         time = (self.curves.times[piece] + local) / self.mission.step
         before = np.clip(np.floor(time), 0, known.shape[1] - 2).astype(np.int64)
@@ -135,25 +143,25 @@ class Motion:
         return np.asarray(first + (second - first) * np.clip(time - before, 0.0, 1.0))
 
     def heading(self, agent: Indices, piece: Indices, local: Array) -> Array:
-        """Headings of agents, (...), rad: those of the preceding step, or of the step itself."""
+        """Headings of agents at given times, (...), rad: the heading at the preceding step, or at the step itself."""
         known = self.at_steps.heading
         time = (self.curves.times[piece] + local) / self.mission.step
         return np.asarray(known[agent, np.clip(np.floor(time + AT_STEP), 0, known.shape[1] - 1).astype(np.int64)])
 
     def use(self, resource: Resource) -> Array:
-        """Bound on the rate of a resource, (agents,), per second."""
+        """Upper bound on the rate of change of each agent's resource level, (agents,), per second."""
         return np.asarray(np.abs(np.diff(self.levels(resource), axis=1)).max(axis=1, initial=0.0) / self.mission.step)
 
     @cached_property
     def slack(self) -> float:
-        """Metres (m/s) beyond which a margin's computed sign is certain."""
+        """Error bound of a computed margin, metres (m/s): a margin beyond it has a certain sign."""
         held = max((resource.capacity for resource in self.mission.resources), default=0.0)
         terms = max(_size(self.curves), _size(self._velocity), held)
         fastest = max(float(self.speed.max(initial=0.0)), float(self.acceleration.max(initial=0.0)))
         return ROUNDING * (1.0 + terms) + fastest * self.mission.step / STEP
 
     def reach(self, low: Indices, high: Indices) -> Array:
-        """Upper bound of the seconds from an interval's middle, in whole ticks, to its ends.
+        """Upper bound on the seconds from the middle of an interval, rounded to a whole tick, to its ends.
 
         Shape: (...) twice -> (...).
         """
@@ -165,17 +173,17 @@ class Motion:
 
 
 def _size(curves: Curves) -> float:
-    """Upper bound of the sum of the magnitudes of a polynomial's terms."""
+    """Upper bound on the sum of the magnitudes of a polynomial's terms, over all curves."""
     powers = curves.durations[:, None, None] ** np.arange(curves.coefficients.shape[-1])
     return float((np.abs(curves.coefficients) * powers).sum(axis=-1).max(initial=0.0))
 
 
 Spans: TypeAlias = tuple[tuple[int, int], ...]
-"""Disjoint closed intervals in ticks, in order. (5, 5) is a single time."""
+"""Disjoint closed time intervals in ticks, in order; ``(5, 5)`` is a single time."""
 
 
 class Signal(Record):
-    """Times at which a formula surely holds, and at which it surely fails."""
+    """Truth of a formula over time: the times at which it surely holds (``sure``) and surely fails (``never``)."""
 
     sure: Spans
     never: Spans
@@ -186,7 +194,7 @@ class Signal(Record):
 
 
 def merged(spans: Iterable[tuple[int, int]]) -> Spans:
-    """Union of intervals; those that end before they begin are dropped."""
+    """Union of intervals as disjoint intervals in order; an interval that ends before its start is dropped."""
     result: list[tuple[int, int]] = []
     for low, high in sorted(span for span in spans if span[0] <= span[1]):
         if result and low <= result[-1][1]:
@@ -224,7 +232,7 @@ def at_least(count: int, parts: Sequence[Spans], end: int) -> Spans:
 
 
 def of_parts(count: int, parts: Sequence[Signal], end: int) -> Signal:
-    """Signal that ``count`` of the parts hold; surely false if too few parts can hold."""
+    """Signal of "at least ``count`` of the parts hold"; it surely fails if too few parts can hold."""
     return Signal(
         at_least(count, [part.sure for part in parts], end),
         at_least(len(parts) - count + 1, [part.never for part in parts], end),
@@ -232,27 +240,32 @@ def of_parts(count: int, parts: Sequence[Signal], end: int) -> Signal:
 
 
 def sometime(body: Signal, low: int, high: int | None, end: int) -> Signal:
-    """``body`` at some time from ``low`` to ``high`` ahead; ``high`` None is ``end``."""
+    """Signal of "``body`` holds at some time between ``low`` and ``high`` ticks ahead"; None means up to ``end``."""
     return Signal(_dilated(body.sure, low, high, end), _eroded(body.never, low, high, end))
 
 
 def throughout(body: Signal, low: int, high: int | None, end: int) -> Signal:
-    """``body`` at every time from ``low`` to ``high`` ahead; ``high`` None is ``end``."""
+    """Signal of "``body`` holds at every time between ``low`` and ``high`` ticks ahead"; None means up to ``end``."""
     return sometime(body.denied, low, high, end).denied
 
 
 def until_over_time(hold: Signal, goal: Signal, low: int, high: int | None, end: int) -> Signal:
-    """``goal`` at some time of the window, and ``hold`` at every time from now until then, excluded."""
+    """Signal of "``goal`` holds at some time of the window, and ``hold`` at every time from now until just before
+    then".
+
+    Args:
+        low, high: the window in ticks ahead; None means up to ``end``.
+    """
     return Signal(_until(hold.sure, goal.sure, low, high, end), _never_until(hold.never, goal.never, low, high, end))
 
 
 def looking_back_over(measure: Callable[..., Signal], *parts: Signal, low: int, high: int, end: int) -> Signal:
-    """``sometime``, ``throughout`` or ``until`` with time reversed.
+    """Signal of ``sometime``, ``throughout`` or ``until`` over a window in the past.
 
-    Before 0 the last of the parts is false.
+    Before time 0, the last of the parts counts as false.
 
     Args:
-        low, high: the window in ticks back, ``low`` the nearer.
+        low, high: the window in ticks back, ``low`` the nearer bound.
     """
     *holds, awaited = (Signal(_reversed(part.sure, end), _reversed(part.never, end)) for part in parts)
     # Just after 0 backwards there is nothing; if it is false at 0 too, both intervals are one.
@@ -268,7 +281,7 @@ def _reversed(spans: Spans, end: int) -> Spans:
 
 
 def asked_until(last: int, signal: Signal, end: int) -> Signal:
-    """Condition only at times up to ``last``; true from then on."""
+    """Signal that equals the given one up to the time ``last`` (ticks), and is true afterwards."""
     if last < 0:
         return Signal(((0, end),), ())
     sure, never = (common(spans, ((0, last),)) for spans in (signal.sure, signal.never))
@@ -278,14 +291,14 @@ def asked_until(last: int, signal: Signal, end: int) -> Signal:
 
 
 def _dilated(spans: Spans, low: int, high: int | None, end: int) -> Spans:
-    """Times from which some time of the window is in the set."""
+    """Times whose window ``low`` to ``high`` ahead contains some time of the set."""
     return merged(
         (0 if high is None else max(0, first - high), min(last, end) - low) for first, last in spans if last >= low
     )
 
 
 def _eroded(spans: Spans, low: int, high: int | None, end: int) -> Spans:
-    """Times from which the whole window is in the set."""
+    """Times whose window ``low`` to ``high`` ahead lies in the set completely."""
     if high is None:
         return merged((max(0, first - low), end - low) for first, last in spans if last >= end)
     return merged((max(0, first - low), last - high) for first, last in spans)
@@ -298,7 +311,8 @@ def _until(hold: Spans, goal: Spans, low: int, high: int | None, end: int) -> Sp
 
 
 def _never_until(fails: Spans, absent: Spans, low: int, high: int | None, end: int) -> Spans:
-    """Inner bound of the times from which ``goal`` is absent up to the first failure of ``hold``.
+    """Inner approximation of the times at which ``until`` surely fails: ``goal`` is absent up to the first failure of
+    ``hold``.
 
     Args:
         fails: times at which ``hold`` surely fails.

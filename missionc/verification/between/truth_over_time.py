@@ -1,9 +1,10 @@
 """Three-valued truth of kernel formulas in continuous time, with links and routes over time.
 
-The truth is sound on both sides. Time is cut at every possible change of a link or operand, into single times and the
-intervals between them. Links and operands are constant in each, so the monitor's routes judge all of them at once. A
-result that follows from the sure links is sure; a result that the possible links exclude is surely false. Lengths in
-metres also change within an interval, which is halved until their bounds suffice.
+A formula is surely true, surely false or undecided at each time. Time is cut at every possible change of a link or
+operand, into single times and the intervals between them. Links and operands are constant in each of these cells, so
+the monitor's graph routines evaluate all cells at once. A result that follows from the sure links is sure; a result
+that the possible links exclude is surely false. Route lengths also change within an interval, which is halved until
+their bounds suffice.
 """
 
 from __future__ import annotations
@@ -44,16 +45,16 @@ from missionc.verification.monitoring import graph_routes
 from missionc.verification.monitoring.logic import TRUTH
 
 MOST_CELLS = 20_000
-"""Maximum number of intervals for lengths; the rest stays undecided."""
+"""Maximum number of time intervals for bounds on route lengths; later intervals stay undecided."""
 
 
 class Links(Record, eq=False):
-    """Links of a graph over time.
+    """Communication links of a graph over time.
 
     Args:
         first, second: (pairs,): indices into ``members``, the first smaller unless links are ``one_way``, from
                 the first to the second.
-        signals: (pairs,): times of the links.
+        signals: (pairs,): times at which each link exists.
     """
 
     members: Indices
@@ -73,14 +74,16 @@ def links_of(graph: Graph, motion: Motion) -> Links:
 
 
 def linked_pairs(links: Links, body: Sequence[Signal], motion: Motion) -> list[Signal]:
-    """Signals that ``body`` holds at some agent linked to each member."""
+    """Signal for each member of the graph that ``body`` holds at some agent linked to it."""
     return _judged(links, (body,), motion, lambda view: graph_routes.nearby(view.linked, view.operands[0]))
 
 
 def reach_over_time(
     hops: int, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion
 ) -> list[Signal]:
-    """Signals that each member has a route of at most ``hops`` links."""
+    """Signal for each member that it has a route of at most ``hops`` links over ``through`` agents to an
+    ``end`` agent.
+    """
     return _judged(
         links,
         (through, end),
@@ -92,7 +95,7 @@ def reach_over_time(
 def route(
     low: float, high: float, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion
 ) -> list[Signal]:
-    """Signals that each member has a route with a length in metres within the bounds."""
+    """Signal for each member that it has a route to an ``end`` agent, with a length from ``low`` to ``high`` metres."""
 
     def shorter(view: View) -> Flags:
         onward = view.linked & view.operands[0][:, :, None]
@@ -100,8 +103,9 @@ def route(
         return graph_routes.shortest(np.where(onward, lengths, np.inf), view.operands[1]) <= high
 
     def longer(view: View) -> Flags:
-        """Flags of members whose route may be too long: it has fewer links than members, each with an
-        inexact length.
+        """Flags of members whose shortest route may exceed the bound.
+
+        Such a route has fewer links than there are members, and each link has an inexact length.
         """
         through, end = view.operands
         # No agent is at a distance from itself, so one of the two is 0.
@@ -122,13 +126,14 @@ def route(
 
 
 class View(Record, eq=False):
-    """Truth in some cells, oriented so that more links, truer operands and shorter paths only help.
+    """Truth of links and operands in some time cells, oriented so that more links and shorter paths only make more
+    true.
 
     Args:
         linked: (cells, members, members), boolean.
         operands: (cells, members), each.
-        lengths: (cells, members, members), metres, in the middle of the cells.
-        spare: likewise, addition to the lengths; negative shortens them.
+        lengths: link lengths in the middle of the cells, (cells, members, members), metres.
+        spare: addition to the lengths, of the same shape and unit; a negative value shortens them.
     """
 
     linked: Flags
@@ -144,12 +149,12 @@ def _judged(
     judge: Callable[[View], Flags],
     metres: bool = False,
 ) -> list[Signal]:
-    """Signals of each member from ``judge``.
+    """Signals of each member of a graph, from a function that evaluates single time cells.
 
     Args:
         operands: signals of the members, for each operand.
-        judge: gives (cells, members), boolean; monotone in links, operands and shorter lengths.
-        metres: True if it reads lengths.
+        judge: returns the truth (cells, members); monotone in links, operands and shorter lengths.
+        metres: True if ``judge`` reads lengths.
     """
     columns = (links.signals, *operands)
     ticks = _ticks([signal for column in columns for signal in column], motion, metres)
@@ -179,18 +184,23 @@ def _judged(
 
 
 class _Found:
-    """Intervals found for members, in any order."""
+    """Collected time intervals for each member of a graph, in any order."""
 
     def __init__(self) -> None:
         self.rows: list[tuple[Indices, Indices, Indices]] = []
 
     def add(self, flags: Flags, low: Indices, high: Indices) -> None:
-        """Add intervals; flags are (stretches, members)."""
+        """Add the intervals whose flags are set.
+
+        Args:
+            flags: (stretches, members).
+            low, high: first and last tick of each interval, (stretches,).
+        """
         stretch, member = np.nonzero(flags)
         self.rows.append((member.astype(np.int64), low[stretch], high[stretch]))
 
     def spans(self, members: range) -> list[Spans]:
-        """Intervals of each member; adjacent ones are joined."""
+        """Disjoint intervals of each member, after joining adjacent ones."""
         member, low, high = (np.concatenate(column) for column in zip(*self.rows, strict=True))
         order = np.lexsort((high, low, member))
         member, low, high = member[order], low[order], high[order]
@@ -204,14 +214,17 @@ class _Found:
 
 
 def _ticks(signals: Sequence[Signal], motion: Motion, metres: bool) -> Indices:
-    """Ticks of possible changes; for lengths, each agent's motion is one piece between two of them."""
+    """Times in ticks at which a signal may change, in order; with ``metres`` also the joints of the trajectories."""
     ends = {tick for signal in signals for spans in (signal.sure, signal.never) for span in spans for tick in span}
     joints = motion.joints.tolist() if metres else (0, motion.end)
     return np.array(sorted({*ends, *joints}), dtype=np.int64)
 
 
 def _tables(signals: Sequence[Signal], ticks: Indices) -> tuple[Flags, Flags]:
-    """Flags of sure and of possible truth: (cells, signals), twice. Every other cell is a single time."""
+    """Flags of sure and of possible truth in each time cell: (cells, signals), twice.
+
+    Cells alternate between single times and the intervals between them.
+    """
     cells = 2 * ticks.size - 1
 
     def table(sets: list[Spans]) -> Flags:
@@ -226,7 +239,13 @@ def _tables(signals: Sequence[Signal], ticks: Indices) -> tuple[Flags, Flags]:
 
 
 def _view(links: Links, tables: Sequence[tuple[Flags, Flags]], way: int, cell: Indices, lengths: Array) -> View:
-    """Sure (``way`` 0) or possible (1) truth in some cells, (cells,), with the lengths in their middle, metres."""
+    """Truth of links and operands in given time cells, with the link lengths in their middle.
+
+    Args:
+        way: 0 for sure truth, 1 for possible truth.
+        cell: indices of the cells, (cells,).
+        lengths: metres.
+    """
     pairs, *operands = (table[way][cell] for table in tables)
     linked = np.zeros((cell.size, links.members.size, links.members.size), dtype=np.bool_)
     linked[:, links.first, links.second] = pairs
@@ -236,12 +255,12 @@ def _view(links: Links, tables: Sequence[tuple[Flags, Flags]], way: int, cell: I
 
 
 def _none(links: Links, cell: Indices) -> tuple[Array, Array]:
-    """Placeholder lengths, (cells, 1, 1) twice, metres, for judges that read none."""
+    """Placeholder for link lengths, (cells, 1, 1) twice, metres, used if no length is evaluated."""
     return np.zeros((cell.size, 1, 1)), np.zeros((cell.size, 1, 1))
 
 
 def _lengths(links: Links, low: Indices, high: Indices, motion: Motion) -> tuple[Array, Array]:
-    """Lengths of all pairs in the middle of intervals, and their change.
+    """Distances of all pairs of members in the middle of intervals, and a bound on their change within the interval.
 
     Shape: (cells, members, members) twice, metres.
     """
@@ -262,14 +281,14 @@ def _lengths(links: Links, low: Indices, high: Indices, motion: Motion) -> tuple
 
 
 OTHERS = -1
-"""Key for all agents that are not named."""
+"""Key of the signal shared by all agents without an entry of their own."""
 
 Signals: TypeAlias = dict[int, Signal]
-"""Signals of a formula for each agent that it is evaluated for."""
+"""Signals of a formula, by the index of the agent for which it is evaluated."""
 
 
 class TruthOverTime(Domain[Signals]):
-    """Domain of signals along one motion; those of predicates and links are cached."""
+    """Evaluation of kernel formulas in continuous time along one joint trajectory; predicates and links are cached."""
 
     def __init__(self, motion: Motion) -> None:
         self.motion, self.end = motion, motion.end
@@ -280,7 +299,7 @@ class TruthOverTime(Domain[Signals]):
         self.always, self.nowhere = Signal(((0, self.end),), ()), Signal((), ((0, self.end),))
 
     def of(self, root: Node) -> dict[Node, Signals]:
-        """Signals of a formula about the team and of its subformulas, for their agents."""
+        """Signals of a team formula and of all its subformulas, for the agents that each is evaluated for."""
         order = postorder((root,))
         asked = agents_asked(root)
         self.ahead, self.asked = steps_ahead((root,)), defaultdict(set)
@@ -291,7 +310,7 @@ class TruthOverTime(Domain[Signals]):
         return {node: {agent: at(known[node], agent) for agent in sorted(asked[node])} for node in order}
 
     def links(self, graph: Graph) -> Links:
-        """Links of a graph."""
+        """Communication links of a graph over time, computed once."""
         if graph not in self.graphs:
             self.graphs[graph] = links_of(graph, self.motion)
         return self.graphs[graph]
@@ -371,17 +390,17 @@ class TruthOverTime(Domain[Signals]):
         return _signed({OTHERS: self.nowhere} | within, holds)
 
     def _each(self, measure: Callable[..., Signal], *parts: Signals) -> Signals:
-        """Apply ``measure`` to the parts for each agent that all of them have."""
+        """Signals from applying ``measure`` to the parts, for each agent that all parts have."""
         named = set[int]().union(*parts) | ({OTHERS} if not parts else set())
         whom = [agent for agent in sorted(named) if all(agent in part or OTHERS in part for part in parts)]
         return {agent: measure(*(at(part, agent) for part in parts)) for agent in whom}
 
     def _dual(self, every: bool, some: Callable[..., Signals], *below: Signals) -> Signals:
-        """Universal node as the negation of an existential one over negated children."""
+        """Signals of a universal operator, as the negation of the existential operator over negated children."""
         return _signed(some(*(_signed(part, not every) for part in below)), not every)
 
     def _of_members(self, graph: Graph, judge: Callable[..., list[Signal]], *below: Signals) -> Signals:
-        """Signals of the graph's agents, from the signals of children at each of them."""
+        """Signals of the graph's members, computed by ``judge`` from the children's signals at each member."""
         operands = [[at(part, agent) for agent in graph.agents] for part in below]
         if not graph.agents:
             return {}
@@ -389,12 +408,12 @@ class TruthOverTime(Domain[Signals]):
 
 
 def at(signals: Signals, agent: int) -> Signal:
-    """Signal of an agent."""
+    """The signal for an agent, or the shared one if the agent has no entry."""
     return signals[agent if agent in signals else OTHERS]
 
 
 def last_asked(ahead: int, end: int) -> int:
-    """Last time, in ticks, from which a look-ahead of ``ahead`` steps stays within the mission."""
+    """Last time, in ticks, at which a formula with a look-ahead of ``ahead`` steps is still within the mission."""
     return end - ahead * STEP
 
 
@@ -407,6 +426,6 @@ def _window(node: WindowNode | UntilNode) -> tuple[int, int | None]:
 
 
 def _window_back(node: WindowNode | UntilNode) -> dict[str, int]:
-    """Window in ticks back, the nearer bound first."""
+    """Window of a past operator in ticks back, the nearer bound first."""
     assert node.high is not None
     return {"low": -node.high * STEP, "high": -node.low * STEP}

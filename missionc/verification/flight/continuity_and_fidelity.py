@@ -1,7 +1,7 @@
-"""Continuity and fidelity of one agent's polynomials: joints, rest at its ends, and distance from the verified plan.
+"""Continuity and fidelity of one agent's polynomials: joints, rest at both ends, and distance from the verified plan.
 
-A jump at a joint, or motion instead of rest, is measured by the control point movement that would explain it. This
-gives one scale, metres, for every derivative and every duration. Possible rounding errors count against the flight.
+A jump at a joint, or motion instead of rest, is measured by the displacement of a control point that would explain it.
+This gives one unit, metres, for every derivative and every duration. Possible rounding errors count against the flight.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ DEGREE = 7
 
 
 def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
-    """Check clock, joints, ends and waypoints of an agent's file; in a plane altitude, and constant yaw."""
+    """Checks of one agent's trajectory file: duration, continuity at the joints, rest at the ends, and waypoints.
+
+    In a plane mission they include the altitude, and for an agent with constant yaw the yaw.
+    """
     times = own.times
     late = abs(float(times[-1]) - mission.step * mission.steps)
     findings = [
@@ -42,7 +45,7 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
 
 
 def check_level(mission: Mission, agent: Agent, own: Pieces) -> list[Check]:
-    """Check that altitude in a plane mission, and a constant yaw, do not change in an agent's file."""
+    """Checks that the altitude of a plane mission, and a constant yaw, do not change in an agent's trajectory file."""
     found = []
     if mission.dimension == 2:
         detail = f"the altitude is {agent.altitude:g} m"
@@ -55,16 +58,17 @@ def check_level(mission: Mission, agent: Agent, own: Pieces) -> list[Check]:
 
 
 def _off(own: Pieces, axis: int, wanted: float) -> Array:
-    """Largest deviation of an axis from a number in each piece: (pieces,), metres or rad."""
+    """Upper bound on the deviation of a coordinate from ``wanted`` in each piece: (pieces,), metres or rad."""
     whole = from_powers(own.coefficients[:, axis : axis + 1], own.duration[:, None])
     return np.asarray((np.abs(whole.points[:, 0] - wanted).max(axis=-1) + whole.radius[:, 0]) * GROWN)
 
 
 def check_smooth(agent: Agent, own: Pieces, *, stops: bool = False) -> list[Check]:
-    """Check joints, and rest at both ends, of an agent's file, or its given initial motion.
+    """Checks of continuity at the joints, of rest at both ends, and of a given initial motion, for an agent's
+    trajectory file.
 
     Args:
-        stops: True if it may come to rest at a joint, where snap ends as at the end of a flight.
+        stops: True if the agent may come to rest at a joint, where snap ends as at the end of a flight.
     """
     exact = exactness(own)
     beginning = [_begins(agent, own, exact)] if agent.begins else []
@@ -72,7 +76,7 @@ def check_smooth(agent: Agent, own: Pieces, *, stops: bool = False) -> list[Chec
 
 
 def exactness(own: Pieces) -> float:
-    """Metres that count as zero: the firmware's numbers have 24 bits, for any place of the world."""
+    """Length in metres that counts as zero, for coordinates that the firmware rounds to 24 bits."""
     return MOTION * max(1.0, float(np.abs(own.coefficients[:, :, 0]).max()))
 
 
@@ -84,7 +88,12 @@ def clock(mission: Mission) -> float:
 def _worst(
     agent: Agent, name: str, margin: Array, times: Array, tolerance: float, detail: str, unit: str = "m"
 ) -> Check:
-    """Check with the worst ``margin``, (count,), in its unit, at each of the first of ``times``, seconds."""
+    """Check with the smallest entry of ``margin`` and its time.
+
+    Args:
+        margin: (count,), in ``unit``.
+        times: at least (count,), seconds; entry ``i`` is the time of margin ``i``.
+    """
     index = int(margin.argmin())
     return judged(
         name,
@@ -99,16 +108,21 @@ def _worst(
 
 
 def _change(coefficients: Array, order: int) -> Array:
-    """Derivative as ascending powers: (pieces, 4, 8), metres and seconds, to (pieces, 4, 8 - order)."""
+    """Coefficients of a derivative in ascending powers: (pieces, 4, 8), in metres and seconds, to (pieces, 4, 8 -
+    order).
+    """
     for _ in range(order):
         coefficients = derivative(coefficients)
     return coefficients
 
 
 def _length(offset: Array, radius: Array | float, unit: Array) -> Array:
-    """Lengths of vectors (pieces, 4) with an error radius, over a control point's effect.
+    """Upper bound on the control point displacement that explains an offset: (pieces,), metres.
 
-    Shape: (pieces,), metres.
+    Args:
+        offset: (pieces, 4), in the unit of the derivative.
+        radius: error bound of each coordinate.
+        unit: factor from the derivative to the displacement of one control point, (pieces,).
     """
     return np.asarray(np.linalg.norm(np.abs(offset) + radius, axis=-1) * unit * GROWN)
 
@@ -145,7 +159,7 @@ def _rest(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
 
 
 def _begins(agent: Agent, own: Pieces, exact: float) -> Check:
-    """Check that it begins in the given state, with the tolerance of a joint."""
+    """Check that the trajectory begins in the given initial state, with the tolerance of a joint."""
     jump = np.zeros(1)
     for order, state in enumerate(agent.begins):
         off = _change(own.coefficients[:1], order)[:, :, 0] - np.array(state)
@@ -166,7 +180,10 @@ def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Che
 
 
 def tube(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> Claim:
-    """Claim that every control point, cut at the steps, is near the verified motion of its step."""
+    """Claim that the agent's trajectory stays near the verified plan.
+
+    The pieces are split at the steps, and every control point is compared with the plan in its step.
+    """
     whole = from_powers(own.coefficients[:, : mission.dimension], own.duration[:, None])[None]
     times = _with_steps(own.times, planned.times, clock(mission))
     level = cut(whole, own.times, times)[0]
@@ -192,7 +209,10 @@ def tube(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> Claim:
 
 
 def _with_steps(times: Array, steps: Array, late: float) -> Array:
-    """Joints and steps, (count,), seconds; a step within the clock's tolerance of a joint is at the joint."""
+    """Times of the joints and steps, (count,), seconds.
+
+    A step within the clock's tolerance of a joint counts as the joint.
+    """
     place = np.searchsorted(times, steps)
     nearest = [np.abs(times[np.clip(place - before, 0, times.size - 1)] - steps) for before in (0, 1)]
     inside = (np.minimum(*nearest) > late) & (steps > times[0]) & (steps < times[-1])
@@ -200,10 +220,14 @@ def _with_steps(times: Array, steps: Array, late: float) -> Array:
 
 
 def _stray(points: Array, path: Array, low: Array, high: Array) -> Array:
-    """Upper bound of the distance of a piece's points to its path from ``low`` to ``high``, metres.
+    """Upper bound on the distance of a piece's points from the planned path between two times, (pieces,), metres.
 
-    (pieces, points, dim), (pieces, dim, degree + 1), (pieces,) twice -> (pieces,). A parabola deviates from its chord
-    by at most |p''| * duration**2 / 8.
+    A parabola deviates from its chord by at most |p''| * duration**2 / 8.
+
+    Args:
+        points: (pieces, points, dim), metres.
+        path: polynomial coefficients, (pieces, dim, degree + 1).
+        low, high: times within the path, (pieces,), seconds.
     """
     start, end = values(path, low), values(path, high)
     along = end - start

@@ -1,4 +1,4 @@
-"""Flights of all agents together, with bounds on their positions and speeds."""
+"""Trajectories of all agents as polynomials, with bounds on positions and speeds."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ HALVINGS = 3
 """Number of halvings of a piece before its control points bound the speed."""
 
 ALLOWANCE = 2.0**-40
-"""Relative error bound of the arithmetic of shapes and motion; more than a thousand roundings."""
+"""Relative error bound for the arithmetic on shapes and trajectories; more than a thousand roundings."""
 
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """All agents' files on one clock.
+    """Polynomial trajectories of all agents, with common joints.
 
     Args:
         durations: (pieces,), seconds; float32 values.
@@ -40,11 +40,15 @@ class Flight:
 
     @cached_property
     def position(self) -> Enclosed:
-        """Positions: (agents, pieces, 3), metres."""
+        """Enclosures of the positions: (agents, pieces, 3), metres."""
         return self.derived(0)
 
     def derived(self, order: int, axes: tuple[int, ...] = (0, 1, 2)) -> Enclosed:
-        """Derivative by time of some axes: (agents, pieces, axes)."""
+        """Enclosures of a time derivative along some axes: (agents, pieces, axes).
+
+        Args:
+            order: 0 for the position, 1 for the velocity, and so on.
+        """
         own = self.coefficients[:, :, list(axes)]
         for _ in range(order):
             own = derivative(own)
@@ -52,21 +56,24 @@ class Flight:
 
     @cached_property
     def extent(self) -> tuple[Array, Array]:
-        """Corners of a box around each agent's whole flight: (agents, 3) twice, metres."""
+        """Lower and upper corner of the bounding box of each agent's trajectory: (agents, 3) twice, metres."""
         return extent(self.position)
 
     @cached_property
     def speed(self) -> Array:
-        """Bounds on the speed within each piece: (agents, pieces), m/s."""
+        """Upper bounds on the speed within each piece: (agents, pieces), m/s."""
         parts = [self.derived(1)]
         for _ in range(HALVINGS):
             parts = [half for part in parts for half in part.halves()]
         return np.asarray(np.max([root_above(part.squares().high()) for part in parts], axis=0))
 
     def drift(self, skew: Array) -> Array:
-        """Deviation of an agent that starts ``skew`` seconds, (agents,), late or early.
+        """Upper bound on the position deviation of each agent that starts up to ``skew`` late or early.
 
         Shape: (agents, pieces), metres.
+
+        Args:
+            skew: (agents,), seconds.
         """
         begin, end = self.times[:-1], self.times[1:]
         off = np.zeros_like(self.speed)
@@ -81,21 +88,21 @@ class Flight:
 
     @property
     def off(self) -> Array:
-        """The values of ``astray``, or zeros: (pieces,), metres."""
+        """Additional deviation of every agent, or zeros if none is given: (pieces,), metres."""
         return np.zeros(self.durations.size) if self.astray is None else self.astray
 
     @cached_property
     def jumps(self) -> Array:
-        """Bounds on the gap between consecutive pieces: (agents, pieces - 1), metres."""
+        """Upper bounds on the gap between consecutive pieces: (agents, pieces - 1), metres."""
         before, after = self.position[:, :-1], self.position[:, 1:]
         apart = np.abs(after.points[..., 0] - before.points[..., -1]) + before.radius + after.radius
         return np.asarray(np.linalg.norm(apart, axis=-1) * GROWN)
 
 
 def seen_from(mission: Mission, flight: Flight, obstacle: Obstacle) -> tuple[Array, Enclosed]:
-    """The flight in the frame of an obstacle: joints in seconds, and (agents, parts, dim), metres.
+    """Trajectories relative to an obstacle: joints in seconds, and enclosures (agents, parts, dim), metres.
 
-    Pieces also end where the obstacle turns. The radius includes the rounding of its motion.
+    Pieces are also split where the obstacle turns. The error radius includes the rounding of the obstacle's motion.
     """
     level = flight.position[:, :, : mission.dimension]
     match obstacle.motion:
@@ -115,7 +122,7 @@ def seen_from(mission: Mission, flight: Flight, obstacle: Obstacle) -> tuple[Arr
 
 
 def growing(seen: Enclosed, times: Array, obstacle: Obstacle) -> Enclosed:
-    """The flight in the frame of an obstacle with its growth, metres, as an additional coordinate.
+    """Trajectories relative to an obstacle, with the obstacle's growth in metres as an additional coordinate.
 
     Args:
         seen: (agents, parts, dim).
@@ -134,7 +141,7 @@ def growing(seen: Enclosed, times: Array, obstacle: Obstacle) -> Enclosed:
 
 
 def extent(curves: Enclosed) -> tuple[Array, Array]:
-    """Corners of a box around all of each agent's pieces.
+    """Lower and upper corner of a bounding box around all pieces of each agent.
 
     Shape: (agents, pieces, dim) -> (agents, dim) twice, metres.
     """
@@ -142,9 +149,10 @@ def extent(curves: Enclosed) -> tuple[Array, Array]:
 
 
 def cut(curves: Enclosed, times: Array, joints: Array) -> Enclosed:
-    """Cut the pieces at ``joints``, which include all ``times``, in seconds: (agents, parts, dim).
+    """Trajectories with their pieces split at ``joints``, which include all ``times``, in seconds: (agents, parts,
+    dim).
 
-    Each part begins exactly at the end of the previous one, which is its joint up to rounding.
+    Each part begins exactly at the end of the previous part, which differs from the joint only by rounding.
     """
     piece = np.searchsorted(times, joints[:-1], side="right") - 1
     count = np.bincount(piece, minlength=times.size - 1)

@@ -1,10 +1,10 @@
-"""Claims about all flights in continuous time: the world, clearance of bodies, separation and downwash.
+"""Claims about all trajectories in continuous time: the world, clearance of bodies, separation and downwash.
 
-A distance has two values. *Asked* is the distance between bodies that the mission requires. *Needed* is the least safe
-distance: the extent of the bodies, or the pair distance of their vehicles, with tracking error and start skew.
+A distance has two values. *Asked* is the distance between bodies that the mission requires. *Needed* is the minimum
+safe distance: the extent of the bodies, or the pair distance of their vehicles, with tracking error and start skew.
 
 The lower bound on the distance of a part of a curve from a body is the better of two. The first is the distance at the
-middle of the curve minus the greatest distance of a control point from the middle. The second is the distance of the
+middle of the curve minus the maximum distance of a control point from the middle. The second is the distance of the
 control points from a plane with the body behind it, which is exact along a straight wall for parts of any length.
 """
 
@@ -28,7 +28,11 @@ from missionc.verification.proof.proof_boxes import at_least_in_box, between_bou
 
 
 def clear_of(shape: Shape, dimension: int, need: Array) -> Judge:
-    """Judge the distance to the body minus ``need``, (items,), metres."""
+    """Function that bounds the distance to a body minus ``need`` on parts of a trajectory.
+
+    Args:
+        need: required distance of each item, (items,), metres.
+    """
     bounds = _distance_bounds(shape, dimension)
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
@@ -40,7 +44,11 @@ def clear_of(shape: Shape, dimension: int, need: Array) -> Judge:
 
 
 def clear_of_growing(judge: Judge) -> Judge:
-    """The same for a growing body: the last coordinate of a curve, metres, is its growth."""
+    """Function that bounds the distance to a growing body; the last coordinate of a curve is the growth in metres.
+
+    Args:
+        judge: the same function for a body that does not grow.
+    """
 
     def grown(item: Indices, curve: Enclosed) -> Bounds:
         growth = curve[:, -1]
@@ -52,9 +60,9 @@ def clear_of_growing(judge: Judge) -> Judge:
 
 
 def box_clear_of(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], Array]:
-    """Lower bound of the distance of a whole box to the body minus ``need``, metres.
+    """Function for a lower bound on the distance of axis-aligned boxes to a body, minus the required distance, metres.
 
-    (parts, dim) twice and (parts,) -> (parts,).
+    The function maps two corners (parts, dim) and the required distances (parts,) to (parts,).
     """
     bounds = _distance_bounds(shape, dimension)
 
@@ -68,10 +76,11 @@ def box_clear_of(shape: Shape, dimension: int) -> Callable[[Array, Array, Array]
 
 
 def _distance_bounds(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], tuple[Array, Array, Array]]:
-    """Bounds for parts with a known point, (parts, dim), and points around them, (parts, dim, points), metres.
+    """Function that bounds the distance of point sets to a body, metres.
 
-    Points may be off by (parts,) metres. Each function gives the least distance to the body, the distance of the point,
-    and the error bound of both: (parts,) each.
+    Its arguments are a known point, (parts, dim), the points around it, (parts, dim, points), and their position error,
+    (parts,). It returns the minimum distance to the body, the distance of the known point, and the error bound of both:
+    (parts,) each.
     """
     distance, size = solid(shape, dimension), _size(shape)
 
@@ -85,11 +94,13 @@ def _distance_bounds(shape: Shape, dimension: int) -> Callable[[Array, Array, Ar
 
 
 def _beyond_plane(shape: Shape, centre: Array, points: Array) -> Array:
-    """Lower bound of the distance to the body from planes: (parts,), metres.
+    """Lower bound on the distance of point sets to a body, from separating planes: (parts,), metres.
 
-    -inf without a separating plane.
+    The bound is -inf without a separating plane.
 
-    (parts, dim), (parts, dim, points).
+    Args:
+        centre: (parts, dim), metres.
+        points: (parts, dim, points), metres.
     """
     match shape:
         case Union(left, right):
@@ -112,7 +123,7 @@ def _beyond_plane(shape: Shape, centre: Array, points: Array) -> Array:
 def _nearest(shape: Box | Disc | Ball | Polygon, centre: Array) -> Array:
     """Approximately nearest point of the shape to each centre: (parts, dim), metres.
 
-    Its plane is judged separately.
+    An approximation suffices because the plane through the point is verified separately.
     """
     near = centre.copy()
     match shape:
@@ -136,7 +147,7 @@ def _in_ball(middle: Array, radius: float, points: Array) -> Array:
 
 
 def _in_polygon(corners: Array, points: Array) -> Array:
-    """Nearest points of a polygon, (points, 2), metres; points inside stay unchanged."""
+    """Nearest point of a polygon to each point, (points, 2), metres; points inside stay unchanged."""
     start, along = corners, np.roll(corners, -1, axis=0) - corners
     offset = points[:, None] - start
     square = (along**2).sum(axis=-1)
@@ -152,7 +163,7 @@ def _in_polygon(corners: Array, points: Array) -> Array:
 
 
 def _support(shape: Box | Disc | Ball | Polygon, normal: Array) -> Array:
-    """Extent of the body along unit vectors: (parts, dim) -> (parts,), metres."""
+    """Support function of the body: its extent along unit vectors, (parts, dim) -> (parts,), metres."""
     match shape:
         case Box(low, high):
             return np.asarray(sum(_farthest(normal[:, axis], low[axis], high[axis]) for axis in range(len(low))))
@@ -167,13 +178,13 @@ def _support(shape: Box | Disc | Ball | Polygon, normal: Array) -> Array:
 
 
 def _farthest(slope: Array, low: float, high: float) -> Array:
-    """Largest ``slope * x`` for x from low to high, metres, which may be infinite: (parts,)."""
+    """Largest ``slope * x`` for x from ``low`` to ``high``, (parts,), metres; it may be infinite."""
     end = np.where(slope > 0, high, low)
     return np.where(slope == 0, 0.0, slope * np.where(slope == 0, 0.0, end))
 
 
 def _size(shape: Shape) -> float:
-    """Upper bound of the magnitudes of the shape's numbers, metres, at least 1."""
+    """Upper bound on the magnitudes of the numbers that define the shape, metres, at least 1."""
     match shape:
         case Union(left, right) | Intersection(left, right) | Difference(left, right):
             return max(_size(left), _size(right))
@@ -195,7 +206,7 @@ def _heights(band: Prism | None) -> tuple[float, ...]:
 
 
 def world(mission: Mission, flight: Flight) -> Claim:
-    """Claim that every centre is in the world, with the vehicle's fence inset and tracking margin."""
+    """Claim that every agent's centre stays in the world, inset by the vehicle's fence inset and tracking error."""
     inset = np.array([agent.vehicle.fence_inset + agent.vehicle.tracking for agent in mission.agents])
     inset = (inset[:, None] + flight.off).reshape(-1, 1)
     low = np.where(inset > 0, raised(np.array(mission.world.low) + inset), mission.world.low)
@@ -221,7 +232,11 @@ def world(mission: Mission, flight: Flight) -> Claim:
 
 
 def obstacles(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
-    """Claims for each obstacle that every body keeps its clearance, or only the needed distance."""
+    """Claims that every body keeps its distance from each obstacle.
+
+    Args:
+        strict: True for the required clearance, False for the minimum safe distance.
+    """
     return [_obstacle(mission, flight, obstacle, strict) for obstacle in mission.obstacles]
 
 
@@ -253,7 +268,11 @@ def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool
 
 
 def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
-    """Claim that every two bodies keep the separation, or only the needed distance; none for one agent."""
+    """Claim that every two bodies keep their distance; empty for a single agent.
+
+    Args:
+        strict: True for the required separation, False for the minimum safe distance.
+    """
     pairs = _pairs(mission)
     if not len(pairs):
         return []
@@ -271,11 +290,12 @@ def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
 
 
 def downwash(mission: Mission, flight: Flight) -> list[Claim]:
-    """Claims that no vehicle is in another's downwash: their difference over its half axes has length at least 1.
+    """Claims that no vehicle is in the downwash of another one.
 
+    The difference of two positions, divided by the half axes of the downwash ellipsoid, must have length at least 1.
     The ellipsoid is grown by both tracking errors. Every ``p > 0`` gives an ellipsoid that contains the sum of another
-    one and a ball, with the squared half axes ``(1 + 1 / p) * axis**2 + (1 + p) * radius**2``; here ``p`` makes the
-    horizontal axis exact.
+    ellipsoid and a ball, with the squared half axes ``(1 + 1 / p) * axis**2 + (1 + p) * radius**2``; here ``p`` makes
+    the horizontal axis exact.
 
     Source:
         Kurzhanski, Vályi, "Ellipsoidal Calculus for Estimation and Control" (1997), section 2.1.
@@ -307,9 +327,11 @@ def _of_pairs(
     need: Array,
     scale: Array | None = None,
 ) -> Claim:
-    """Claim for pairs with ``need``, (pairs, 1 or pieces), metres; ``scale`` weights their differences.
+    """Claim that the agents of each pair keep the distance ``need``.
 
-    Its shape is (pairs, 1 or pieces, dim).
+    Args:
+        need: (pairs, 1 or pieces), metres.
+        scale: weights of the coordinate differences, (pairs, 1 or pieces, dim); None for the plain distance.
     """
     pieces, size = flight.durations.size, curves.points.shape[2]
     factor = None if scale is None else np.broadcast_to(scale, (len(pairs), pieces, size))
@@ -334,7 +356,7 @@ def _of_pairs(
 
 
 def _pairs(mission: Mission) -> Indices:
-    """Pairs of agents: (pairs, 2)."""
+    """Index pairs of different agents, each pair once: (pairs, 2)."""
     return np.stack(np.triu_indices(len(mission.agents), k=1), axis=-1).astype(np.int64)
 
 
@@ -343,7 +365,7 @@ def _skews(mission: Mission) -> Array:
 
 
 def _missed(mission: Mission, flight: Flight, pairs: Indices) -> Array:
-    """Greatest reduction of two vehicles' distance by tracking errors.
+    """Upper bound on the reduction of each pair's distance by tracking errors and start skew.
 
     Shape: (pairs, pieces), metres, or (pairs, 1) if constant.
     """

@@ -3,8 +3,8 @@
     in   Mission, the verified Trace, the text of each agent's file
     out  Certificate, with the boxes of its proof
 
-The float32 values of the firmware are judged in continuous time, with a bound on the rounding of the verifier itself. A
-vehicle's profile gives a continuous-time claim for every finite limit, and checks of constants. Each claim becomes a
+The float32 values of the firmware are verified in continuous time, with a bound on the rounding of the verifier itself.
+A vehicle's profile gives a continuous-time claim for every finite limit, and checks of constants. Each claim becomes a
 check with the boxes of its proof.
 """
 
@@ -31,17 +31,22 @@ from missionc.verification.proof.branch_and_bound import Claim, Judge, branch_an
 from missionc.verification.proof.proof_boxes import Boxes, at_most, between_bounds, boxes_of, in_band, upright
 
 GRAVITY = 9.81
-"""m/s², as in the firmware."""
+"""Gravitational acceleration, m/s², as in the firmware."""
 
 PIECE_BYTES = 132
-"""Bytes of a vehicle's memory for one piece (crazyflie-firmware, pptraj.c)."""
+"""Vehicle memory for one polynomial piece, bytes (crazyflie-firmware, pptraj.c)."""
 
 COMPRESSED_BYTES = {2: 31, 3: 45}
-"""Likewise in the firmware's compressed format, by the mission's dimension; plus 11 for its start and end."""
+"""Vehicle memory for one piece in the firmware's compressed format, bytes, by the mission's dimension.
+
+A trajectory needs 11 bytes more for its start and end.
+"""
 
 
 def limits(mission: Mission, flight: Flight) -> list[Claim]:
-    """Claims for each figure that some vehicle limits, about those vehicles."""
+    """Claims that vehicles stay within their limits of speed, acceleration and thrust, one claim for each limited
+    quantity.
+    """
     acceleration = flight.derived(2)
     thrust = acceleration.moved(np.array([0.0, 0.0, GRAVITY]))
     lengths: tuple[tuple[str, str, str, Enclosed, Callable[[Vehicle], float]], ...] = (
@@ -79,7 +84,10 @@ def limits(mission: Mission, flight: Flight) -> list[Claim]:
 
 
 def check_memory(mission: Mission, flight: Flight) -> list[Check]:
-    """Check that each vehicle's memory holds its pieces; for a plain agent this is only a warning."""
+    """Checks that the pieces of each trajectory fit into the vehicle's memory.
+
+    For a plain agent this is only a warning.
+    """
     pieces = flight.durations.size
     raw, compressed = pieces * PIECE_BYTES, pieces * COMPRESSED_BYTES[mission.dimension] + 11
     size = min(raw, compressed)
@@ -100,7 +108,7 @@ def check_memory(mission: Mission, flight: Flight) -> list[Check]:
 
 
 def check_endurance(mission: Mission, flight: Flight) -> list[Check]:
-    """Check flight time against battery endurance."""
+    """Checks of the flight time against each vehicle's battery endurance."""
     seconds = float(flight.durations.sum())
     return [
         Check(
@@ -138,11 +146,11 @@ def _claim(flight: Flight, name: str, unit: str, detail: str, chosen: Indices, c
 
 
 MANY = 20_000
-"""Number of parts above which boxes for the required margin are stated instead of the least margin, if fewer."""
+"""Number of proof boxes above which the proof aims only at the required margin, if that needs fewer boxes."""
 
 
 def prove(mission: Mission, claim: Claim) -> tuple[Check, Boxes]:
-    """Prove a claim with at least one item; the check's margin is the least of its boxes' bounds."""
+    """Check and proof boxes of a claim with at least one item; the check's margin is the minimum bound of the boxes."""
     parts = branch_and_bound(claim)
     slack = claim.tolerance + (claim.gap if isfinite(claim.gap) else 0.0)
     if parts.item.size > MANY and parts.lower.min() >= -slack:
@@ -169,7 +177,7 @@ MEMORY_BYTES = PLAIN.memory
 """Memory of the firmware for all trajectories together, bytes."""
 
 STRONGEST = 12.0
-"""Acceleration, m/s², up to which a Crazyflie with a thrust of 1.58 times its weight keeps its height.
+"""Acceleration, m/s², up to which a Crazyflie with a thrust of 1.58 times its weight keeps its altitude.
 
 Source:
     crazyflie-firmware, platform defaults: four motors of 0.1125 N lift 29 g.
@@ -178,10 +186,13 @@ Source:
 
 @np.errstate(over="ignore", invalid="ignore")
 def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Mapping[str, str]) -> Certificate:
-    """Judge the polynomials of each agent and all together, and the requirements at the steps of the flight.
+    """Certificate for the polynomials of each agent and of all agents together, and for the requirements at the steps.
 
     Args:
-        files: text of each agent's file, by agent name.
+        files: text of each agent's trajectory file, by agent name.
+
+    Returns:
+        Only the checks that files are readable, if one of them is not.
     """
     trajectories = {agent.name: read(files.get(agent.name, "")) for agent in mission.agents}
     checks = [check_file(agent, trajectories[agent.name]) for agent in mission.agents]
@@ -212,7 +223,11 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
 
 
 def check_file(agent: Agent, value: Pieces | str) -> Check:
-    """Check that the file could be read."""
+    """Check that an agent's trajectory file is readable.
+
+    Args:
+        value: the pieces that were read, or a text that describes the error.
+    """
     detail = (
         value if isinstance(value, str) else "header, columns, at least two rows, finite numbers, positive durations"
     )
@@ -220,7 +235,7 @@ def check_file(agent: Agent, value: Pieces | str) -> Check:
 
 
 def prove_all(mission: Mission, claims: list[Claim], checks: list[Check], boxes: list[Boxes]) -> None:
-    """Add the check of each claim, and its boxes."""
+    """Prove the claims, and append a check for each to ``checks`` and its proof to ``boxes``."""
     for claim in claims:
         check, proof = prove(mission, claim)
         checks.append(check)
@@ -228,9 +243,9 @@ def prove_all(mission: Mission, claims: list[Claim], checks: list[Check], boxes:
 
 
 def check_apart(mission: Mission, flight: Flight, checks: list[Check], boxes: list[Boxes]) -> list[str]:
-    """Check obstacles and separation.
+    """Verify obstacle clearance and separation, append the checks and proofs, and return warnings.
 
-    If the flight keeps less than required, check the needed distance and warn.
+    If a required distance is violated, the minimum safe distance is checked instead, with a warning.
     """
     warnings = []
     wishes, needed = (
@@ -268,9 +283,9 @@ def _thrust(peak: Figure) -> tuple[str, ...]:
 
 
 def _requirements(mission: Mission, kernel: Kernel, trace: Trace, flight: Flight) -> list[Check]:
-    """Check the mission's requirements with each agent at its polynomials' positions at the steps.
+    """Checks of the mission's requirements at the steps, with each agent at the position of its polynomial.
 
-    Velocities and headings are those of the plan. A flight from rest has different ones, and its limits are judged
+    Velocities and headings are those of the plan. A flight from rest has different ones, and its limits are verified
     separately.
     """
     steps = np.asarray(mission.step * np.arange(mission.steps + 1), dtype=np.float64)

@@ -1,12 +1,12 @@
-"""Verification of safe ends: from times of a flight to rest, hovering, and vertical landing without contact.
+"""Verification of safe ends: stops from times of a flight to rest, hovering, and vertical landing without contact.
 
     in   Mission, its flight and transfers, and the stated stops
     out  Certificate: each stop begins in the flight, satisfies every claim of a flight, and leads to the floor
 
-Between two stop times, the safe end is to continue to the next one and stop there; this part is proved with the flight.
-The stops therefore give a safe end at every time, after at most the longest wait between them.
+Between two stop times, the safe end is to continue to the next stop time and stop there; this part is proved with the
+flight. The stops therefore give a safe end at every time, after at most the longest wait between them.
 
-All stops are judged together, as consecutive pieces of one flight on a separate clock. Start skew counts as tracking
+All stops are verified together, as consecutive pieces of one flight on a separate clock. Start skew counts as tracking
 error, by the distance that a vehicle travels in that time.
 """
 
@@ -43,17 +43,19 @@ from missionc.verification.proof.branch_and_bound import Claim, failing_pieces
 from missionc.verification.proof.proof_boxes import Boxes
 
 HOVER = 1.0
-"""Seconds of hovering that are judged with each stop, before any landing."""
+"""Duration of the hover that is verified after each stop, before any landing, seconds."""
 FARTHEST = 1e3
-"""Metres: a larger or unbounded margin is stated as this number."""
+"""Maximum margin that a check states, metres; larger or unbounded margins are replaced by it."""
 AT_THE_END = 1e-3
-"""Seconds: a stop this near to the end of the flight is at its end."""
+"""Tolerance of a stop time, seconds: a stop this near to the end of the flight counts as a stop at its end."""
 ROUNDED_UP = 1e-9
 """Relative error bound of speeds that are computed without outward rounding."""
 WAIT, WITHOUT = "safe end wait", "safe end without"
-"""Figures for the longest wait until the next stop, and for the time without a stop at the end."""
+"""Names of two quantities of a certificate: the longest wait until the next stop, and the time without a stop at the
+end.
+"""
 ORDERS = 5
-"""Position, velocity, acceleration, jerk and snap: the state that a stop takes over from the flight."""
+"""Number of derivatives, from position to snap, in the state that a stop continues from the flight."""
 
 
 def has_safe_end(mission: Mission) -> bool:
@@ -64,14 +66,15 @@ def has_safe_end(mission: Mission) -> bool:
 def verify_safe_end(
     mission: Mission, whole: Mapping[str, Pieces], before: float, risen: float, stops: Sequence[Stop]
 ) -> Certificate:
-    """Judge the safe ends of a flight, from its beginning to its end.
+    """Certificate of the safe ends of a flight, from its beginning to its end.
 
-    A flight from the floor has one at every time. Other flights may have none at their end, which a figure reports.
+    A flight from the floor has a safe end at every time. Other flights may have none near their end, for a time that
+    the certificate reports.
 
     Args:
         whole: by agent name, the verified outbound transfer, mission and return transfer as one.
         before: seconds before the mission begins.
-        risen: seconds from takeoff to its beginning; 0 if it begins in the air.
+        risen: seconds from takeoff to the beginning of ``whole``; 0 if it begins in the air.
     """
     end = float(next(iter(whole.values())).times[-1]) - before
     moments = _moments(stops, before, end, to_the_end=is_whole(mission))
@@ -93,9 +96,9 @@ def verify_safe_end(
 
 
 def judge_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> Certificate:
-    """Judge only the stops; arguments as for ``verify_safe_end``.
+    """Certificate of the stops themselves; arguments as for ``verify_safe_end``.
 
-    The boxes use the clock of all in sequence.
+    The times of the proof boxes are those of all stops in sequence.
     """
     flown = [whole[agent.name] for agent in mission.agents]
     boxes: list[Boxes] = []
@@ -114,7 +117,7 @@ def judge_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, st
 
 
 def failing_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> set[int]:
-    """Indices of the stops that cannot be proved; arguments as for ``verify_safe_end``."""
+    """Indices of the stops that violate a claim; the arguments are those of ``verify_safe_end``."""
     flown = [whole[agent.name] for agent in mission.agents]
     tolerance = np.array([4 * exactness(own) for own in flown])
     failing = set(np.flatnonzero((_begin_off(flown, before, stops) > tolerance[:, None]).any(axis=0)).tolist())
@@ -130,14 +133,14 @@ def failing_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, 
 
 
 def _claims(mission: Mission, flight: Flight) -> list[Claim]:
-    """Claims about all stops, except those for moving or growing obstacles."""
+    """Claims about all stops, except claims about moving or growing obstacles."""
     constant = replace(mission, obstacles=tuple(each for each in mission.obstacles if each.constant))
     joint = [world(mission, flight), *separation(mission, flight, False), *downwash(mission, flight)]
     return [*joint, *limits(mission, flight), *obstacles(constant, flight, False)]
 
 
 def _on_the_clock(check: Check, flight: Flight, stops: Sequence[Stop]) -> Check:
-    """A check of a claim, with its time on the mission's clock."""
+    """The check with its time converted from the clock of the stops to the mission's clock."""
     if check.at is None or not check.name.startswith("flown"):
         return check
     piece = int(np.clip(np.searchsorted(flight.times, check.at, side="right") - 1, 0, 2 * len(stops) - 1))
@@ -149,7 +152,9 @@ def _on_the_clock(check: Check, flight: Flight, stops: Sequence[Stop]) -> Check:
 
 
 def _moments(stops: Sequence[Stop], before: float, end: float, to_the_end: bool) -> Check:
-    """Check that the stops are in order within the flight, and if required, that the last is at its end."""
+    """Check that the stops are in order within the flight, and with ``to_the_end``, that the last stop is at
+    its end.
+    """
     times = [stop.at for stop in stops]
     sound = all(-before - MOTION <= time <= end + AT_THE_END for time in times)
     sound = sound and all(here < after for here, after in pairwise(times))
@@ -161,12 +166,12 @@ def _moments(stops: Sequence[Stop], before: float, end: float, to_the_end: bool)
 
 
 def _begin_off(flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> Array:
-    """Deviation of each stop from the flight's state at its beginning, or from rest at its end.
+    """Deviation of each stop's first state from the flight, or of its last state from rest if larger.
 
     Shape: (agents, stops), metres.
 
-    Derivatives count by the necessary movement of a control point. At the end of the flight, all agents are at rest up
-    to jerk, and snap ends too.
+    Derivatives count by the displacement of a control point that would explain them. At the end of the flight, all
+    agents are at rest up to jerk, and snap ends too.
     """
     times = np.array([stop.at + before for stop in stops])
     here = derivatives_at(curves_of(flown, slice(None)), times, ORDERS)
@@ -190,7 +195,8 @@ def _begin_off(flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) ->
 def _begins(agent: Agent, flown: Pieces, off: Array, stops: Sequence[Stop]) -> Check:
     """Check that each stop begins in the flight's state, without a jump up to snap, and ends at rest.
 
-    ``off`` is (stops,), metres.
+    Args:
+        off: deviation of each stop, (stops,), metres.
     """
     worst = int(off.argmax())
     detail = "every stop continues the flight from position to snap and ends at rest"
@@ -199,7 +205,7 @@ def _begins(agent: Agent, flown: Pieces, off: Array, stops: Sequence[Stop]) -> C
 
 
 def _as_one(mission: Mission, flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> tuple[Mission, Flight]:
-    """All stops as one flight with deviations for late starts, and the mission without start skew."""
+    """The mission without start skew, and all stops as one flight whose additional deviation covers late starts."""
     durations = np.concatenate([stop.pieces[0].duration for stop in stops])
     coefficients = np.stack(
         [np.concatenate([stop.pieces[agent.index].coefficients for stop in stops]) for agent in mission.agents]
@@ -209,7 +215,9 @@ def _as_one(mission: Mission, flown: Sequence[Pieces], before: float, stops: Seq
 
 
 def _late(mission: Mission, flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> Array:
-    """Greatest distance travelled in the start skew around a stop or in it: (stops,), metres."""
+    """Upper bound on the distance that an agent travels in the start skew, around or during each stop: (stops,),
+    metres.
+    """
     skew = np.array([agent.vehicle.start_skew for agent in mission.agents])
     if not skew.any():
         return np.zeros(len(stops))
@@ -230,7 +238,7 @@ def _late(mission: Mission, flown: Sequence[Pieces], before: float, stops: Seque
 
 
 def _missing(mission: Mission, more: float) -> Mission:
-    """The mission without start skew, with a tracking error larger by ``more`` metres."""
+    """The mission without start skew, with every vehicle's tracking error enlarged by ``more`` metres."""
     agents = (
         replace(agent, vehicle=replace(agent.vehicle, tracking=agent.vehicle.tracking + more, start_skew=0.0))
         for agent in mission.agents
@@ -239,7 +247,10 @@ def _missing(mission: Mission, more: float) -> Mission:
 
 
 def with_turns(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> list[Stop]:
-    """Add to each stop the turns of the agents that can surely land clear; arguments as above."""
+    """The stops, each with the groups of agents that can land in turns without contact.
+
+    Arguments as for ``verify_safe_end``.
+    """
     late = _late(mission, [whole[agent.name] for agent in mission.agents], before, stops)
     return [
         replace(stop, turns=in_turns(_missing(mission, float(more)), stop))
@@ -248,7 +259,7 @@ def with_turns(mission: Mission, whole: Mapping[str, Pieces], before: float, sto
 
 
 def _beside(mission: Mission, flight: Flight, obstacle: Obstacle, number: int, stop: Stop) -> Check:
-    """Check that no agent touches a moving or growing obstacle at one stop."""
+    """Check that no agent touches a moving or growing obstacle during one stop."""
     alone = replace(mission, obstacles=(_since(obstacle, stop.at, stop.seconds + HOVER),))
     pieces = slice(2 * number, 2 * number + 2)
     own = Flight(flight.durations[pieces], flight.coefficients[:, pieces], flight.off[pieces])
@@ -258,7 +269,7 @@ def _beside(mission: Mission, flight: Flight, obstacle: Obstacle, number: int, s
 
 
 def _since(obstacle: Obstacle, time: float, seconds: float) -> Obstacle:
-    """The obstacle on a clock that begins at ``time``, at its size after ``seconds``."""
+    """The obstacle on a clock that begins at ``time``, with the size that it has ``seconds`` later."""
     shape = grown_shape(obstacle.shape, obstacle.grown(time + seconds)) if obstacle.growth else obstacle.shape
     if not isinstance(obstacle.motion, Path):
         return replace(obstacle, shape=shape, growth=0.0)
@@ -271,13 +282,13 @@ def _since(obstacle: Obstacle, time: float, seconds: float) -> Obstacle:
 
 
 def _landings(mission: Mission, flight: Flight, number: int, stop: Stop) -> list[tuple[float, float, int]]:
-    """Clearance of each agent that lands after a stop, with the stop's time and the agent."""
+    """Clearance in metres of each agent that lands after a stop, with the stop's time and the agent's index."""
     widened = _missing(mission, float(flight.off[2 * number]))
     return [(margin, stop.at, index) for index, margin in landing_margins(widened, stop)]
 
 
 def _landing(mission: Mission, margins: Sequence[list[tuple[float, float, int]]]) -> Check:
-    """Check that landing agents touch no agent that lands, hovers or has landed, and no obstacle."""
+    """Check that landing agents touch no obstacle and no other agent, whether it lands, hovers or has landed."""
     found = [each for own in margins for each in own]
     if not found:
         return Check("landing", "stops", 0.0, "m", WAYPOINT, True, detail="no agent lands")
@@ -289,16 +300,16 @@ def _landing(mission: Mission, margins: Sequence[list[tuple[float, float, int]]]
 
 
 def last_to_stand(mission: Mission, stop: Stop, aloft: float) -> float:
-    """Seconds after the flight's beginning at which every agent has landed after a stop.
+    """Seconds from takeoff until every agent has landed after a stop.
 
     Args:
-        aloft: seconds from its beginning to the mission's beginning.
+        aloft: seconds from takeoff to the mission's beginning.
     """
     return aloft + stop.at + stop.seconds + sum(stop.landing(mission))
 
 
 def _endurance(mission: Mission, stops: Sequence[Stop], aloft: float) -> list[Check]:
-    """Check that batteries last until every agent that lands after a stop is on the floor."""
+    """Checks that each battery lasts until every agent that lands after a stop is on the floor."""
     latest = max(last_to_stand(mission, stop, aloft) for stop in stops)
     begun = "takeoff" if is_whole(mission) else "the start of the polynomials"
     return [

@@ -3,8 +3,8 @@
     in   Stops: the mission from that plan on, the flight before it, the polynomials up to its beginning
     out  Certificate: correct initial state, no jumps, all limits satisfied, no contact
 
-Only bodies and vehicles count, not the mission's separation and clearance: an agent off its path may already be nearer
-than these.
+Only contact of bodies and vehicle limits are checked, not the mission's separation and clearance: an agent off its path
+may already be nearer than these distances.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from missionc.verification.plan.clearances import check_obstacles, check_separat
 from missionc.verification.proof.proof_boxes import Boxes
 
 ENDS = 1e-3
-"""Speed, m/s, and metres below which an agent is at rest."""
+"""Tolerance of the end state: speed, m/s, below which an agent is at rest, and distance, metres."""
 
 
 class Stops(Record, eq=False):
-    """Polynomials of every agent until a plan begins.
+    """Polynomials of every agent that end at the beginning of a plan made in flight.
 
     Args:
         mission: its step 0 is the end of the stops; its vehicles have their speeds before the stops.
-        told: (agents, steps + 1): the states before it; the last is its first.
-        until: seconds after their beginning up to which they were flown; later states are those of the stops.
+        told: (agents, steps + 1): the states before the plan; the last is the plan's first state.
+        until: seconds of ``told`` that were flown; later states are predictions of the stops.
         begins: by agent name, the initial state of its stop from position to snap, (5, 4).
         files: text of each agent's polynomials, by agent name.
     """
@@ -50,9 +50,9 @@ class Stops(Record, eq=False):
 
 
 def verify_stops(stops: Stops) -> Certificate:
-    """Judge the stops of all agents, each by itself and all together.
+    """Certificate of the stops of all agents, each by itself and all together.
 
-    Bodies are judged only if every stop is flyable.
+    Contact of bodies is checked only if every stop is flyable.
     """
     mission = stops.mission
     own = {name: read(text) for name, text in stops.files.items()}
@@ -80,7 +80,7 @@ def verify_stops(stops: Stops) -> Certificate:
 
 
 def vehicle_checks(mission: Mission, pieces: Sequence[Pieces]) -> Certificate:
-    """Check that centres are in the world, and vehicle limits, for stops of equal durations."""
+    """Certificate that centres stay in the world and vehicles within their limits, for stops of equal durations."""
     flight = Flight(pieces[0].duration, np.stack([each.coefficients for each in pieces]))
     bare = (replace(each, vehicle=replace(each.vehicle, tracking=0.0, fence_inset=0.0)) for each in mission.agents)
     checks: list[Check] = []
@@ -90,7 +90,7 @@ def vehicle_checks(mission: Mission, pieces: Sequence[Pieces]) -> Certificate:
 
 
 def body_checks(mission: Mission, pieces: Sequence[Pieces]) -> list[Check]:
-    """Check that no bodies touch, and pair distances of vehicles, for stops of equal durations."""
+    """Checks that no bodies touch, and that vehicles keep their pair distances, for stops of equal durations."""
     curves = stop_curves(mission, pieces)
     bare = replace(mission, separation=Metres(0.0), clearance=Metres(0.0))
     return [
@@ -100,7 +100,10 @@ def body_checks(mission: Mission, pieces: Sequence[Pieces]) -> list[Check]:
 
 
 def _smooth(stops: Stops, agent: Agent, own: Pieces) -> list[Check]:
-    """Check the first state, every joint, rest at the end unless the plan begins in motion, and altitude in a plane."""
+    """Checks of the first state, of continuity at every joint, and of rest at the end unless the plan begins in motion.
+
+    In a plane mission they include the altitude.
+    """
     begin = stops.begins.get(agent.name)
     if begin is None:
         detail = "`past.json` states the first position and its derivatives up to snap"
@@ -111,7 +114,7 @@ def _smooth(stops: Stops, agent: Agent, own: Pieces) -> list[Check]:
 
 
 def _told(stops: Stops, agent: Agent, own: Pieces) -> Check:
-    """Check that, at each step after the stop began, the agent is at the position in the past document."""
+    """Check that at each step after the stop began, the agent is at the position stated in ``past.json``."""
     position, late = stops.told.position[agent.index], clock(stops.mission)
     times = float(stops.told.step) * np.arange(len(position), dtype=np.float64)
     begin = float(times[-1] - own.times[-1])
@@ -135,8 +138,11 @@ def _end(mission: Mission, agent: Agent, own: Pieces) -> Check:
 
 
 def _jump(agent: Agent, end: Array) -> float:
-    """Speed of an end state, (orders, 4), metres and seconds; for an agent in motion, the largest jump
-    of a derivative.
+    """Speed of an end state; if the agent is in motion there, the largest jump of a derivative from the plan's initial
+    state.
+
+    Args:
+        end: (orders, 4), metres and seconds.
     """
     if not agent.begins:
         return float(np.linalg.norm(end[1, :3]))
@@ -144,6 +150,6 @@ def _jump(agent: Agent, end: Array) -> float:
 
 
 def stop_curves(mission: Mission, pieces: Sequence[Pieces]) -> Curves:
-    """Motion with times relative to the mission's step 0, at which it ends."""
+    """Trajectories of the stops, with times relative to the mission's step 0, at which the stops end."""
     times = pieces[0].times - pieces[0].times[-1]
     return Curves(times, np.stack([own.coefficients[:, : mission.dimension] for own in pieces]))

@@ -1,11 +1,11 @@
-"""Verification of a whole flight: its phases, the columns above the pads, the transfers, and landing.
+"""Verification of a flight from floor to floor: its phases, the columns above the pads, the transfers, and landing.
 
     in   Mission, the texts of its polynomials and of its transfers
-    out  Certificate: the checks of each transfer, `out` or `home`, and those of the columns
+    out  Certificate: the checks of each transfer, `out` or `home`, and of the columns
 
-A transfer is judged like the mission's own flight, along its polynomials and by the same claims. In a column, a vehicle
-may have any height at any time during takeoff or landing. Whole columns are proved clear, and margins are metres of
-clearance beyond the required one.
+A transfer is verified like the mission's own flight, along its polynomials and by the same claims. In a column, a
+vehicle may have any height at any time during takeoff or landing. Each complete column is proved clear, and margins are
+metres of clearance beyond the required clearance.
 
 After a stop, vehicles land straight down in turns, clear of hovering vehicles, landed vehicles and obstacles.
 
@@ -41,20 +41,22 @@ from missionc.verification.flight.way_missions import Stage, Way, Ways, has_rise
 from missionc.verification.proof.proof_boxes import Boxes
 
 RISE, SETTLE, GO, SINK = 3.0, 2.0, 4.0, 4.0
-"""Seconds: least duration of takeoff and landing, of hovering to settle, and of the transfer to the first point."""
+"""Durations in seconds: shortest takeoff, hover to settle, transfer to the first point, and shortest landing."""
 LANDED = 0.04
-"""Metres: height at which the motors stop in a landing."""
+"""Height at which the motors stop in a landing, metres."""
 SPEED, ACCELERATION = 35 / 16, 7.514
-"""Largest speed and acceleration of the polynomial over 1 m in 1 s: m/s; m/s², rounded up."""
+"""Largest speed, m/s, and acceleration, m/s² (rounded up), of the rest-to-rest polynomial over 1 m in 1 s."""
 REST_TO_REST = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
-"""Polynomial of the firmware from 0 to 1 in 1 s: ascending powers."""
+"""Coefficients of the firmware's rest-to-rest polynomial from 0 to 1 in 1 s, in ascending powers."""
 
 
 class Phases(Record):
-    """Seconds of each phase, equal for all agents; ``duration`` is that of the polynomials.
+    """Duration of each phase of a flight in seconds, equal for all agents.
 
-    Takeoff and landing take ``rounds`` turns of this duration each. If all agents are in the air initially, ``rise`` is
-    0, and there is no hovering before the polynomials.
+    ``duration`` is the duration of the polynomials.
+
+    Takeoff and landing take ``rounds`` turns of ``rise`` and ``sink`` seconds each. If all agents are in the air
+    initially, ``rise`` is 0, and there is no hovering before the polynomials.
     """
 
     rise: float
@@ -66,17 +68,17 @@ class Phases(Record):
 
     @property
     def hover(self) -> float:
-        """Seconds from the last takeoff to the beginning of the polynomials."""
+        """Seconds from the end of the last takeoff to the beginning of the polynomials."""
         return self.settle + self.go + self.settle if self.rise else 0.0
 
     @property
     def before(self) -> float:
-        """Seconds from the takeoff to the beginning of the polynomials."""
+        """Seconds from the first takeoff to the beginning of the polynomials."""
         return self.rounds * self.rise + self.hover
 
     @property
     def whole(self) -> float:
-        """Seconds from the floor, or from the air, to the floor."""
+        """Seconds from the first takeoff, or from the beginning in the air, to the last landing."""
         return self.before + self.duration + self.settle + self.rounds * self.sink
 
 
@@ -92,10 +94,11 @@ def phases_of(
     """Durations of a flight's phases.
 
     Args:
-        risen: True if all are already in the air.
-        bottom: metres, final height of the landing.
         up, down: metres, by agent: heights after takeoff, and before landing.
         duration: duration of the polynomials, seconds.
+        rounds: number of turns of takeoff and of landing.
+        risen: True if all agents are already in the air.
+        bottom: metres, final height of the landing.
     """
     rise = max(_phase_seconds(height - FLOOR, agent, _rise(agent)) for agent, height in zip(agents, up, strict=True))
     sink = max(landing_seconds(agent, height, bottom) for agent, height in zip(agents, down, strict=True))
@@ -103,28 +106,33 @@ def phases_of(
 
 
 def landing_seconds(agent: Agent, height: float, bottom: float = LANDED) -> float:
-    """Duration of a landing from one height in metres to another, seconds."""
+    """Duration of a vertical landing from ``height`` to ``bottom``, both in metres: seconds."""
     return max(_phase_seconds(height - bottom, agent, math.inf if agent.pad is None else agent.pad.land), SINK)
 
 
 def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:
-    """Seconds of the polynomial over a distance in metres, within a speed and an acceleration."""
+    """Shortest duration of the rest-to-rest polynomial over a distance in metres, within a speed and an acceleration:
+    seconds.
+    """
     return max(SPEED * abs(distance) / speed, math.sqrt(ACCELERATION * abs(distance) / acceleration))
 
 
 def _rise(agent: Agent) -> float:
-    """Climb speed that the mission allows, m/s."""
+    """Climb speed that the mission allows for an agent, m/s; infinite if it sets none."""
     return math.inf if agent.pad is None else agent.pad.rise
 
 
 def _phase_seconds(height: float, agent: Agent, wanted: float) -> float:
-    """Duration of a vertical motion within the mission's and the vehicle's speeds, rounded up to a tenth, seconds."""
+    """Duration of a vertical motion over ``height``, at most as fast as ``wanted`` and the vehicle allow: seconds.
+
+    It is rounded up to a tenth of a second.
+    """
     speed = min(agent.vehicle.vertical_speed, wanted)
     return math.ceil(10 * rest_to_rest(height, speed, agent.vehicle.acceleration) - 1e-9) / 10
 
 
 class Stop(Record, eq=False):
-    """Stop of all agents at a time, and the order of landing after it.
+    """Trajectories that bring all agents to rest from one time of a flight, and the order of landing afterwards.
 
     Args:
         at: seconds of mission time.
@@ -138,7 +146,7 @@ class Stop(Record, eq=False):
 
     @property
     def seconds(self) -> float:
-        """Seconds of the stop itself."""
+        """Duration of the stop without the hover after it, seconds."""
         return float(self.pieces[0].duration[0])
 
     @property
@@ -147,13 +155,13 @@ class Stop(Record, eq=False):
         return np.stack([own.coefficients[-1, :3, 0] for own in self.pieces])
 
     def landing(self, mission: Mission) -> list[float]:
-        """Seconds of each turn, the duration of its slowest landing."""
+        """Duration of each landing turn in seconds: the slowest landing of its agents."""
         heights = self.places[:, 2].tolist()
         return [max(landing_seconds(mission.agents[index], heights[index]) for index in turn) for turn in self.turns]
 
 
 def landing_margins(mission: Mission, stop: Stop) -> Iterator[tuple[int, float]]:
-    """Clearance of each landing agent from everything that it might touch."""
+    """Clearance of each landing agent from obstacles and other agents: pairs of agent index and metres."""
     margins = _Margins(mission, stop)
     hovering, landed = set(range(len(mission.agents))), list[int]()
     end = stop.at + stop.seconds
@@ -168,7 +176,7 @@ def landing_margins(mission: Mission, stop: Stop) -> Iterator[tuple[int, float]]
 
 
 class _Margins:
-    """Clearances, metres, of agents that land vertically after a stop.
+    """Clearances, in metres, of agents that land vertically after a stop.
 
     Args:
         stop: its turns are not used.
@@ -195,16 +203,18 @@ class _Margins:
         self._standing: dict[int, float] = {}
 
     def of_others(self, index: int, beside: list[int], hovering: list[int], landed: list[int]) -> float:
-        """Clearance of one landing agent from other agents.
+        """Clearance of one landing agent from other agents, metres.
 
         Args:
-            beside: agents that land with it.
+            beside: agents that land at the same time.
+            hovering: agents that hover meanwhile.
+            landed: agents on the floor.
         """
         rows = ((self.aside, beside), (self.past, hovering), (self.onto, landed))
         return min(float(table[index, some].min(initial=math.inf)) for table, some in rows)
 
     def of_obstacles(self, index: int, end: float) -> float:
-        """Likewise from obstacles, while it hovers from the stop on until it lands.
+        """Clearance of one agent from obstacles while it hovers after the stop until it has landed, metres.
 
         Args:
             end: landing time, seconds of mission time.
@@ -237,19 +247,17 @@ def _downwash_height(agent: Agent) -> float:
 
 
 def _sum(figure: Array) -> Array:
-    """Pairwise sums of a figure, (agents,): (agents, agents), same unit, such as metres."""
+    """Pairwise sums of an agent quantity: (agents,) -> (agents, agents), in the same unit, such as metres."""
     return np.asarray(figure[:, None] + figure[None])
 
 
 def pad_turns(mission: Mission, hovers: Array) -> tuple[tuple[int, ...], ...]:
-    """Turns in which agents can land from above their pads, as few as possible.
-
-    Takeoff uses the reverse order.
+    """Turns in which agents can land from above their pads, as few as possible; takeoff uses the reverse order.
 
     Obstacles are not included, since they depend on time.
 
     Args:
-        hovers: (agents, 3), metres.
+        hovers: hover points above the pads, (agents, 3), metres.
     """
     return in_turns(replace(mission, obstacles=()), above_pads(hovers), -MOTION)
 
@@ -257,22 +265,31 @@ def pad_turns(mission: Mission, hovers: Array) -> tuple[tuple[int, ...], ...]:
 def pads_suffice(mission: Mission, hovers: Sequence[tuple[float, ...]]) -> bool:
     """Return whether all agents can take off to their hover points and land from there, in some turns.
 
-    Each point has three coordinates, metres.
+    Args:
+        hovers: three coordinates by agent, metres.
     """
     return sum(map(len, pad_turns(mission, np.array(hovers, dtype=np.float64)))) == len(mission.agents)
 
 
 def above_pads(hovers: Array, turns: tuple[tuple[int, ...], ...] = ()) -> Stop:
-    """Stop with all agents at rest above their pads, ``hovers`` (agents, 3), metres."""
+    """Stop with all agents at rest above their pads.
+
+    Args:
+        hovers: hover points, (agents, 3), metres.
+        turns: order of landing, as groups of agent indices.
+    """
     still = np.zeros((len(hovers), 2, 4, 8))
     still[:, :, :3, 0] = hovers[:, None]
     return Stop(0.0, tuple(Pieces(np.ones(2), own) for own in still), turns)
 
 
 def in_turns(mission: Mission, stop: Stop, enough: float = 0.0) -> tuple[tuple[int, ...], ...]:
-    """Turns in which agents can land after a stop, as few as possible, the lowest first.
+    """Turns in which agents can land after a stop, as few as possible, the lowest agents first.
 
     Agents without a surely clear landing are in no turn.
+
+    Args:
+        enough: minimum clearance of a landing, metres.
     """
     margins = _Margins(mission, stop)
     remaining, landed = set(range(len(mission.agents))), list[int]()
@@ -301,14 +318,15 @@ def in_turns(mission: Mission, stop: Stop, enough: float = 0.0) -> tuple[tuple[i
 
 
 WHOLE = "whole flight"
-"""Figure for the total duration."""
+"""Name of the certificate's quantity for the total duration of a flight."""
 
 
 def verify_whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) -> Certificate:
-    """Judge the transfers and columns of a mission that starts on the floor.
+    """Certificate of the transfers and columns of a mission that starts on the floor.
 
     Args:
         files: verified text of each agent's polynomials, by name.
+        ways: texts of the transfers.
     """
     flown = pieces_of(mission, files)
     if isinstance(flown, Check):
@@ -332,11 +350,11 @@ def verify_whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) 
 
 
 def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict[str, Pieces], float, float]:
-    """Join the verified outbound transfer, mission and return transfer of each agent.
+    """Join the verified outbound transfer, mission and return transfer of each agent into one trajectory.
 
     Returns:
-        The flights by agent name; the seconds before the mission begins; the seconds from takeoff to the flight,
-            0 for a mission that begins in the air.
+        The trajectories by agent name; the seconds before the mission begins; the seconds from takeoff to the beginning
+        of the trajectories, 0 for a mission that begins in the air.
     """
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
@@ -357,7 +375,7 @@ def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict
 
 
 def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] | Check:
-    """Every agent's polynomials, or the check of a file that cannot be read."""
+    """Every agent's polynomials by name, or the failed check of the first unreadable file."""
     flown: dict[str, Pieces] = {}
     for agent in mission.agents:
         own = read(files.get(agent.name, ""))
@@ -368,7 +386,11 @@ def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] |
 
 
 def whole_phases(mission: Mission, wanted: Mapping[Stage, Way], seconds: float) -> Phases:
-    """Phases of a whole flight from the durations of its polynomials and transfers."""
+    """Phases of a flight from floor to floor, with the given transfers.
+
+    Args:
+        seconds: duration of the polynomials and transfers together.
+    """
     up, down = wanted[Stage.OUT].begin[:, 2].tolist(), wanted[Stage.HOME].end[:, 2].tolist()
     rounds = max(1, len(pad_turns(mission, wanted[Stage.HOME].end)))
     return phases_of(mission.agents, up, down, seconds, rounds, has_risen(mission))
@@ -383,7 +405,7 @@ def _seconds(mission: Mission, files: Mapping[str, str]) -> float:
 
 
 def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> Certificate:
-    """Judge one transfer by the claims of flights; its stage prefixes every name."""
+    """Certificate of one transfer, verified by the claims of flights; every name is prefixed with the stage."""
     read_files = {agent.name: read(files.get(agent.name, "")) for agent in mission.agents}
     checks = [check_file(agent, read_files[agent.name]) for agent in mission.agents]
     boxes: list[Boxes] = []
@@ -406,7 +428,7 @@ def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> 
 
 
 def _ends(agent: Agent, own: Pieces, way: Way) -> list[Check]:
-    """Check that it begins and ends at the points of the transfer."""
+    """Checks that an agent's trajectory begins and ends at the points of the transfer."""
     first, last = own.coefficients[0, :3, 0], values(own.coefficients[-1, :3], own.duration[-1])
     found = []
     for name, here, wanted, time in (
@@ -425,7 +447,7 @@ def _ends(agent: Agent, own: Pieces, way: Way) -> list[Check]:
 def _columns(
     mission: Mission, wanted: Mapping[Stage, Way], begins: Mapping[Stage, float], lasting: Phases
 ) -> list[Check]:
-    """Check takeoff, standing on the floor, and landing of all agents, in their turns."""
+    """Checks of takeoff, standing on the floor, and landing of all agents, in their turns."""
     checks: list[Check] = []
     hovers = wanted[Stage.HOME].end
     fenced = [_fence(mission, agent, hovers[agent.index].tolist()) for agent in mission.agents]
@@ -466,9 +488,12 @@ def _fence(mission: Mission, agent: Agent, point: list[float]) -> Check:
 
 
 def _turns(mission: Mission, hovers: Array) -> Check:
-    """Check separation in the columns in turns, ``hovers`` (agents, 3), metres.
+    """Check that agents keep their separation while they take off and land in turns.
 
-    Else report the worst pair.
+    Without such turns, the worst pair fails.
+
+    Args:
+        hovers: hover points above the pads, (agents, 3), metres.
     """
     turns = pad_turns(mission, hovers)
     if sum(map(len, turns)) < len(mission.agents):
@@ -483,7 +508,7 @@ def _turns(mission: Mission, hovers: Array) -> Check:
 
 
 def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) -> Check:
-    """Check of two agents' horizontal distance for any heights, including downwash."""
+    """Check of two agents' horizontal distance above their pads at any heights, including downwash."""
     apart = math.dist(points[first][:2], points[second][:2])
     names = (mission.agents[first].name, mission.agents[second].name)
     detail = "the pads have enough horizontal distance, or the hover heights enough vertical distance"
@@ -492,7 +517,7 @@ def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) 
 
 
 def _endurance(mission: Mission, lasting: Phases) -> list[Check]:
-    """Check flight time against battery endurance, including the flown part of a mission in flight."""
+    """Checks of the flight time against battery endurance, including the flown part of a mission in flight."""
     aloft = max(agent.pad.risen or 0.0 for agent in mission.agents if agent.pad is not None)
     whole = aloft + lasting.whole
     took = f"after {aloft:g} s of the mission, the flight lasts" if has_risen(mission) else "the flight lasts"

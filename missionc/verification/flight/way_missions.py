@@ -4,8 +4,8 @@ in   Mission, its polynomials
 out  hover points above the pads; the mission of a transfer
 
 A transfer has the mission's world, agents, bodies and vehicles. Its only requirement is to arrive at rest. In the
-outbound transfer, obstacles are at their initial places; in the return transfer they continue their motion. The yaw is
-that of the mission's beginning, or of its end.
+outbound transfer, obstacles are at their initial positions; in the return transfer they continue their motion. The yaw
+is that of the mission's beginning, or of its end.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.certificate import MOTION
 
 NOTHING_REQUIRED = Kernel((), ())
-"""Kernel of every transfer."""
+"""Kernel of every transfer, which has no requirements."""
 
 
 class Stage(Enum):
-    """A transfer; its value is the prefix of its checks, and its folder."""
+    """Transfer before or after the mission; the value is the prefix of its checks and the name of its folder."""
 
     OUT = "out"
     HOME = "home"
@@ -42,7 +42,7 @@ class Way(Record, eq=False):
     """Begin and end positions of all agents in a transfer.
 
     Args:
-        begin, end: (agents, 3), metres; in a plane mission at its altitudes.
+        begin, end: (agents, 3), metres; in a plane mission at the agents' altitudes.
         yaw: (agents,), rad, constant.
     """
 
@@ -52,12 +52,12 @@ class Way(Record, eq=False):
 
     @property
     def needed(self) -> bool:
-        """True if some agent moves."""
+        """True if some agent's end position differs from its begin position."""
         return bool(np.abs(self.end - self.begin).max() > MOTION * max(1.0, float(np.abs(self.end).max())))
 
 
 Ways = Mapping[Stage, Mapping[str, str]]
-"""Text of each agent's file, by agent name; unneeded transfers are absent."""
+"""Texts of the trajectory files of each transfer, by agent name; a transfer without motion is absent."""
 
 
 def is_whole(mission: ir.Mission) -> bool:
@@ -66,12 +66,14 @@ def is_whole(mission: ir.Mission) -> bool:
 
 
 def has_risen(mission: ir.Mission) -> bool:
-    """Return whether the agents took off before the mission begins, as in the rest of a mission in flight."""
+    """Return whether the agents took off before the mission begins, as in a remaining mission."""
     return any(agent.pad is not None and agent.pad.risen is not None for agent in mission.agents)
 
 
 def ways_of(mission: ir.Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way]:
-    """Both transfers, from and to above the pads; an airborne agent begins at its position.
+    """Both transfers of a mission, from and to the hover points above the pads.
+
+    An airborne agent begins at its position.
 
     Args:
         flown: polynomials of the mission, by agent name.
@@ -93,7 +95,11 @@ def ways_of(mission: ir.Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way
 
 
 def _above(mission: ir.Mission, agent: ir.Agent, start: Array) -> list[float]:
-    """Hover point of an agent above its pad, or its start, (3,), metres, if it has no pad."""
+    """Hover point of an agent above its pad, or its start, (3,), metres, if it has no pad.
+
+    Args:
+        start: first position of its polynomials, (3,), metres.
+    """
     pad = agent.pad
     if pad is None:
         return [float(value) for value in start]
@@ -103,7 +109,7 @@ def _above(mission: ir.Mission, agent: ir.Agent, start: Array) -> list[float]:
 
 
 def way_mission(mission: ir.Mission, stage: Stage, way: Way, seconds: float, steps: int, speed: float) -> ir.Mission:
-    """Mission of a transfer of ``seconds`` in ``steps`` steps.
+    """Mission that describes a transfer, with a duration of ``seconds`` in ``steps`` steps.
 
     Args:
         speed: m/s, limit of the plan besides the agents' own dynamics.
@@ -146,7 +152,7 @@ def way_mission(mission: ir.Mission, stage: Stage, way: Way, seconds: float, ste
 
 
 def _then(obstacle: ir.Obstacle, stage: Stage, shift: float, end: float, dimension: int) -> ir.Obstacle:
-    """An obstacle on the clock of a transfer, at its size at the transfer's end."""
+    """The obstacle on the clock of a transfer, with its size at the transfer's end."""
     if obstacle.growth:
         shape = grown_shape(obstacle.shape, obstacle.grown(end))
         return _then(replace(obstacle, shape=shape, growth=0.0), stage, shift, end, dimension)
@@ -164,5 +170,5 @@ def _then(obstacle: ir.Obstacle, stage: Stage, shift: float, end: float, dimensi
 
 
 def distance_of(way: Way) -> float:
-    """Longest straight distance of a transfer, metres."""
+    """Longest straight-line distance between an agent's begin and end positions in a transfer, metres."""
     return max(map(math.dist, way.begin.tolist(), way.end.tolist()))

@@ -1,4 +1,4 @@
-"""Bodies of obstacles: plain parts of shapes, and boxes claimed to lie in the others.
+"""Bodies of obstacles in a proof of impossibility: plain parts of shapes, and boxes claimed to lie inside other shapes.
 
 in   a shape, boxes claimed to lie in it
 out  shapes with the required distance of centres from each, metres
@@ -22,17 +22,17 @@ DEEP = 10
 
 
 def name_of_obstacle(number: int) -> str:
-    """Name of an obstacle's boxes in a certificate."""
+    """Name under which a certificate lists the boxes inside an obstacle."""
     return f"obstacle {number}"
 
 
 def name_in_graph(graph: Sight, number: int) -> str:
-    """Name of the boxes of a blocking shape in a certificate."""
+    """Name under which a certificate lists the boxes inside a shape that blocks lines of sight."""
     return f"graph {graph.name} {number}"
 
 
 def parts(shape: Shape) -> Iterator[Shape]:
-    """Shapes whose union it is."""
+    """Yield the shapes whose union is the given shape."""
     if isinstance(shape, Union):
         yield from parts(shape.left)
         yield from parts(shape.right)
@@ -41,7 +41,7 @@ def parts(shape: Shape) -> Iterator[Shape]:
 
 
 def is_plain(shape: Shape) -> bool:
-    """Return whether the signed distance of a shape is exact outside of it."""
+    """Return whether the signed distance of a shape is exact outside the shape."""
     return not isinstance(shape, Union | Intersection | Difference)
 
 
@@ -54,7 +54,12 @@ def boxes_in(name: str, cover: ClaimedCover) -> list[Box]:
 
 
 def blocked(mission: Mission, cover: ClaimedCover, number: int, radius: float, step: int, boxes: Boxes) -> Flags:
-    """Flags of boxes, (...), in which no centre of a body is clear of an obstacle at a step."""
+    """Flags of boxes, (...), in which no centre of a body is clear of an obstacle at a step.
+
+    Args:
+        number: index of the obstacle.
+        radius: radius of the body, metres.
+    """
     obstacle: Obstacle = mission.obstacles[number]
     time = step * mission.step
     by = displaced(obstacle, time, mission.dimension)
@@ -69,7 +74,8 @@ def blocked(mission: Mission, cover: ClaimedCover, number: int, radius: float, s
 def lies_in(box: Box, shape: Shape) -> bool:
     """Return whether a box surely lies in a shape, up to the verification tolerance at its faces.
 
-    Slightly outside of combined shapes, distances are understated; the remaining parts must lie inside.
+    A False result may be wrong: distances are understated slightly outside of combined shapes, so parts of the box
+    there count only if they lie inside.
     """
     low, high = np.array(box.low) + MOTION, np.array(box.high) - MOTION
     return bool((low <= high).all()) and _lies_in(low, high, shape, DEEP)

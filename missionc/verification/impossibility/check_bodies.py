@@ -1,4 +1,4 @@
-"""Checks of a certificate's claims about bodies without room and labels of leaves.
+"""Checks of two claims of an impossibility certificate: boxes that cannot contain several bodies, and leaf labels.
 
     in   Mission, ClaimedCover
     out  Labels; descriptions of the unproved claims
@@ -39,17 +39,20 @@ from missionc.verification.impossibility.intervals import (
 )
 
 CERTAIN = 1e-9
-"""Metres, or m/s: a margin this near to 0 may have either sign."""
+"""Rounding tolerance of margins, metres or m/s: a margin this near to 0 may have either sign."""
 
 ROUNDED = 1e-14
-"""Rounding error of computed values, as a share of the largest coordinate."""
+"""Rounding error of computed values, as a fraction of the largest coordinate."""
 
 INSIDE = 4e-6
 """Depth inside a body, metres, from which it surely blocks a line of sight."""
 
 
 class CheckedLabels:
-    """Labels of a document, in order; ``faults`` are the unproved ones."""
+    """Labels of formula leaves from a certificate, checked in the order of their use.
+
+    ``faults`` lists the unproved labels.
+    """
 
     def __init__(self, mission: Mission, cover: ClaimedCover) -> None:
         self.mission, self.cover = mission, cover
@@ -113,7 +116,10 @@ class CheckedLabels:
     # --------------------------------------------------------------- links
 
     def _link_margin(self, graph: Graph, sender: int, receiver: int) -> Interval:
-        """Margin of a link; at most ``-inf`` if the two never see each other."""
+        """Interval of a link's margin over the agents' cells.
+
+        At most ``-inf`` if the two agents never see each other.
+        """
         here, there = self._pairwise(sender, receiver)
         match graph:
             case Proximity():
@@ -138,7 +144,7 @@ class CheckedLabels:
         return greater(length(between(here, there)), must_be_apart(self.mission, sender, receiver))
 
     def _hidden(self, graph: Sight, here: Boxes, there: Boxes) -> Flags:
-        """Flags of pairs of boxes whose lines all cross a blocking box: (one, other).
+        """Flags of pairs of boxes between which every line crosses a blocking box: (one, other).
 
         The crossing point with an axis-aligned plane is monotone in each coordinate of the ends, so the corners of the
         boxes suffice.
@@ -158,7 +164,11 @@ class CheckedLabels:
 
 
 def _crosses_within(body: Box, axis: int, at: float, one: Boxes, other: Boxes) -> Flags:
-    """Return whether every line from boxes before a plane to boxes behind it crosses the plane in a body."""
+    """Flags of box pairs on opposite sides of a plane between which every line crosses the plane inside a body.
+
+    Args:
+        at: coordinate of the plane along ``axis``, metres.
+    """
     result = np.asarray((one[1][..., axis] < at - INSIDE) & (other[0][..., axis] > at + INSIDE))
     if not result.any():
         return result
@@ -183,11 +193,11 @@ def _cells(cells: list[int]) -> str:
 
 
 MOST_PARTS = 12
-"""Maximum number of parts along each axis."""
+"""Maximum number of parts into which a box is cut along each axis."""
 
 
 def check_boxes(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
-    """Report boxes of a shape that do not lie in it."""
+    """Yield a message for each claimed inner box of a shape that does not lie in the shape."""
     shapes = {name_of_obstacle(number): each.shape for number, each in enumerate(mission.obstacles)}
     for graph in mission.graphs:
         if isinstance(graph, Sight):
@@ -200,7 +210,7 @@ def check_boxes(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
 
 
 def check_rooms(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
-    """Report boxes that may contain more agents than claimed."""
+    """Yield a message for each box that may contain more agents than claimed."""
     pairs = [must_be_apart(mission, one, other) for one, other in combinations(cover.asked, 2)]
     for low, high, most in cover.at_most:
         if not pairs or most < fits([float(side) + 2 * MOTION for side in high - low], min(pairs)):
@@ -208,7 +218,7 @@ def check_rooms(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
 
 
 def fits(sides: list[float], apart: float) -> float:
-    """Upper bound of the number of points with pairwise distance ``apart`` in a box with these sides."""
+    """Upper bound on the number of points with pairwise distance ``apart`` in a box with these sides, all in metres."""
     if apart <= 0:
         return math.inf
     widest = apart / math.sqrt(len(sides))
@@ -223,10 +233,10 @@ def fits(sides: list[float], apart: float) -> float:
 
 
 def check_pairs(mission: Mission, cover: ClaimedCover, agents: tuple[int, int]) -> Iterator[str]:
-    """Report pairs of cells claimed impossible for two agents without proof: by lack of room or of a path.
+    """Yield a message for each pair of cells that is claimed impossible for two agents without proof.
 
-    The remaining pairs of cells must contain every start. A move from one of them to an excluded adjacent pair must
-    have no room there.
+    Proofs are too little distance in the cells, or no path to them. The remaining pairs of cells must contain every
+    start, and no move may lead from one of them to an excluded pair in which both agents fit.
     """
     never = cover.not_together[agents]
     first, second = (inflated(cover.kind_of(agent)) for agent in agents)
@@ -248,5 +258,5 @@ def _touching(boxes: Boxes) -> Array:
 
 
 def _starts(mission: Mission, cover: ClaimedCover, agent: int) -> Flags:
-    """Flags of cells for an agent's first step; an exact start stands for the cells around it."""
+    """Flags of an agent's possible cells at its first step, (cells,); an exact start stands for the cells around it."""
     return np.asarray(~cover.absent[agent][0])

@@ -1,10 +1,10 @@
-"""Checks of a certificate's claims about space and motion: no possible motion is excluded.
+"""Checks of an impossibility certificate's claims about space and motion: no possible trajectory is excluded.
 
 in   Mission, its kernel, ClaimedCover
 out  descriptions of the unproved claims
 
-Every bound includes the tolerances of plan verification. A motion is followed from cell to cell: at each time, it is in
-a cell with volume, or at its start or finish point.
+Every bound includes the tolerances of plan verification. A trajectory is followed from cell to cell: at each time, an
+agent is in a cell with volume, or at its start or finish point.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from missionc.verification.impossibility.intervals import (
 Numbers = NDArray[np.int64]
 
 MOST_GAPS = 100_000_000
-"""Maximum number of boxes between the sides of cells, all of which must be covered."""
+"""Maximum number of grid boxes, between the faces of all cells, for which coverage is checked."""
 
 
 class MotionLimits(Record, eq=False):
-    """Limits of an agent's whole motion from the mission and the conflicting requirements.
+    """Limits of an agent's trajectory that follow from the mission and the conflicting requirements.
 
     ``dynamics`` has the limits for every step; ``length``, metres, is the maximum path length.
     """
@@ -50,7 +50,9 @@ class MotionLimits(Record, eq=False):
 
 
 def limits_of(mission: Mission, goals: tuple[Goal, ...]) -> tuple[MotionLimits, ...]:
-    """Motion limits of each agent."""
+    """Limits of each agent's trajectory, from its dynamics and from the goals that always limit its speed or path
+    length.
+    """
     speed = [math.inf] * len(mission.agents)
     far = [math.inf] * len(mission.agents)
     for each in conjuncts(goal.formula for goal in goals):
@@ -77,7 +79,9 @@ def _always(each: Conjunct, mission: Mission) -> bool:
 
 
 def inflated(kind: CellsOfKind) -> Boxes:
-    """Cells with single points enlarged by the tolerance of exact places."""
+    """Corners of the cells, (cells, dim) twice, metres, with single points enlarged by the tolerance of exact
+    positions.
+    """
     low, high = (corner.copy() for corner in kind.boxes)
     first = len(kind) - kind.points
     low[first:] -= MOTION
@@ -86,7 +90,10 @@ def inflated(kind: CellsOfKind) -> Boxes:
 
 
 def check_space(mission: Mission, cover: ClaimedCover, kind: CellsOfKind) -> Iterator[str]:
-    """Report parts of the world outside cells and excluded boxes, and excluded boxes with a clear centre."""
+    """Yield a message for each part of the world outside all cells and excluded boxes.
+
+    Also report each excluded box in which a body's centre may be clear of obstacles.
+    """
     agents = [mission.agents[agent] for agent in kind.agents]
     first = agents[0]
     if any(
@@ -108,7 +115,7 @@ def check_space(mission: Mission, cover: ClaimedCover, kind: CellsOfKind) -> Ite
 
 
 def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
-    """A point between two corners, (dim,), metres, that no box contains; None if all is covered.
+    """Some point between two corners that no box contains, (dim,), metres; None if the boxes cover everything.
 
     Raises:
         Unreadable: there are too many boxes.
@@ -133,7 +140,7 @@ def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
 
 
 def check_absent(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionLimits) -> Iterator[str]:
-    """Report cells and steps at which an agent is claimed absent without proof.
+    """Yield a message for each cell and step at which an agent is claimed absent without proof.
 
     The proof uses obstacles, start and finish first, then distances.
     """
@@ -150,7 +157,10 @@ def check_absent(mission: Mission, cover: ClaimedCover, agent: Agent, limits: Mo
 
 
 def _shown_at_once(mission: Mission, cover: ClaimedCover, agent: Agent) -> Flags:
-    """Flags of direct absence, or of cells that another cell represents: (steps + 1, cells), boolean."""
+    """Flags of cells from which an agent is absent by obstacles, start or finish, or which another cell represents.
+
+    Shape: (steps + 1, cells), boolean.
+    """
     kind, absent = cover.kind_of(agent.index), cover.absent[agent.index]
     boxes = inflated(kind)
     shown: Flags = np.zeros(absent.shape, dtype=np.bool_)
@@ -170,7 +180,7 @@ def _shown_at_once(mission: Mission, cover: ClaimedCover, agent: Agent) -> Flags
 
 
 def _away(place: InitialSet, boxes: Boxes) -> Interval:
-    """Distance of the points of boxes from a place."""
+    """Interval of the distance between points of boxes and the agent's start or finish, metres."""
     if place.point is None:
         return signed_distances(place.shape, boxes)
     at = np.array(place.point)
@@ -178,19 +188,22 @@ def _away(place: InitialSet, boxes: Boxes) -> Interval:
 
 
 def _from(boxes: Boxes, cells: Flags) -> Array:
-    """Least distance of each box from a set of boxes: (boxes,), metres."""
+    """Minimum distance of each box from the boxes selected by ``cells``: (boxes,), metres."""
     some = boxes[0][cells], boxes[1][cells]
     least: Array = length(between(*pairwise(some, boxes))).low.min(axis=0, initial=np.inf)
     return least
 
 
 def reached(dynamics: Dynamics, step: float, steps: int) -> float:
-    """Greatest distance reached in ``steps`` steps, metres, including the tolerance of each step."""
+    """Upper bound on the distance travelled in ``steps`` steps, metres, including the tolerance of each step."""
     return (dynamics.top_speed + MOTION) * steps * step + (steps + 3) * MOTION
 
 
 def gone(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
-    """Least distance covered in ``steps`` steps, metres; in a volume only known for one step."""
+    """Lower bound on the distance between positions ``steps`` steps apart, metres.
+
+    Agents with a minimum speed have a positive bound; in three dimensions only for one step.
+    """
     if dynamics.has_momentum or dynamics.lowest_speed <= 0 or (steps > 1 and dimension > 2):
         return 0.0
     way = (dynamics.lowest_speed - MOTION) * step - 3 * MOTION
@@ -201,7 +214,10 @@ def gone(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
 
 
 def _scaled_turn(steps: int, turn: float) -> float:
-    """Least distance covered in ``steps`` steps with bounded turns, in radians, as a multiple of a step.
+    """Minimum distance between positions ``steps`` steps apart on a path with bounded turns, as a multiple of one step.
+
+    Args:
+        turn: bound on the turn between two steps, rad.
 
     Source:
         Schur's comparison theorem: of two convex polygonal paths, the one with smaller turns has its ends further
@@ -215,7 +231,7 @@ def _scaled_turn(steps: int, turn: float) -> float:
 
 
 def check_moves(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> Iterator[str]:
-    """Report excluded moves between cells that some motion makes."""
+    """Yield a message for each move between cells that is claimed impossible although some trajectory may make it."""
     boxes = inflated(kind)
     distance = length(between(*pairwise(boxes, boxes)))
     touching = distance.low <= 0.0
@@ -232,11 +248,13 @@ def check_moves(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> It
 
 
 def _joined(distance: Array, touching: Flags, source: int, targets: Numbers, most: float) -> Flags:
-    """Flags of targets that a chain of touching cells reaches within the distance limit.
+    """Flags of targets that a chain of touching cells connects to the source within the distance limit.
 
     Shape: (targets,), boolean.
 
-    ``distance`` is (cells, cells), metres.
+    Args:
+        distance: minimum distances between cells, (cells, cells), metres.
+        most: limit of the distance from the source over a cell of the chain to the target, metres.
     """
     allowed = distance[source][None, :] + distance[targets] <= most
     found: Flags = np.zeros(len(targets), dtype=np.bool_)
@@ -251,7 +269,9 @@ def _joined(distance: Array, touching: Flags, source: int, targets: Numbers, mos
 
 
 def check_turns(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> Iterator[str]:
-    """Report excluded turns that an agent of bounded acceleration can make."""
+    """Yield a message for each turn, a triple of cells, that is claimed impossible although the acceleration bound
+    allows it.
+    """
     boxes = inflated(kind)
     low, high = boxes
     top = limits.dynamics.top_acceleration
@@ -268,7 +288,9 @@ def check_turns(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> It
 
 
 def check_visits(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionLimits) -> Iterator[str]:
-    """Report excluded pairs of visits whose path from the start, in some order, is short enough."""
+    """Yield a message for each pair of cells claimed never visited by one agent although a path over both is short
+    enough.
+    """
     never = cover.not_both[agent.index]
     boxes = inflated(cover.kind_of(agent.index))
     first = _from(boxes, ~cover.absent[agent.index][0])

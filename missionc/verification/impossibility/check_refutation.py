@@ -37,18 +37,19 @@ from missionc.verification.impossibility.encode_formulas import refutation
 CNF, DRAT = "impossible.cnf", "impossible.drat"
 
 SPACES = b" \t\n\r\v\f\x1c\x1d\x1e\x1f"
-"""Characters that end a number; some of them end a line."""
+"""Whitespace characters that end a number in a proof file, including line ends."""
 
 _END = re.compile(rb"(?:^|\s)d?[-+]?0+(?=\s|$)")
-"""The zero that ends a clause."""
+"""Pattern of the zero that ends a clause."""
 
 
 def check_refutation(
     mission: Mission, kernel: Kernel, files: Mapping[str, bytes], limits: Limits, deadline: float = math.inf
 ) -> tuple[Check, ...]:
-    """Check the proof that no motion satisfies the requirements named by the cover.
+    """Checks of the proof that no motion satisfies the requirements named by the cover.
 
     Args:
+        files: content of the certificate's files, by name.
         deadline: on the monotonic clock; a proof that is not checked by then is rejected.
     """
     try:
@@ -62,7 +63,7 @@ def check_refutation(
 
 
 def check_cover(mission: Mission, kernel: Kernel, cover: ClaimedCover) -> tuple[tuple[Check, ...], Cnf]:
-    """Check that a cover excludes no possible motion; return its clauses for its requirements.
+    """Checks that a cover excludes no possible motion, and the clauses that follow from it for its requirements.
 
     Raises:
         Unreadable: it is not a cover of this mission.
@@ -97,7 +98,7 @@ def _of_motion(mission: Mission, cover: ClaimedCover, limits: tuple[MotionLimits
 
 
 def conflict_of(files: Mapping[str, bytes], mission: Mission) -> tuple[str, ...]:
-    """Names of the requirements of a certificate; empty if it cannot be read."""
+    """Names of the requirements that a certificate proves infeasible together; empty if it cannot be read."""
     try:
         return read_cover(files[COVER].decode("utf-8", errors="replace"), mission).conflict
     except Unreadable:
@@ -105,10 +106,13 @@ def conflict_of(files: Mapping[str, bytes], mission: Mission) -> tuple[str, ...]
 
 
 def check_drat(files: Mapping[str, bytes], limits: Limits, deadline: float = math.inf) -> Check:
-    """Check step by step the proof that the clauses are unsatisfiable.
+    """Check, step by step, of the proof that the clauses are unsatisfiable.
 
     Each step must follow by unit propagation. Steps that only preserve satisfiability (RAT) are rejected: their check
     would involve deleted clauses from which literals were propagated.
+
+    Args:
+        deadline: on the monotonic clock; a proof that is not checked by then is rejected.
     """
     return _check("proof", DRAT, _faults_of_proof(files, limits, deadline))
 
@@ -148,7 +152,12 @@ def _faults_of_proof(files: Mapping[str, bytes], limits: Limits, deadline: float
 def _until(
     deadline: float, variables: int, steps: Iterable[tuple[str, Sequence[int]]]
 ) -> Iterator[tuple[str, Sequence[int]]]:
-    """Yield the steps of a proof until the deadline; its variables must occur in the clauses."""
+    """Yield the steps of a proof until the deadline.
+
+    Raises:
+        _TooLateError: the deadline has passed.
+        ValueError: a step has a variable that occurs in no clause.
+    """
     for kind, literals in steps:
         if time.monotonic() >= deadline:
             raise _TooLateError

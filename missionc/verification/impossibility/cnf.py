@@ -1,4 +1,4 @@
-"""Clauses of a refutation: a plain list, with a literal for each formula that implies it.
+"""Clauses of a refutation: a plain list, with one literal for each formula, which implies the formula.
 
 Source:
     Plaisted and Greenbaum, "A structure-preserving clause form translation", 1986.
@@ -15,11 +15,11 @@ MOST_CLAUSES = 8_000_000
 
 
 class TooManyClauses(ValueError):
-    """There are more clauses than the limit."""
+    """Error: the refutation has more clauses than the limit."""
 
 
 class Cnf:
-    """Clauses; variable 1 is true, and known literals are folded.
+    """Clauses in conjunctive normal form; variable 1 is true, and constant literals are folded.
 
     Raises:
         TooManyClauses: raised by every addition beyond the limit.
@@ -34,7 +34,7 @@ class Cnf:
         return self.variables
 
     def add(self, literals: Iterable[int]) -> None:
-        """Add a clause: some of these literals hold."""
+        """Add a clause: at least one of these literals is true."""
         clause = [literal for literal in literals if literal != FALSE]
         if TRUE not in clause:
             self._keep(clause or [FALSE])
@@ -45,7 +45,7 @@ class Cnf:
         self.clauses.append(clause)
 
     def all_of(self, literals: Iterable[int]) -> int:
-        """A literal that implies all of these."""
+        """A literal that implies all of the given literals."""
         parts = dict.fromkeys(literal for literal in literals if literal != TRUE)
         if FALSE in parts:
             return FALSE
@@ -57,7 +57,7 @@ class Cnf:
         return name
 
     def any_of(self, literals: Iterable[int]) -> int:
-        """A literal that implies some of these."""
+        """A literal that implies at least one of the given literals."""
         parts = dict.fromkeys(literal for literal in literals if literal != FALSE)
         if TRUE in parts:
             return TRUE
@@ -68,7 +68,7 @@ class Cnf:
         return name
 
     def at_least(self, count: int, literals: Sequence[int]) -> int:
-        """A literal that implies that at least ``count`` of these hold.
+        """A literal that implies that at least ``count`` of the given literals are true.
 
         Source:
             Sinz, "Towards an optimal CNF encoding of Boolean cardinality constraints", 2005.
@@ -85,7 +85,7 @@ class Cnf:
         return before[count]
 
     def at_most_one(self, literals: Sequence[int]) -> None:
-        """Add clauses: at most one of these literals holds."""
+        """Add clauses that make at most one of these literals true."""
         parts = [literal for literal in literals if literal != FALSE]
         seen = FALSE
         for literal in parts:
@@ -96,7 +96,7 @@ class Cnf:
             seen = after
 
     def dimacs(self) -> bytes:
-        """The clauses as a DIMACS file."""
+        """The clauses as the content of a DIMACS file."""
         lines = [f"p cnf {self.variables} {len(self.clauses)}"]
         lines.extend(" ".join(map(str, clause)) + " 0" for clause in self.clauses)
         return ("\n".join(lines) + "\n").encode()

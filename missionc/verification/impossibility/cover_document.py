@@ -1,4 +1,4 @@
-"""Cover of a mission as a document: cells of the whole space, and claims of impossible states and moves.
+"""Cover of a mission as a document: cells of the complete space, and claims of impossible states and moves.
 
     in   ``cover.json``
     out  ClaimedCover, untrusted
@@ -24,32 +24,32 @@ from missionc.verification.impossibility.intervals import Boxes
 COVER, COVER_SCHEMA = "cover.json", "missionc.cover/1"
 
 FURTHEST = 1e12
-"""Greatest distance from the origin, metres, so that computed values stay finite."""
+"""Maximum distance of a cell from the origin, metres, so that computed values stay finite."""
 
 MOST_CELLS = 3000
-"""Maximum number of cells of a kind of agents for checks of pairs."""
+"""Maximum number of cells for agents of one kind up to which claims about pairs of cells are checked."""
 
 MOST_THIRDS = 120
-"""Maximum number of cells of a kind of agents for checks of triples."""
+"""Maximum number of cells for agents of one kind up to which claims about triples of cells are checked."""
 
 MOST_BOXES = 20_000
-"""Maximum number of boxes of a list: cells, excluded boxes, or boxes of a body."""
+"""Maximum number of boxes in one list: cells, excluded boxes, or boxes of a body."""
 
 MOST_ROOMS = 2_000
-"""Maximum number of boxes that limit agents, or that lie in one body."""
+"""Maximum number of boxes with a limited number of agents, and of boxes that lie in one body."""
 
 MOST_CHOICES = 10_000
-"""Maximum number of choices of agents that are too many for a box."""
+"""Maximum number of agent subsets that are too large for a box."""
 
 Json: TypeAlias = Any
 
 
 class Unreadable(ValueError):
-    """The file is not a cover of this mission."""
+    """Error: the file is not a cover of this mission."""
 
 
 class CellsOfKind(Record, eq=False):
-    """Cells of equal agents, and impossible moves between them.
+    """Cells for agents of one kind (equal bodies and dynamics), and the impossible moves between cells.
 
     Args:
         agents: mission indices.
@@ -71,7 +71,7 @@ class CellsOfKind(Record, eq=False):
 
 
 class Label(Record, eq=False):
-    """Cells in which a leaf of a formula never holds, and never fails.
+    """Cells in which a leaf of a formula never holds, and cells in which it always holds.
 
     Args:
         leaf: its text.
@@ -87,11 +87,11 @@ class Label(Record, eq=False):
 
 
 class ClaimedCover(Record, eq=False):
-    """A cover and its exclusions.
+    """Cells of the complete space for each agent, with claims of impossible states and moves.
 
     Args:
         conflict: names of the requirements that no motion satisfies together.
-        asked: the agents that it is about.
+        asked: the agents that the proof is about.
         apart: True if their bodies keep the separation.
         kinds: cells of each kind of agents.
         bodies: by the name of a combined shape from ``bodies.names``, boxes inside it, (boxes, dim) twice.
@@ -125,7 +125,7 @@ class ClaimedCover(Record, eq=False):
 
 
 def document(cover: ClaimedCover, mission: Mission) -> bytes:
-    """Text of ``cover.json``."""
+    """Content of ``cover.json`` for a cover."""
     names = [agent.name for agent in mission.agents]
     content: dict[str, Json] = {
         "schema": COVER_SCHEMA,
@@ -173,7 +173,7 @@ def _corners(boxes: Boxes) -> Json:
 
 
 def _packed(flags: Flags) -> Json:
-    """Indices of the set flags, row by row."""
+    """Indices of the set flags, as nested lists by row."""
     return np.flatnonzero(flags).tolist() if flags.ndim == 1 else [_packed(row) for row in flags]
 
 
@@ -181,7 +181,7 @@ def _packed(flags: Flags) -> Json:
 
 
 def read_cover(text: str, mission: Mission) -> ClaimedCover:
-    """Parse the cover of a document.
+    """The cover that a ``cover.json`` text contains.
 
     Raises:
         Unreadable: it is not a cover of this mission.
@@ -197,7 +197,7 @@ def read_cover(text: str, mission: Mission) -> ClaimedCover:
 
 
 class _Reader:
-    """Reader of untrusted values; invalid ones raise."""
+    """Reader of untrusted JSON values; invalid values raise ``Unreadable`` or ``ValueError``."""
 
     def __init__(self, mission: Mission) -> None:
         self.mission, self.dimension, self.steps = mission, mission.dimension, mission.steps
@@ -303,7 +303,7 @@ def _text(found: Json) -> str:
 
 
 def _flags(found: Json, shape: tuple[int, ...]) -> Flags:
-    """Flags of that shape from the indices of the set ones."""
+    """Boolean array of the given shape, from the indices of the set flags in each row."""
     flags: Flags = np.zeros(shape, dtype=np.bool_)
     if len(shape) == 1:
         numbers = np.array(found, dtype=object)

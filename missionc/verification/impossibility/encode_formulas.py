@@ -1,4 +1,4 @@
-"""Encoding of motion and formulas over cells: variables for positions, literals for possible formulas.
+"""Clauses for motion over cells and for formulas: variables for positions, literals for possible formulas.
 
     in   the kernel's goals, ClaimedCover, the last step, labels of leaves
     out  clauses
@@ -35,11 +35,15 @@ States = NDArray[np.int64]
 """Literals that an agent is in a cell at a step, (steps + 1, cells); FALSE for impossible cells."""
 
 FEW = 4
-"""Maximum number of clauses for excluded cells; otherwise one clause over the remaining ones."""
+"""Maximum number of excluded cells that get one clause each; for more, one clause lists the remaining cells."""
 
 
 def encode_motion(cover: ClaimedCover, cnf: Cnf) -> dict[int, States]:
-    """Add that each agent is in one cell at each step and never makes an excluded move."""
+    """Add clauses that each agent is in one cell at each step and never makes an excluded move.
+
+    Returns:
+        For each agent of the cover, the literals of its cells, (steps + 1, cells).
+    """
     states: dict[int, States] = {}
     for agent in cover.asked:
         absent, kind = cover.absent[agent], cover.kind_of(agent)
@@ -69,11 +73,12 @@ def encode_motion(cover: ClaimedCover, cnf: Cnf) -> dict[int, States]:
 
 
 def add_support(cnf: Cnf, here: States, there: States, fits: Flags, condition: int = FALSE) -> None:
-    """Add that if the first is in a cell, the second is in a compatible one, unless the condition holds.
+    """Add clauses that if the first agent is in a cell, the second is in a compatible cell, unless the condition holds.
 
     Args:
-        here: (cells,); ``there`` likewise.
-        fits: (cells, cells), boolean.
+        here, there: literals of the cells of the first and of the second, (cells,) each.
+        fits: compatible cells, (cells, cells), boolean.
+        condition: literal that disables the clauses.
     """
     columns = np.flatnonzero(there != FALSE)
     for row in np.flatnonzero(here != FALSE).tolist():
@@ -95,7 +100,7 @@ def _add_turns(cnf: Cnf, own: States, steps: int, fits: NDArray[np.bool_]) -> No
 
 
 def _add_visits(cnf: Cnf, own: States, never: Flags) -> None:
-    """Add that an agent that is ever in one of two cells is never in the other."""
+    """Add clauses that an agent never visits both cells of an excluded pair."""
     wanted = np.flatnonzero(never.any(axis=0) | never.any(axis=1))
     ever = {}
     for cell in wanted.tolist():
@@ -126,7 +131,7 @@ def within_box(kind: CellsOfKind, low: NDArray[np.float64], high: NDArray[np.flo
 
 
 def _seen(cnf: Cnf, literals: Sequence[int]) -> int:
-    """A literal that each of these implies."""
+    """A literal that each of the given literals implies."""
     able = [literal for literal in literals if literal != FALSE]
     if len(able) < 2:
         return able[0] if able else FALSE
@@ -140,27 +145,31 @@ DEEP = 20_000
 """Recursion limit: formulas nest some hundreds deep, with a few frames per level."""
 
 Never = tuple[Flags, Flags]
-"""Flags of cells in which a leaf never holds, and in which it never fails."""
+"""Flags of cells in which a leaf of a formula never holds, and of cells in which it never fails."""
 
 
 class Labels(Protocol):
-    """Labels of leaves by the cells of agents."""
+    """Cells of agents in which leaves of a formula never hold, and in which they never fail."""
 
     def own(self, predicate: Predicate, agent: int) -> Never:
-        """Label by the cell of the evaluated agent: (cells,) each."""
+        """Cells of one agent in which the predicate never holds, and never fails: (cells,) each."""
 
     def moves(self, predicate: Predicate, agent: int) -> Never:
-        """Label by its cells at a step and the next: (cells, cells) each."""
+        """Moves of one agent, from its cell at a step to its next cell, in which the predicate never holds, and never
+        fails.
+
+        Shape: (cells, cells) each.
+        """
 
     def pair(self, predicate: Predicate, first: int, second: int) -> Never:
-        """Label by the cells of two agents, evaluated for the first: (cells, cells) each."""
+        """Cells of two agents in which the predicate of the first never holds, and never fails: (cells, cells) each."""
 
     def link(self, graph: Graph, sender: int, receiver: int) -> Never:
-        """Label of a link from one agent to another, by their cells: (cells, cells) each."""
+        """Cells of sender and receiver in which the link never exists, and is never missing: (cells, cells) each."""
 
 
 def refutation(mission: Mission, goals: tuple[k.Goal, ...], cover: ClaimedCover, labels: Labels) -> Cnf:
-    """Clauses that any motion satisfying the goals satisfies; without a model, there is no such motion."""
+    """Clauses that every motion satisfying the goals satisfies; if they are unsatisfiable, no such motion exists."""
     cnf = Cnf()
     formulas = _Formulas(mission, encode_motion(cover, cnf), cnf, labels)
     before = sys.getrecursionlimit()
@@ -222,7 +231,7 @@ class _Formulas:
     # ---------------------------------------------------------------- time
 
     def _steps(self, low: int, high: int | None, step: int) -> range | None:
-        """Steps of a window; None if it runs past the last step, where nothing is known."""
+        """Steps of a window; None if it runs past the last step, where no truth is known."""
         final = self.last if high is None else step + high
         if final > self.last or (low >= 0 and step + low > final):
             return None
@@ -248,7 +257,11 @@ class _Formulas:
         return outer(cases)
 
     def _held(self, node: k.UntilNode, agent: int, step: int, end: int) -> int:
-        """``hold`` from a step up to another one, excluded, before or after it; at some of them if ``every``."""
+        """Literal that ``hold`` may be true at every step from ``step`` to ``end``, excluded, in either direction of
+        time.
+
+        For universal nodes (``every``), it may be true at some of these steps.
+        """
         join = self.cnf.any_of if node.every else self.cnf.all_of
         result = FALSE if node.every else TRUE
         way = range(step, end) if end >= step else range(step, end, -1)
@@ -272,7 +285,10 @@ class _Formulas:
         )
 
     def _route(self, node: k.ReachNode | k.RouteNode, hops: int, metres: float, agent: int, step: int) -> int:
-        """``_reach``, with the end no further than ``hops`` longest links, or ``metres``."""
+        """Literal that a route of bounded length may exist.
+
+        Its end is no further than ``hops`` longest links, or ``metres``.
+        """
         graph = node.graph
         hops = min(hops, max(len(graph.agents) - 1, 0))
         leads = self._reach(node, hops, agent, step)
@@ -288,7 +304,10 @@ class _Formulas:
         return self.cnf.all_of((leads, self.cnf.any_of(ends)))
 
     def _reach(self, node: k.ReachNode | k.RouteNode, hops: int, agent: int, step: int) -> int:
-        """Some route of at most ``hops`` links over ``through`` to ``end``; the dual for universal nodes."""
+        """Literal that a route of at most ``hops`` links over ``through`` to ``end`` may exist.
+
+        For universal nodes, the dual.
+        """
         key = "reach", node, hops, agent, step
         if key not in self._known:
             on_way = node.graph.agents if agent in node.graph.agents else ()
@@ -315,7 +334,10 @@ class _Formulas:
     # -------------------------------------------------------------- leaves
 
     def _atom(self, predicate: Predicate, truth: bool, agent: int, step: int) -> int:
-        """Literal of an atom; a predicate with parts is split into them."""
+        """Literal that an atom may hold, or with ``truth`` False may fail.
+
+        A predicate with parts is split into them.
+        """
         if isinstance(predicate, Flagged):
             return self._flag(predicate.flag, truth, agent, step)
         if predicate.reads_past or predicate.reads_heading or predicate.graph is not None:
@@ -363,7 +385,7 @@ class _Formulas:
         )
 
     def _truth(self, leaf: Hashable, truth: bool, step: int, here: States, there: States, never: Never) -> int:
-        """Literal of a leaf in the cells of two agents, or of one at two steps."""
+        """Literal that a leaf may hold, or fail, given the cells of two agents, or of one agent at two steps."""
         name, asked = self._name(leaf, truth, step)
         if not asked:
             add_support(self.cnf, here, there, ~never[0 if truth else 1], -name)
@@ -382,7 +404,7 @@ class _Formulas:
         return name
 
     def _name(self, leaf: Hashable, truth: bool, step: int) -> tuple[int, bool]:
-        """Literal that a leaf holds, or fails, at a step; and whether it already existed."""
+        """Literal that a leaf holds, or fails, at a step, and True if the literal was requested before."""
         key = "leaf", leaf, step
         if key not in self._known:
             self._known[key] = self.cnf.fresh()
@@ -392,7 +414,7 @@ class _Formulas:
         return name, asked
 
     def _flag(self, flag: Flag, truth: bool, agent: int, step: int) -> int:
-        """Literal of a flag: in the setting region, or set before and not in the clearing region."""
+        """Literal that a flag may be set, or clear: set in the setting region, kept until the clearing region."""
         if agent not in flag.agents:
             return FALSE if truth else TRUE
         key = "flag", flag, truth, agent

@@ -1,4 +1,4 @@
-"""Interval arithmetic on arrays, rounded outward, and predicates' measures over boxes.
+"""Interval arithmetic on arrays, rounded outward, and bounds of predicates' quantities over boxes.
 
 Every bound is the next double beyond the computed one, so that an interval contains every possible value.
 
@@ -24,18 +24,20 @@ Boxes: TypeAlias = tuple[Array, Array]
 """The lowest and the highest corners of boxes, (..., dim) each, metres."""
 
 NEARER = CERTAIN + 2 * MOTION
-"""Metres by which bodies may be nearer to each other and to obstacles than required: the tolerance of plan verification
-between two sample times, steps included."""
+"""Tolerance of plan verification between two sample times, steps included, metres.
+
+Bodies may be nearer to each other and to obstacles than required by this distance.
+"""
 
 
 class Interval(Record, eq=False):
-    """Numbers from ``low`` to ``high``, (...) each."""
+    """Array of intervals from ``low`` to ``high``, (...) each."""
 
     low: Array
     high: Array
 
     __array_ufunc__ = None
-    """With None, an array on the left leaves the operation to the interval."""
+    """None, so that an operation with an array on the left uses the methods of ``Interval``."""
 
     def __add__(self, other: Interval | Array | float) -> Interval:
         other = exactly(other)
@@ -69,23 +71,23 @@ class Interval(Record, eq=False):
 
 
 def exactly(value: Interval | Array | float) -> Interval:
-    """Interval of one number, (...), any unit, unless it is already an interval."""
+    """The value as an interval; a number becomes an interval of length 0, (...), in any unit."""
     return value if isinstance(value, Interval) else Interval(np.asarray(value), np.asarray(value))
 
 
 def greater(one: Interval, other: Interval | float) -> Interval:
-    """Greater of two numbers."""
+    """Interval of the greater of two uncertain numbers."""
     other = exactly(other)
     return Interval(np.maximum(one.low, other.low), np.maximum(one.high, other.high))
 
 
 def less(one: Interval, other: Interval | float) -> Interval:
-    """Smaller of two numbers."""
+    """Interval of the smaller of two uncertain numbers."""
     return -greater(-one, -exactly(other))
 
 
 def length(coordinates: Iterable[Interval]) -> Interval:
-    """Euclidean length of a vector."""
+    """Interval of the Euclidean length of a vector whose coordinates are intervals."""
     sizes = [abs(each) for each in coordinates]
     total = reduce(Interval.__add__, (_outward(each.low**2, each.high**2) for each in sizes))
     return _outward(np.sqrt(np.maximum(total.low, 0.0)), np.sqrt(total.high))
@@ -96,7 +98,7 @@ def _outward(low: Array, high: Array) -> Interval:
 
 
 def signed_distances(shape: ir.Shape, boxes: Boxes) -> Interval:
-    """Signed distances of the points of boxes to a shape's border, metres, negative inside."""
+    """Intervals of the signed distance between the points of boxes and a shape's boundary, metres, negative inside."""
     low, high = boxes
     axes = [Interval(low[..., axis], high[..., axis]) for axis in range(low.shape[-1])]
     match shape:
@@ -119,13 +121,16 @@ def signed_distances(shape: ir.Shape, boxes: Boxes) -> Interval:
 
 
 def _strip(axis: Interval, begin: float, end: float) -> Interval:
-    """Signed distance to an interval from its middle: convex, so that its greatest value is at an end."""
+    """Signed distance of ``axis`` to the interval from ``begin`` to ``end``, metres.
+
+    The formula by the interval's middle is convex, so its maximum value is at an end.
+    """
     half = (end - begin) / 2
     return abs(axis - (begin + half)) - half
 
 
 def _product(distances: Sequence[Interval]) -> Interval:
-    """Signed distance to a product of sets, from those to each."""
+    """Signed distance to a Cartesian product of sets, from the signed distances to each set."""
     return length(greater(each, 0.0) for each in distances) + less(reduce(greater, distances), 0.0)
 
 
@@ -138,7 +143,10 @@ POLYGON = 1e-9
 
 
 def _by_the_middle(shape: ir.Shape, boxes: Boxes) -> Interval:
-    """Distance by the middle of a box: its points are within half a diagonal, and the distance is 1-Lipschitz."""
+    """Signed distances of all points of boxes, from the distance of their middle points.
+
+    The points are within half a diagonal of the middle, and the distance is 1-Lipschitz.
+    """
     low, high = boxes
     middle = (low + high) / 2
     away = length(Interval(np.zeros_like(side), side / 2) for side in np.moveaxis(high - low, -1, 0)).high + POLYGON
@@ -147,7 +155,7 @@ def _by_the_middle(shape: ir.Shape, boxes: Boxes) -> Interval:
 
 
 def between(one: Boxes, other: Boxes) -> list[Interval]:
-    """Differences of the coordinates from points of the first boxes to points of the second."""
+    """Coordinate differences from points of the first boxes to points of the second boxes, as one interval per axis."""
     (low, high), (other_low, other_high) = one, other
     return [
         Interval(other_low[..., axis], other_high[..., axis]) - Interval(low[..., axis], high[..., axis])
@@ -156,7 +164,7 @@ def between(one: Boxes, other: Boxes) -> list[Interval]:
 
 
 def pairwise(one: Boxes, other: Boxes) -> tuple[Boxes, Boxes]:
-    """Pair each box of one with each of the other: (one, other, dim) after broadcasting."""
+    """Both lists of boxes with shapes that broadcast to all pairs: (one, other, dim)."""
     return (one[0][:, None, :], one[1][:, None, :]), (other[0][None, :, :], other[1][None, :, :])
 
 
@@ -166,14 +174,14 @@ def must_be_apart(mission: ir.Mission, first: int, second: int) -> float:
 
 
 class IntervalView:
-    """Measures of agents anywhere in boxes; evaluated for the first."""
+    """View of agents that may be anywhere in their boxes; predicates are evaluated for one of them."""
 
     def __init__(self, mission: ir.Mission, places: Mapping[int, Boxes], speed: Interval | None = None) -> None:
         self.mission, self.dimension, self.places, self.known_speed = mission, mission.dimension, places, speed
         self.oneself = next(iter(places))
 
     def place(self, agent: int | None) -> Boxes:
-        """Box of an agent.
+        """Corners of the box that contains an agent; None stands for the agent under evaluation.
 
         Raises:
             ValueError: the agent has no box.
@@ -207,7 +215,7 @@ class IntervalView:
         return length(self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension))
 
     def of_place(self, value: Callable[[Any, Array], Array]) -> Interval:
-        """Interval of a 1-Lipschitz function of the place over boxes (..., dim): (...), metres."""
+        """Interval of a 1-Lipschitz function of the agent's position over its boxes (..., dim): (...), metres."""
         low, high = self.place(None)
         middle = exactly(np.asarray(value(np, (low + high) / 2)))
         reach = length(Interval(low[..., axis], high[..., axis]) - low[..., axis] for axis in range(self.dimension))

@@ -1,19 +1,21 @@
-"""The first and the last step as two columns, and membership of these steps in windows."""
+"""The first and the last step of a mission as two columns, and the windows that contain these steps."""
 
 from __future__ import annotations
 
 FIRST, LAST = 0, 1
-"""The two known steps, as columns."""
+"""Column indices of the first and the last step."""
 
 MOST_NODES = 5_000
-"""Maximum number of kernel nodes; larger formulas give no result."""
+"""Maximum number of kernel nodes; formulas with more nodes get no result."""
 
 
 def columns(last: int, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
-    """Known steps in a window at one of them, and whether it has no others.
+    """Columns of the first and last step that lie in a window, and True if the window contains no other step.
 
     Args:
         last: last step of the mission.
+        low, high: the window, in steps ahead of the evaluated step; None means up to the last step.
+        column: column of the evaluated step, ``FIRST`` or ``LAST``.
     """
     if low < 0 and high is not None:
         at = last if column == LAST else 0

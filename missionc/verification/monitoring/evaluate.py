@@ -20,7 +20,9 @@ from missionc.verification.monitoring.logic import Logic, Values
 
 
 class Evaluation(Domain[Values]):
-    """Domain of values along a trace: (agents, steps + 1), or 1 for an axis that does not matter.
+    """Evaluation of kernel formulas along a trace, in one of the two logics.
+
+    Values have shape (agents, steps + 1); an axis that does not matter has length 1.
 
     Raises:
         ValueError: trace and mission have different agents.
@@ -36,7 +38,7 @@ class Evaluation(Domain[Values]):
         self.links: dict[Graph, Values] = {}
 
     def values(self, roots: Iterable[Node]) -> dict[Node, Values]:
-        """The value of each of these formulas."""
+        """Truth or robustness of each of these formulas, (agents, steps + 1)."""
         return evaluate(roots, self)
 
     def atom(self, predicate: Predicate, holds: bool) -> Values:
@@ -55,7 +57,10 @@ class Evaluation(Domain[Values]):
         return reduce(np.maximum, parts, self._nowhere())
 
     def at_least(self, count: int, parts: Sequence[Values]) -> Values:
-        """The ``count``-th largest of the parts, agent by agent to save memory."""
+        """Value of "at least ``count`` of the parts hold": the ``count``-th largest of the parts.
+
+        Agents are processed separately to save memory.
+        """
         if not 0 < count <= len(parts):
             return self.meet(()) if count <= 0 else self.join(())
         spread = np.broadcast_arrays(*parts)
@@ -114,7 +119,7 @@ class Evaluation(Domain[Values]):
         return self._signed(some, not node.every)
 
     def path_length(self, node: PathLength, holds: bool) -> Values:
-        """Value of the length being at most the upper bound and at least the lower one."""
+        """Value of "the shortest route to the named agent has a length within the bounds", or of its negation."""
         graph, logic = node.graph, self.logic
         target = self.member(frozenset((node.agent,)), True)
 
@@ -134,22 +139,22 @@ class Evaluation(Domain[Values]):
         return self._signed(self._along(graph, (target,), outside, measure), holds)
 
     def _signed(self, value: Values, holds: bool) -> Values:
-        """The value, or that of its negation."""
+        """The value itself, or with ``holds`` False the value of its negation."""
         return value if holds else np.asarray(self.logic.negate(value))
 
     def _agents(self) -> range:
         return range(len(self.mission.agents))
 
     def _spread(self, value: Values) -> Values:
-        """The value at every step, also if it does not depend on the step."""
+        """The value repeated for every step, if it does not depend on the step."""
         return np.broadcast_to(value, (len(value), self.steps))
 
     def _along(
         self, graph: Graph, below: tuple[Values, ...], outside: Values, measure: Callable[..., Values]
     ) -> Values:
-        """Apply ``measure`` to each piece of steps and the members' values.
+        """Values of a spatial operator, computed by ``measure`` for the members of a graph in batches of steps.
 
-        Other agents have value ``outside``.
+        Agents outside the graph get the value ``outside``.
         """
         members = list(graph.agents)
         shape = (len(self._agents()), self.steps)

@@ -1,4 +1,4 @@
-"""Best and shortest routes through a graph: values at their ends for every agent and many steps.
+"""Best and shortest routes through a communication graph, for every agent and many steps.
 
 Values are indexed (steps, members), links and lengths (steps, members, members), where the members are the graph's
 agents in their order. Both logics use this module: the best route has the best worst part.
@@ -17,13 +17,16 @@ from missionc.verification.monitoring.logic import Logic, Values
 
 
 def nearby(links: Values, body: Values) -> Values:
-    """Best value of a linked agent: (steps, members)."""
+    """Best value of ``body`` among the agents linked to each member: (steps, members)."""
     chosen: Values = np.minimum(links, body[:, None, :]).max(axis=2)
     return chosen
 
 
 def reach(links: Values, through: Values, end: Values, hops: int) -> Values:
-    """Best route of at most ``hops`` links: (steps, members). Stops when more links change nothing."""
+    """Value of each member's best route of at most ``hops`` links over ``through`` to ``end``: (steps, members).
+
+    The iteration stops when more links change nothing.
+    """
     best = end
     for _ in range(hops):
         better = np.maximum(best, np.minimum(through, nearby(links, best)))
@@ -34,7 +37,7 @@ def reach(links: Values, through: Values, end: Values, hops: int) -> Values:
 
 
 def reach_within(logic: Logic, links: Values, lengths: Array, through: Values, end: Values, bound: float) -> Values:
-    """Best route of a length of at most ``bound`` metres: (steps, members), metres or boolean.
+    """Value of each member's best route with a length of at most ``bound`` metres: (steps, members), metres or boolean.
 
     A route's value is the worst of its links, its operands and the margin of its length. A route without links has no
     length margin.
@@ -48,7 +51,10 @@ def reach_within(logic: Logic, links: Values, lengths: Array, through: Values, e
 
 
 def shortest(lengths: Array, end: Values) -> Array:
-    """Shortest path to an end by Bellman and Ford: (steps, members), metres; ``inf`` without one."""
+    """Length of each member's shortest path to an end, by the Bellman-Ford algorithm: (steps, members), metres.
+
+    The length is ``inf`` without a path.
+    """
     best = np.where(end, 0.0, np.inf)
     while True:
         better = np.minimum(best, (lengths + best[:, None, :]).min(axis=2))
@@ -58,11 +64,11 @@ def shortest(lengths: Array, end: Values) -> Array:
 
 
 def _best_within(links: Array, lengths: Array, end: Array, bound: float) -> Array:
-    """``reach_within`` in numbers: (steps, members), metres.
+    """Robustness of each member's best route with a length of at most ``bound`` metres: (steps, members), metres.
 
     Links and ends are added from the best to the worst, separately for each step, so paths to an end only get shorter.
     A shortened path contains nothing worse than the latest addition, so every agent's best value occurs at such a time.
-    The search stops when the next addition is worse than every agent's best.
+    The search stops when the next addition is worse than every agent's best value.
     """
     steps, members = end.shape
     row = np.arange(steps)
@@ -89,12 +95,12 @@ def _best_within(links: Array, lengths: Array, end: Array, bound: float) -> Arra
 def bounded_below(
     logic: Logic, links: Values, lengths: Array, through: Values, end: Values, low: float, high: float
 ) -> Values:
-    """Best route with a length from ``low`` > 0 to ``high`` metres without repeated agents.
+    """Value of each member's best route with a length from ``low`` > 0 to ``high`` metres, without repeated agents.
 
-    Shape: (steps, members).
+    Shape: (steps, members), boolean or metres.
 
-    A lower bound makes this as hard as the longest-path problem, so routes are enumerated, the most promising first.
-    The function is meant for few agents. Values are boolean or metres.
+    A lower bound makes the problem as hard as the longest-path problem, so routes are enumerated, the most promising
+    first. The function is meant for few agents.
     """
     best = np.full(end.shape, logic.bottom)
     for step in range(len(end)):
@@ -105,7 +111,7 @@ def bounded_below(
 
 
 class _BestRoute:
-    """Best-first search at one step: no continuation of a route has a better value than its queue key.
+    """Best-first search for a route at one step: no continuation of a route has a better value than its queue key.
 
     Values are plain numbers; false and true are 0 and 1.
     """

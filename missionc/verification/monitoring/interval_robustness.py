@@ -1,11 +1,11 @@
 """Robustness intervals at the first and last step, from the mission's starts and finishes only.
 
 in   formulas in kernel form, Mission
-out  Intervals: least and greatest robustness of each there, for every plan
+out  Intervals: minimum and maximum robustness of each formula at these steps, over every plan
 
-A start or finish at a point is known; one in a region lies in a ball around it. Without one, and at every step in
-between, the position is unknown. Margins are 1-Lipschitz in positions, which gives each an interval, and all operators
-are monotone.
+A start or finish at a point is known; a start or finish in a region lies in a ball around the region. Without a start
+or finish, and at every step in between, the position is unknown. Margins are 1-Lipschitz in positions, which gives each
+margin an interval, and all operators are monotone.
 """
 
 from __future__ import annotations
@@ -28,18 +28,24 @@ from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import ROBUSTNESS, Values, decided_at_border
 
 MOST_MEMBERS, MOST_ROUTES = 200, 7
-"""Maximum numbers of agents of a graph, and of a graph with routes in metres; larger ones give no result."""
+"""Maximum number of agents of a graph, and of a graph with route lengths in metres; larger graphs get no result."""
 
 
 class RobustnessInterval(Record, eq=False):
-    """Interval bounds, (agents, 2) each, or 1 in place of the agents for the team: metres."""
+    """Minimum and maximum robustness of a formula at the first and last step: (agents, 2) each, metres.
+
+    For a formula about the team, the shape is (1, 2).
+    """
 
     least: Array
     most: Array
 
 
 class Intervals(Domain[RobustnessInterval]):
-    """Domain of robustness intervals; ``position`` and ``radius`` bound the agents' places at both steps."""
+    """Evaluation of formulas to robustness intervals at the first and last step.
+
+    ``position`` and ``radius`` bound the agents' positions at both steps.
+    """
 
     def __init__(self, mission: Mission, atlas: Atlas) -> None:
         self.mission = mission
@@ -55,12 +61,12 @@ class Intervals(Domain[RobustnessInterval]):
         self.worst: dict[tuple[Formation, int], FormationEdge] = {}
 
     def of(self, roots: Iterable[Node]) -> dict[Node, RobustnessInterval]:
-        """Intervals of the formulas and all subformulas; empty if there are too many."""
+        """Robustness intervals of the formulas and all their subformulas; empty if there are too many."""
         roots = tuple(roots)
         return {} if more_than(MOST_NODES, roots) else evaluate(postorder(roots), self)
 
     def links(self, graph: Graph) -> RobustnessInterval:
-        """Link margins: (2, members, members) each, metres."""
+        """Minimum and maximum margins of a graph's links: (2, members, members) each, metres."""
         if graph not in self.graphs:
             members = list(graph.agents)
             reach = self.radius[members].T
@@ -74,7 +80,7 @@ class Intervals(Domain[RobustnessInterval]):
         return RobustnessInterval(self.least.links[graph], self.most.links[graph])
 
     def worst_edge(self, formation: Formation, column: int) -> FormationEdge:
-        """Edge of a formation with the largest error at the middle of the places."""
+        """Edge of a formation with the largest error if all agents are at the centres of their position bounds."""
         if (formation, column) not in self.worst:
             place, edges = self.position[:, column], formation.edges
             margins = [float(formation_margin(formation, e, place[e.first], place[e.second])) for e in edges]
@@ -126,7 +132,7 @@ class Intervals(Domain[RobustnessInterval]):
     def _each(
         self, value: Callable[..., Values], *below: RobustnessInterval, denied: bool = False
     ) -> RobustnessInterval:
-        """Least value from the least operands, and greatest from the greatest, by monotonicity.
+        """Interval of a monotone operator: its minimum value from the minimum operands, its maximum from the maximum.
 
         Args:
             denied: True if more links reduce the value.
@@ -148,7 +154,10 @@ class Intervals(Domain[RobustnessInterval]):
     def _measured(
         self, graph: Graph, every: bool, value: Callable[..., Values], *below: RobustnessInterval
     ) -> RobustnessInterval:
-        """Interval with lengths at the middle of the places, which are valid only there."""
+        """Interval of an operator on route lengths, computed at the centres of the position bounds.
+
+        It is unknown at a step if some member's position is not exact, or if the graph is too large.
+        """
         unknown = self._unknown()
         if len(graph.agents) > MOST_ROUTES:
             return unknown
@@ -169,7 +178,7 @@ class Intervals(Domain[RobustnessInterval]):
         return RobustnessInterval(least, most)
 
     def columns(self, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
-        """Known steps in a window at one of them, and whether it has no others."""
+        """Columns of the first and last step that lie in a window, and True if the window contains no other step."""
         return columns(self.mission.steps, low, high, column)
 
     def _sometime(self, body: RobustnessInterval, low: int, high: int | None) -> RobustnessInterval:
@@ -200,7 +209,7 @@ class Intervals(Domain[RobustnessInterval]):
 
 
 class _Reach:
-    """Bounds on the differences from measures at the middle of the places: (agents, 2) or (1, 2), metres.
+    """Bounds on the difference between a measured quantity and its value at the centres of the position bounds.
 
     Shape: (agents, 2) or (1, 2), metres.
     """
@@ -228,7 +237,10 @@ class _Reach:
 
 
 def _around(place: InitialSet | None, atlas: Atlas) -> tuple[tuple[float, ...], float]:
-    """A point and the greatest distance of the place's points from it, metres."""
+    """Centre and radius of a ball around all possible positions at a start or finish, metres.
+
+    None means no restriction.
+    """
     if place is None:
         return tuple(atlas.world.low), np.inf
     if place.point is not None:

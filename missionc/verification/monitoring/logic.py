@@ -1,4 +1,4 @@
-"""The two logics of evaluation: truth and robustness. ``numpy.minimum`` is *and* in both."""
+"""The two logics in which formulas are evaluated: truth and robustness; ``numpy.minimum`` is *and* in both."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ from missionc.ir.language.margins.predicate_margins import holds
 from missionc.ir.language.margins.resources import BORDER
 
 Values: TypeAlias = NDArray[Any]
-"""Truth values or robustness, according to the logic."""
+"""Array of truth values or of robustness, depending on the logic."""
 
 
 class Logic(Record):
-    """Differences between the logics: the values, *not*, and the meaning of a margin."""
+    """Definition of a logic: its minimum and maximum value, its negation, and its value of a predicate's or link's
+    margin.
+    """
 
     bottom: Any
     top: Any
@@ -26,7 +28,7 @@ class Logic(Record):
     of_predicate: Callable[[Predicate, Values], Values]
     of_link: Callable[[Values], Values]
     of_length: Callable[[Values], Values]
-    """Value of the margin of a route's length to a closed bound."""
+    """Function from the margin of a route's length (with a closed bound) to a value of the logic."""
 
 
 TRUTH = Logic(
@@ -49,5 +51,9 @@ ROBUSTNESS = Logic(
 
 
 def decided_at_border(margins: Values, is_open: bool) -> Values:
-    """Move margins of 0 off the border to the true side; for ``is_open``, to the false side."""
+    """Margins with 0 replaced by a tiny value: positive, or negative if the boundary does not belong to the region.
+
+    Args:
+        is_open: True if the boundary does not belong to it.
+    """
     return np.where(margins == 0, -BORDER if is_open else BORDER, margins)

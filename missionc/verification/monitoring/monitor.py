@@ -1,6 +1,6 @@
 """Runtime monitoring of a trace: satisfaction, robustness, and first violation of every requirement.
 
-It is independent of the backends: the values follow from the kernel formula and the trace alone.
+The results are independent of the backends: they follow from the kernel formula and the trace alone.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from missionc.verification.monitoring.violation import first_violation
 
 
 def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> Judgements:
-    """Judge every requirement and every preference at step 0.
+    """Judgement of every requirement and every preference at step 0: satisfaction, robustness and first violation.
 
     Raises:
         ValueError: the trace has different agents from the mission, or fewer steps.
@@ -38,13 +38,16 @@ def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> Judgements:
 
 
 def least_robustness(mission: Mission, kernel: Kernel, trace: Trace) -> float:
-    """Smallest robustness of the requirements, each in its own unit; ``inf`` if no motion can change any."""
+    """Smallest robustness over all requirements, each in its own unit.
+
+    Requirements that no motion can change are left out; ``inf`` if none remains.
+    """
     judged = monitor(mission, kernel, trace).requirements
     return min((each.robustness for each in judged if np.isfinite(each.robustness)), default=np.inf)
 
 
 def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
-    """Truth of a formula: (agents, steps + 1), boolean.
+    """Truth of a formula for each agent and step: (agents, steps + 1), boolean.
 
     It is False at a step from which a window runs past the last step. No goal of a checked mission reads such a step.
     """
@@ -52,15 +55,15 @@ def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
 
 
 def truths(nodes: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Flags]:
-    """``truth``, (agents, steps + 1), boolean, of several formulas, computed together; read-only."""
+    """Truth of several formulas, (agents, steps + 1), boolean, computed together; the arrays are read-only."""
     values = Evaluation(TRUTH, mission, trace).values(nodes)
     return {node: np.broadcast_to(value, trace.position.shape[:2]) for node, value in values.items()}
 
 
 def robustness(node: Node, mission: Mission, trace: Trace) -> Array:
-    """Robustness of a formula, negative if it fails: (agents, steps + 1), metres for spatial formulas.
+    """Robustness of a formula for each agent and step, negative if it fails.
 
-    Shape: (agents, steps + 1), metres for everything spatial.
+    Shape: (agents, steps + 1), metres for spatial formulas.
 
     It is ``-inf`` if ``truth`` is False because of missing steps. ``inf`` and ``-inf`` also stand for facts that no
     motion can change, such as the identity of an agent.

@@ -1,4 +1,4 @@
-"""Normalised margins of requirements: the robustness of each with every margin divided by its natural scale."""
+"""Normalised margins of requirements: robustness with every margin divided by its natural scale."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from missionc.verification.monitoring.logic import ROBUSTNESS, Values
 
 
 def normalised_margins(mission: Mission, goals: tuple[Goal, ...], trace: Trace) -> dict[str, float]:
-    """The normalised margin of each goal on a trace, by its name; without those that no motion can change.
+    """Normalised margin of each goal on a trace, by the goal's name.
+
+    Goals that no motion can change are left out.
 
     Source:
         [clot] II-B, of margins that are divided by ``natural_scale``.
@@ -26,7 +28,7 @@ def normalised_margins(mission: Mission, goals: tuple[Goal, ...], trace: Trace) 
 
 
 class _Normalised(Evaluation):
-    """Robustness of normalised margins."""
+    """Evaluation of robustness with every margin divided by its natural scale."""
 
     def __init__(self, mission: Mission, trace: Trace) -> None:
         def scaled(predicate: Predicate, margins: Values) -> Values:

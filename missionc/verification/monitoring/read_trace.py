@@ -1,4 +1,4 @@
-"""Reader of traces, recorded or hand-made, and of the flight of a mission so far, from the text of a file.
+"""Reader of traces, recorded or written by hand, and of the flight of a mission so far, from the text of a file.
 
     in   text of a plan (JSON) or of a table (CSV with ``agent,t,x,y[,z]``), the Mission, the lost agents
     out  Trace: every agent's state at every step; or FlownSoFar: the states at the past steps, and the last positions
@@ -40,14 +40,14 @@ from missionc.ir import Holds, Mission
 from missionc.ir.language.walk_formulas import asked_agents
 
 ON_TIME = 1e-6
-"""Seconds within which a sample counts as at a step."""
+"""Tolerance in seconds within which a sample counts as at a step."""
 
 MOST_FINDINGS = 20
-"""Maximum number of findings for a file."""
+"""Maximum number of findings that are reported for a file."""
 
 
 class State(Record):
-    """State of one agent at one time, with its place in the text."""
+    """State of one agent at one time, with its location in the text."""
 
     agent: str
     time: float
@@ -56,7 +56,7 @@ class State(Record):
 
 
 def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -> tuple[Trace | None, list[Diagnostic]]:
-    """Read the trace of a text, or report every error.
+    """The trace that a text contains, or None and every error as a finding.
 
     Args:
         limits: limits on the samples, and on the ``magnitude`` of numbers.
@@ -66,7 +66,7 @@ def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -
 
 
 def read_states(source: Source, mission: Mission, limits: Limits | None = None) -> tuple[list[State], list[Diagnostic]]:
-    """Read every agent's state at every time of a text, or report every error."""
+    """Every agent's states that a text contains, or every error as a finding."""
     limits = limits or Limits()
     opening = source.text.lstrip()[:1]
     try:
@@ -115,7 +115,7 @@ def _from_csv(source: Source, mission: Mission, limits: Limits) -> tuple[list[St
 
 _MOTION = ("vx", "vy", "vz", "yaw")
 _NUMBERS = ("t", "x", "y", "z", *_MOTION)
-"""Columns of the table."""
+"""Names of the numeric columns of a trace table."""
 
 
 def _number(word: object) -> float | None:
@@ -126,10 +126,10 @@ def _number(word: object) -> float | None:
 
 
 def _allow_samples(source: Source, count: int, limits: Limits) -> None:
-    """Check the number of samples.
+    """Check the number of samples of a file.
 
     Raises:
-        MapError: a file has more samples than the limit.
+        MapError: the file has more samples than the limit.
     """
     if count > limits.trace_samples:
         raise too_many(source, "samples", "trace_samples", count, limits, Span(source, 0, 0))
@@ -159,7 +159,7 @@ def _from_json(source: Source, limits: Limits) -> tuple[list[State], list[Diagno
 
 
 class _StrangeError(Exception):
-    """An invalid entry of a plan; the text names it."""
+    """Error: a plan has an invalid entry, which the text names."""
 
 
 def _agent_states(span: Span, times: list[Any], agent: Any) -> list[State]:
@@ -195,7 +195,7 @@ def _vector(agent: str, key: str, axes: tuple[str, ...], value: Any) -> dict[str
 
 
 def _too_large(states: list[State], magnitude: float) -> list[Diagnostic]:
-    """Report numbers with which arithmetic would overflow doubles."""
+    """Findings about numbers whose magnitude exceeds the limit, so that arithmetic could overflow doubles."""
     return [
         _unreadable(
             state.span,
@@ -218,7 +218,7 @@ def _list(value: Any) -> list[Any]:
 
 
 def assemble(source: Source, mission: Mission, states: list[State]) -> tuple[Trace | None, list[Diagnostic]]:
-    """Assemble the trace of the states over the whole mission, or report every error."""
+    """The trace of the states over the complete mission, or None and every error as a finding."""
     own: dict[str, list[State]] = {agent.name: [] for agent in mission.agents}
     strangers: dict[str, State] = {}
     for state in states:
@@ -238,7 +238,7 @@ def assemble(source: Source, mission: Mission, states: list[State]) -> tuple[Tra
 
 
 def _unknown_headings(mission: Mission, own: dict[str, list[State]]) -> list[Diagnostic]:
-    """Report a missing heading that the mission uses, for the first such agent."""
+    """Finding about the first agent whose heading the mission uses and the samples lack; empty if there is none."""
     for formula, agents in asked_agents(mission):
         if isinstance(formula, Holds) and formula.predicate.reads_heading:
             for agent in agents:
@@ -251,7 +251,7 @@ def _unknown_headings(mission: Mission, own: dict[str, list[State]]) -> list[Dia
 
 
 def _misfits(source: Source, mission: Mission, name: str, samples: list[State]) -> list[Diagnostic]:
-    """Report why an agent's samples, in order of time, do not cover the whole mission."""
+    """Findings about an agent's samples, in order of time, that do not cover the complete mission."""
     if not samples:
         return [mismatch(_first_line(source), f"no samples of `{name}`", _times(mission))]
     axes = "xyz"[: mission.dimension]
@@ -294,9 +294,13 @@ def _trace(mission: Mission, own: list[list[State]]) -> Trace:
 
 
 def _at_steps(samples: list[State], name: str, steps: Array, step: float) -> Array:
-    """One number at the mission's steps, (steps,): exact for a sample at the step, else interpolated, in its unit.
+    """Values of one number (such as ``x``) at the mission's steps, (steps,), in its unit.
 
-    ``steps`` is (steps,), seconds.
+    A value is exact for a sample at the step, and otherwise interpolated.
+
+    Args:
+        steps: times of the steps, (steps,), seconds.
+        step: duration of a step, seconds.
     """
     times = np.array([state.time for state in samples])
     near = np.rint(times / step) * step
@@ -309,9 +313,10 @@ def _at_steps(samples: list[State], name: str, steps: Array, step: float) -> Arr
 
 
 def _velocities(mission: Mission, position: Array) -> Array:
-    """Velocity of the motion that starts at each step: (agents, steps + 1, dim), m/s.
+    """Velocities from positions: (agents, steps + 1, dim), m/s.
 
-    For second-order agents, it is the mean of the two adjacent motions.
+    The velocity at a step is that of the motion that starts there; for second-order agents, it is the mean of the two
+    adjacent motions.
     """
     if position.shape[1] == 1:
         return np.zeros_like(position)
@@ -323,7 +328,10 @@ def _velocities(mission: Mission, position: Array) -> Array:
 
 
 def _headings(velocity: Array) -> Array:
-    """Headings along the motion, (agents, steps + 1), rad; without motion, the previous one or the first."""
+    """Headings in the direction of motion, (agents, steps + 1), rad.
+
+    At rest, the previous heading or else the first.
+    """
     moving = np.linalg.norm(velocity[..., :2], axis=-1) > 1e-9
     heading = np.arctan2(velocity[..., 1], velocity[..., 0])
     steps = np.arange(moving.shape[1])
@@ -350,7 +358,7 @@ def _unreadable(span: Span, message: str, help: str = "") -> Diagnostic:
 
 
 def mismatch(span: Span, message: str, help: str = "") -> Diagnostic:
-    """Finding about a trace that does not belong to the mission."""
+    """Finding about a trace that does not fit the mission."""
     return Diagnostic(TRACE_MISMATCH, message, Label(span), help=help)
 
 
@@ -365,7 +373,7 @@ def _line(source: Source, number: int) -> Span:
 
 
 def _name_places(source: Source) -> dict[str, tuple[int, int]]:
-    """First place of each quoted name in a plan."""
+    """Start and end offset of the first occurrence of each quoted name in a plan."""
     return {found[1]: found.span(1) for found in reversed(list(_NAME.finditer(source.text)))}
 
 
@@ -373,20 +381,20 @@ _NAME = re.compile(r'"name"\s*:\s*("(?:[^"\\]|\\.)*")')
 
 
 def _named(source: Source, agent: Any, places: dict[str, tuple[int, int]]) -> Span:
-    """Span of the agent's name in a plan."""
+    """Source span of the agent's name in a plan."""
     place = places.get(json.dumps(agent.get("name"))) if isinstance(agent, dict) else None
     return Span(source, *place) if place else _first_line(source)
 
 
 UNSEEN = 1.0
-"""Seconds without samples after which an agent's position is unknown."""
+"""Longest time without samples, seconds, after which an agent's position is still interpolated."""
 
 
 class FlownSoFar(Record, eq=False):
-    """The flight so far.
+    """The flight of a mission so far.
 
     Args:
-        trace: states at the steps from 0 to the last completed one.
+        trace: states at the steps from 0 to the last completed step.
         until: end of the flight so far, seconds.
         last: (agents, dim), metres: positions then.
         seen: (agents,), seconds: time of each agent's last sample up to then.
@@ -401,7 +409,11 @@ class FlownSoFar(Record, eq=False):
 def read_flown(
     source: Source, mission: Mission, lost: Sequence[str], limits: Limits | None = None
 ) -> tuple[FlownSoFar | None, list[Diagnostic]]:
-    """Read the flight so far from a text, or report every error."""
+    """The flight so far that a text contains, or None and every error as a finding.
+
+    Args:
+        lost: names of the lost agents.
+    """
     states, findings = read_states(source, mission, limits)
     if findings:
         return None, findings
@@ -432,7 +444,11 @@ def read_flown(
 
 
 def _until(samples: list[State], until: float, lost: bool, step: float) -> list[State]:
-    """Samples of an agent up to a time; for a lost agent, its last one is repeated until then."""
+    """Samples of an agent up to a time; for a lost agent, its last sample is repeated until then.
+
+    Args:
+        step: duration of a step, seconds.
+    """
     kept = [state for state in samples if state.time <= until + step]
     if not lost or not kept:
         return kept
@@ -442,7 +458,7 @@ def _until(samples: list[State], until: float, lost: bool, step: float) -> list[
 
 
 def _without_holes(samples: list[State], step: float) -> list[State]:
-    """Samples, once for each time, with interpolated ones in gaps of more than a step."""
+    """Samples with one per time, and with interpolated samples in gaps of more than a step."""
     if not samples:
         return []
     first = samples[0]
@@ -459,7 +475,7 @@ def _without_holes(samples: list[State], step: float) -> list[State]:
 
 
 def _between(before: State, after: State, share: float) -> State:
-    """State between two others; a value that only one of them has is left out."""
+    """State interpolated between two others; a value that only one of them has is left out."""
     numbers = {
         name: value + share * (after.numbers[name] - value)
         for name, value in before.numbers.items()

@@ -1,11 +1,11 @@
-"""Discrete signature of a plan: satisfied branches, order of events, and sides of obstacles.
+"""Discrete signature of a plan: satisfied disjuncts, order of events, and homotopy classes around obstacles.
 
     in   Mission, its kernel, Trace
     out  Signature; differences between two of them, as text
 
 Two plans differ in one of these cases:
 - *option*: a choice that is made once (``kernel.choices``) holds in both, but with too few common branches; for a
-      choice over a window, a branch must hold over the whole window;
+      choice over a window, a branch must hold over the complete window;
 - *order*: an agent reaches two events in the other order;
 - *side*: an agent's path passes a part of the standing obstacles on the other side (``world.winding``).
 All other differences are small changes of the same plan.
@@ -29,14 +29,14 @@ from missionc.ir.kernel.walk import awaited, children
 from missionc.verification.monitoring.monitor import truths
 
 MOST_EVENTS = 120
-"""Maximum number of events whose order counts: the first in the text."""
+"""Maximum number of events whose order is compared; the first events of the mission's text are used."""
 
 NAMED = 3
-"""Maximum number of agents named in a sentence."""
+"""Maximum number of agents listed in a sentence."""
 
 
 class Options(Record, eq=False):
-    """Choice of a requirement, with the indices of the branches that hold."""
+    """Choice point of a requirement, with the indices of the branches that are true."""
 
     requirement: str
     asked: ChoicePoint
@@ -44,10 +44,10 @@ class Options(Record, eq=False):
 
 
 class Event(Record, eq=False):
-    """Awaited event: the steps at which it holds, (steps + 1,), and its agents.
+    """Event that a requirement waits for: the steps at which it is true, (steps + 1,), and its agents.
 
     Args:
-        last: last step at which the requirement evaluates it; later ones may look past the mission.
+        last: last step at which the requirement evaluates the event; windows of later steps may pass the mission's end.
     """
 
     requirement: str
@@ -58,7 +58,7 @@ class Event(Record, eq=False):
     agents: frozenset[int]
 
     def before(self, other: Event) -> bool:
-        """Return whether it comes first, without a common step."""
+        """Return whether this event comes before the other one, without a common step."""
         mine, its = np.flatnonzero(self.steps), np.flatnonzero(other.steps)
         return bool(
             len(mine) and len(its) and mine[0] < its[0] and mine[-1] < its[-1] and not (self.steps & other.steps).any()
@@ -66,12 +66,12 @@ class Event(Record, eq=False):
 
 
 class Signature(Record, eq=False):
-    """Signature of a plan.
+    """Discrete signature of a plan: choices, events, and homotopy classes of paths.
 
     Args:
         options: options by choice.
         events: events by requirement and agents.
-        swept: angles about each of ``parts``, radians, (agents, parts).
+        swept: angle that each agent sweeps about each of ``parts``, radians, (agents, parts).
     """
 
     mission: Mission
@@ -82,7 +82,7 @@ class Signature(Record, eq=False):
 
     @property
     def pairs(self) -> list[tuple[Event, Event]]:
-        """Events of the same agents, in order."""
+        """Pairs of events with a common agent, each in the order in which they occur."""
         ordered = [
             (one, other) if one.before(other) else (other, one)
             for one, other in combinations(self.events.values(), 2)
@@ -92,7 +92,7 @@ class Signature(Record, eq=False):
 
 
 class Signatures:
-    """The signatures of a mission's plans."""
+    """Computes the signatures of a mission's plans."""
 
     def __init__(self, mission: Mission, kernel: Kernel) -> None:
         self.mission = mission
@@ -138,7 +138,7 @@ class Signatures:
         return Signature(self.mission, options, events, self.parts, swept_angles(self.parts, trace.position))
 
     def _begun(self, asked: ChoicePoint) -> Flags:
-        """Steps of an event from which all of a choice's window matters, (steps + 1,)."""
+        """Flags of the steps at which a choice's body must hold over its complete window, (steps + 1,)."""
         matters, last = self.relevant[asked.node][asked.agent], self.mission.steps
         first = np.arange(last + 1) + asked.low
         end = np.full_like(first, last) if asked.high is None else first - asked.low + asked.high
@@ -147,7 +147,7 @@ class Signatures:
 
 
 def differences(one: Signature, other: Signature) -> tuple[str, ...]:
-    """Differences of the other plan, one sentence each; empty for equal signatures."""
+    """Sentences that describe how the other plan differs from the first one; empty for equal signatures."""
     return (*_options(one, other), *_orders(one, other), *_sides(one, other))
 
 
@@ -191,12 +191,12 @@ def _body(asked: ChoicePoint) -> Node:
 
 
 def _event(event: Event) -> str:
-    """Event in the author's words; if several requirements use the same words, also by name."""
+    """The event quoted from the mission's text, or the name of its requirement if it has no text."""
     return f"`{_words(event.body) or event.requirement}`"
 
 
 def _branches(mission: Mission, asked: ChoicePoint, numbers: frozenset[int]) -> str:
-    """Branches of a choice: agents if they are agents, else the author's words."""
+    """Text for branches of a choice: names of agents if each branch is a different agent, else quoted formulas."""
     parts = [branches(asked)[number].node for number in sorted(numbers)]
     if all(isinstance(part, At) for part in parts):
         names = [mission.agents[part.agent].name for part in parts if isinstance(part, At)]
@@ -207,14 +207,14 @@ def _branches(mission: Mission, asked: ChoicePoint, numbers: frozenset[int]) -> 
 
 
 def _words(node: Node) -> str:
-    """Source text of a formula; for a shared one, that of its first part."""
+    """Source text of a formula; for a shared formula, the source text of its first part."""
     while node.span is None and children(node):
         node = children(node)[0]
     return " ".join(node.span.text.split()) if node.span is not None else ""
 
 
 def _several(names: list[str]) -> str:
-    """``a, b and 2 more``."""
+    """Text for a list of names, such as ``a, b and 2 more``."""
     if len(names) > NAMED:
         return f"{', '.join(names[: NAMED - 1])} and {len(names) - NAMED + 1} more"
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

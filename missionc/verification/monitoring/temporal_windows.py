@@ -1,7 +1,7 @@
 """Sliding windows and *until* along the last axis of an array, for truth and for robustness alike.
 
-``worst`` and ``best`` are ``numpy.minimum`` and ``numpy.maximum``: on truth values they are *and* and *or*. A window
-that runs past the last step is ``undefined``; the horizon check ensures that no goal reads such a value.
+``numpy.minimum`` and ``numpy.maximum`` are *and* and *or* on truth values. A window that runs past the last step is
+``undefined``; the horizon check ensures that no goal reads such a value.
 """
 
 from __future__ import annotations
@@ -12,9 +12,13 @@ from missionc.verification.monitoring.logic import Logic, Values
 
 
 def sliding(choose: np.ufunc, values: Values, low: int, high: int | None, undefined: object) -> Values:
-    """``choose`` over the window of every step: (..., steps) -> (..., steps), in O(steps log window).
+    """Minimum or maximum (``choose``) over the window ahead of every step: (..., steps) -> (..., steps).
 
-    ``high`` None means the last step for every window.
+    The cost is O(steps log window).
+
+    Args:
+        low, high: the window in steps ahead; ``high`` None means up to the last step.
+        undefined: value at steps whose window runs past the last step.
     """
     steps = values.shape[-1]
     result = np.full_like(values, undefined)
@@ -28,9 +32,13 @@ def sliding(choose: np.ufunc, values: Values, low: int, high: int | None, undefi
 
 
 def until(hold: Values, end: Values, low: int, high: int | None, undefined: object) -> Values:
-    """``end`` at some step of the window, ``hold`` from now until then: (..., steps) -> (..., steps).
+    """Value of "``end`` holds at some step of the window, and ``hold`` from now until then".
 
     Shape: (..., steps) -> (..., steps).
+
+    Args:
+        low, high: the window in steps ahead; ``high`` None means up to the last step.
+        undefined: value at steps whose window runs past the last step.
     """
     hold, end = np.broadcast_arrays(hold, end)
     steps = hold.shape[-1]
@@ -53,7 +61,11 @@ def until(hold: Values, end: Values, low: int, high: int | None, undefined: obje
 
 
 def sliding_back(choose: np.ufunc, values: Values, low: int, high: int, empty: object) -> Values:
-    """``choose`` over the past window of every step; ``empty`` if it contains no step."""
+    """Minimum or maximum (``choose``) over the past window of every step; ``empty`` if the window contains no step.
+
+    Args:
+        low, high: the window in steps ahead, so both are at most 0.
+    """
     steps = values.shape[-1]
     low = max(low, -steps)
     if -high >= steps:
@@ -63,9 +75,14 @@ def sliding_back(choose: np.ufunc, values: Values, low: int, high: int, empty: o
 
 
 def since(hold: Values, end: Values, low: int, high: int, bottom: object) -> Values:
-    """``until`` with time reversed; nothing holds before the first step: (..., steps) -> (..., steps).
+    """Value of "``end`` held at some step of the past window, and ``hold`` from then until now".
+
+    Nothing holds before the first step.
 
     Shape: (..., steps) -> (..., steps).
+
+    Args:
+        low, high: the window in steps ahead, so both are at most 0.
     """
     hold, end = np.broadcast_arrays(hold, end)
     steps = hold.shape[-1]
@@ -78,7 +95,11 @@ def since(hold: Values, end: Values, low: int, high: int, bottom: object) -> Val
 
 
 def release(logic: Logic, free: Values, end: Values, low: int, high: int | None) -> Values:
-    """Dual of ``until``, and of ``since``: ``end`` at every step of the window, or ``free`` at an earlier one."""
+    """Dual of ``until`` and of ``since``: ``end`` holds at every step of the window, or ``free`` at an earlier step.
+
+    Args:
+        low, high: the window in steps ahead; negative for the dual of ``since``.
+    """
     if low < 0 and high is not None:
         return np.asarray(logic.negate(since(logic.negate(free), logic.negate(end), low, high, logic.bottom)))
     freed: Values = logic.negate(until(logic.negate(free), logic.negate(end), low, high, logic.bottom))
@@ -88,7 +109,10 @@ def release(logic: Logic, free: Values, end: Values, low: int, high: int | None)
 
 
 def _over(choose: np.ufunc, values: Values, width: int) -> Values:
-    """``choose`` over every ``width`` neighbours by doubling: the result is ``width - 1`` shorter."""
+    """Minimum or maximum (``choose``) over every ``width`` adjacent steps, by doubling.
+
+    The result is ``width - 1`` shorter.
+    """
     done = 1
     while 2 * done <= width:
         values = choose(values[..., :-done], values[..., done:])
@@ -98,7 +122,7 @@ def _over(choose: np.ufunc, values: Values, width: int) -> Values:
 
 
 def _until_within(hold: Values, end: Values, width: int) -> Values:
-    """``until`` over the first ``width`` steps from every step; the result is ``width - 1`` shorter.
+    """Value of ``until`` over the first ``width`` steps from every step; the result is ``width - 1`` shorter.
 
     A range of steps is summarised by two values: ``hold`` over all of it, and the until within it. Two adjacent ranges
     join into one, so that a range of any width is built by doubling.

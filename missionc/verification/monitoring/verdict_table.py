@@ -1,15 +1,15 @@
 """Verdict table: every subformula at every agent and step, verdicts of goals over time, and causes of failure.
 
     in   formulas, their goals, Mission, Trace
-    out  a Row for each of the formulas; Blame: each subformula's sign below its operator, and the places at which its
-         falsity makes a goal false
+    out  a Row for each of the formulas; Blame: each subformula's sign below its operator, and the agents and steps at
+         which its falsity makes a goal false
 
-A formula that is evaluated at many steps has its value at each of them. One that is evaluated at step 0 alone and looks
-ahead has one verdict that emerges over time: at step t, the least and the greatest robustness that it can reach, with
-the values of its windows up to t.
+A formula that is evaluated at many steps has its value at each of them. A formula that is evaluated at step 0 alone and
+looks ahead has one verdict that emerges over time: at step t, the minimum and the maximum robustness that it can reach,
+with the values of its windows up to t.
 
 In negation normal form every operator is monotone: only a false operand can make it false. A goal therefore fails
-through the false operands of its false operators, each at the places where its operator reads it.
+through the false operands of its false operators, each at the agents and steps where its operator reads it.
 
 Source:
     Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017), robust
@@ -35,7 +35,7 @@ from missionc.verification.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Val
 
 
 class Blame:
-    """Causes of some goals' failures.
+    """Causes of the failures of goals: the subformulas, agents and steps that make a goal false.
 
     Args:
         opposites: for formulas whose negation is below a goal, that negation.
@@ -50,7 +50,8 @@ class Blame:
         self.holds = {goal: bool(value[0, 0]) for goal, value in self._evaluation.values(tuple(goals)).items()}
 
     def sign(self, parent: Node, sign: int, child: Node) -> int:
-        """Effect of a formula on its parent: 1 by its truth, -1 by its falsity, 0 by both or neither.
+        """Sign of a formula's effect on its parent: 1 if its truth helps, -1 if its falsity helps, 0 for both or
+        neither.
 
         Args:
             sign: effect of the parent; 0 gives 0 for every child.
@@ -87,12 +88,12 @@ class Blame:
 
 
 class Row(Record, eq=False):
-    """One formula: (agents, steps + 1) each, or (1, steps + 1) for the team.
+    """Values of one formula over time: (agents, steps + 1) each, or (1, steps + 1) for the team.
 
     Args:
         asked: agents and steps at which the verdict of a goal reads it.
         least, most: its robustness, metres; if it ``unfolds``, the possible values at step 0.
-        surely, possibly: its truth likewise.
+        surely, possibly: its truth; if it ``unfolds``, certain and possible truth at step 0.
         unfolds: True if it has one verdict, at step 0. Otherwise ``least`` is ``most``, and ``surely`` is ``possibly``.
     """
 
@@ -107,7 +108,7 @@ class Row(Record, eq=False):
 def table(
     nodes: Iterable[Node], goals: Iterable[Node], mission: Mission, trace: Trace, opposites: Mapping[Node, Node]
 ) -> dict[Node, Row]:
-    """Rows of formulas; one that is not below a goal is evaluated nowhere.
+    """Values of formulas over time, for a table of verdicts; a formula that is not below a goal is evaluated nowhere.
 
     Args:
         opposites: for formulas whose negation is below a goal, that negation, which counts as the formula.
@@ -143,7 +144,7 @@ def _same_moment(node: Node) -> bool:
 
 
 def chain(roots: Iterable[Node]) -> list[Node]:
-    """Formulas of the verdict at step 0 down to the first windows, included; operands first.
+    """Formulas on the way from the verdict at step 0 down to the first windows, included; operands first.
 
     Past windows and windows below a spatial operator are excluded: there is nothing before step 0, and values at other
     agents count as known at once.
@@ -164,7 +165,7 @@ def chain(roots: Iterable[Node]) -> list[Node]:
 def _unfolded(
     evaluation: Evaluation, verdict: list[Node], values: Mapping[Node, Values]
 ) -> dict[Node, tuple[Values, Values]]:
-    """Least and greatest possible robustness of each formula of the chain at step 0: (…, steps + 1) each.
+    """Minimum and maximum robustness at step 0 that each formula of the chain can still reach, as known at every step.
 
     Shape: (…, steps + 1) each.
     """
@@ -184,15 +185,15 @@ def _unfolded(
 
 
 def _denied(bounds: tuple[Values, Values], logic: Logic) -> tuple[Values, Values]:
-    """Bounds of the negation."""
+    """Bounds of a formula's negation, from the bounds of the formula."""
     least, most = bounds
     return logic.negate(most), logic.negate(least)
 
 
 def _at_some_step(parts: list[Values], low: int, high: int | None, steps: int, logic: Logic) -> tuple[Values, Values]:
-    """Bounds of the last part at some step of a window, with the others holding until then.
+    """Bounds of "the last part holds at some step of a window, and the other parts until then", as known at every step.
 
-    The least is the value so far; until the window has passed, the greatest is the value of the remaining hold.
+    The minimum value is the value so far; until the window has passed, the maximum is the value of the hold condition.
     """
     *holds, end = np.broadcast_arrays(*parts, np.empty((1, steps)))[:-1]
     held = reduce(np.minimum, (np.minimum.accumulate(hold, axis=1) for hold in holds), np.full(end.shape, logic.top))
@@ -216,7 +217,7 @@ def asked_where(
         opposites: negations of formulas that the roots may contain instead.
 
     Returns:
-        (agents, steps + 1), boolean, for each.
+        Flags (agents, steps + 1) for each known formula.
     """
     agents, steps = trace.position.shape[:2]
     nowhere = np.zeros((agents, steps), dtype=np.bool_)

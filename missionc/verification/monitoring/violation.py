@@ -1,4 +1,4 @@
-"""Violations: the deciding step of a false formula, and its agents."""
+"""Violations of a formula: the step at which it becomes irrevocably false, and the agents concerned."""
 
 from __future__ import annotations
 
@@ -25,11 +25,10 @@ class Decision(Record):
 
 
 def first_violation(formula: k.Node, mission: Mission, trace: Trace) -> Decision:
-    """First step after which nothing can make a formula true that is false at step 0, with its agents.
+    """Step after which no continuation can make a formula true that is false at step 0, and the agents concerned.
 
     An *always* is violated at the first step that violates its body, an *eventually* at the last step of its window.
-    The operands of a spatial operator decide the step of its violation, but the agent is the one that it is evaluated
-    for.
+    For a spatial operator, the operands decide the step, but the reported agent is the evaluated agent.
     """
     hopeful = _Hopeful(mission, trace)
     step = bisect_left(
@@ -39,7 +38,8 @@ def first_violation(formula: k.Node, mission: Mission, trace: Trace) -> Decision
 
 
 class _Hopeful(Evaluation):
-    """Truth under the assumption that after some step every leaf and link that can still change becomes favourable.
+    """Evaluation of truth that assumes every leaf and link to become favourable after some step, if it can still
+    change.
 
     In negation normal form, truth is monotone in the leaves: a formula that is false here stays false.
     """
@@ -72,7 +72,7 @@ class _Hopeful(Evaluation):
 
 
 class _Search:
-    """Search from a false formula down to the agents of its violation."""
+    """Search from a false formula down to the agents that violate it."""
 
     def __init__(self, truths: dict[k.Node, Flags], mission: Mission, trace: Trace) -> None:
         self.truths, self.mission, self.trace = truths, mission, trace
@@ -99,7 +99,10 @@ class _Search:
         return not values[agent if len(values) > 1 else 0, step if values.shape[1] > 1 else 0]
 
     def _below(self, node: k.Node, agent: int, step: int) -> list[tuple[k.Node, int, int]] | None:
-        """Places of the violated children of a false formula; None if it is violated by itself."""
+        """Violated children of a false formula, each with its agent and step.
+
+        None if the formula itself is violated.
+        """
         match node:
             case k.Not(body) if isinstance(body, k.Atom):
                 return [(body, agent, step)]
@@ -113,9 +116,10 @@ class _Search:
                 return None
 
     def _in_time(self, node: k.WindowNode | k.UntilNode, agent: int, step: int) -> list[tuple[k.Node, int, int]] | None:
-        """The violated step of the window: the first if one suffices, or an earlier one that violates the hold.
+        """The violated child of a temporal operator, with its agent and step.
 
-        If all steps of the window are needed, it is the last. For past windows the order is reversed.
+        If one failing step suffices, it is the first of the window, or an earlier step that violates the hold
+        condition. If all steps of the window must fail, it is the last. For past windows the order is reversed.
         """
         *holds, end = children(node)
         window = asks(node)[-1].steps_from(step, self.last)

@@ -3,8 +3,9 @@
 in   a formula, the truth of all its subformulas
 out  Witness
 
-A true *or* is followed to its first true part, a false *and* to all its false ones. A route is the one with the fewest
-links, or the shortest if bounded in metres. Windows are skipped: the witness at a step shows the truth at that step.
+A true *or* is followed to its first true part, a false *and* to all its false parts. A route is the route with the
+fewest links, or the shortest route if bounded in metres. Windows are skipped: the witness at a step shows the truth at
+that step.
 """
 
 from __future__ import annotations
@@ -27,11 +28,12 @@ from missionc.verification.monitoring.verdict_table import asked_where, chain
 
 MOST_NODES, MOST_LINKS = 5000, 1 << 25
 """Maximum numbers of kernel nodes, and of pairs of agents over all steps; above them there is no witness, to save
-memory."""
+memory.
+"""
 
 
 class Witness(Record, eq=False):
-    """Witness of a formula.
+    """Agents, links and formations that make a formula true or false at each step.
 
     Args:
         holds, fails: (agents, steps + 1): agents that a true, or a false, formula depends on.
@@ -47,10 +49,14 @@ class Witness(Record, eq=False):
 
 
 class Witnesses:
-    """The witnesses of the formulas below some goals."""
+    """Computes the witnesses of the formulas below some goals, along one trace."""
 
     def __init__(self, goals: Iterable[Node], mission: Mission, trace: Trace, opposites: Mapping[Node, Node]) -> None:
-        """Initialise. ``opposites``: for formulas whose negation is below a goal, that negation."""
+        """Prepare the truth of all formulas below the goals.
+
+        Args:
+            opposites: for formulas whose negation is below a goal, that negation.
+        """
         self.mission, self.trace = mission, trace
         self.shape = trace.position.shape[:2]
         roots = tuple(goals)
@@ -78,11 +84,11 @@ class Witnesses:
         return Witness(search.lit[0], search.lit[1], links, tuple(dict.fromkeys(search.formations)))
 
     def truth(self, node: Node) -> Flags:
-        """Truth of a formula: (agents, steps + 1), boolean."""
+        """Truth of a formula for each agent and step: (agents, steps + 1), boolean."""
         return np.broadcast_to(self.truths[node], self.shape)
 
     def links(self, graph: Graph) -> Flags:
-        """Links of a graph: (steps + 1, agents, agents), boolean."""
+        """Flags of the links of a graph: (steps + 1, agents, agents), boolean."""
         if graph not in self.linked:
             agents, steps = self.shape
             whole = np.zeros((steps, agents, agents), dtype=np.bool_)
@@ -95,11 +101,9 @@ class Witnesses:
         return self.linked[graph]
 
     def next_hops(self, node: ReachNode | RouteNode) -> Values:
-        """Next agent of the best route from each agent: (steps + 1, agents), -1 at its end or without a route.
+        """Next agent on each agent's best route: (steps + 1, agents), -1 at the end of a route or without a route.
 
-        Shape: (steps + 1, agents), -1 where it ends or there is none.
-
-        For the dual, it is the best of the forbidden routes.
+        For the dual operator, the route is the best of the forbidden routes.
         """
         if node not in self.onward:
             sought = not node.every
@@ -121,7 +125,10 @@ class Witnesses:
 
 
 class _Search:
-    """Masks, (2, agents, steps + 1), passed from a formula to its deciding parts: for its truth, for its falsity."""
+    """Search for a witness, which passes masks from a formula to the parts that decide it.
+
+    Masks have shape (2, agents, steps + 1): agents and steps at which a part matters by its truth, and by its falsity.
+    """
 
     def __init__(self, known: Witnesses) -> None:
         self.known = known
@@ -149,7 +156,10 @@ class _Search:
                 self.decide(node, mask)
 
     def hand_down(self, node: Node, mask: Flags, entered: dict[Node, Flags] | None = None) -> None:
-        """Add the places to visit below a node; ``entered`` collects those below skipped nodes."""
+        """Add the agents and steps to visit below a node.
+
+        ``entered`` collects those of the children of skipped nodes.
+        """
         there = mask
         if isinstance(node, At):
             there = np.zeros_like(mask)
@@ -197,12 +207,21 @@ class _Search:
                 self.light(mask)
 
     def light(self, mask: Flags, partners: tuple[int, ...] = ()) -> None:
-        """Mark the agents of the mask, and the partners of each."""
+        """Mark the agents of the mask, and their partners at the same steps.
+
+        Args:
+            partners: agent indices.
+        """
         self.lit |= mask
         self.lit[:, list(partners)] |= mask.any(axis=1, keepdims=True)
 
     def walk(self, graph: Graph, onward: Values, mask: Flags, most: int) -> None:
-        """Mark the path of every agent of the mask. ``onward``: (steps + 1, agents), -1 at the end of a path."""
+        """Mark the agents and links on the route of every agent of the mask.
+
+        Args:
+            onward: next agent of each route, (steps + 1, agents), -1 at its end.
+            most: maximum number of links of a route.
+        """
         one_way = directed(graph)
         for side in (0, 1):
             agent, step = np.nonzero(mask[side])

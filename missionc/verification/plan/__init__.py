@@ -1,1 +1,1 @@
-"""Verification of plans: dynamics, starts and finishes, clearance, separation and requirements of a joint motion."""
+"""Verification of plans: dynamics, starts, finishes, clearance, separation and requirements of joint trajectories."""

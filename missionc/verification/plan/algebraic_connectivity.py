@@ -10,11 +10,11 @@ from missionc.ir.pair_ranges import directed
 from missionc.verification.certificate import Figure
 
 MOST_AGENTS = 400
-"""Maximum number of agents; above it the eigenvalues would take longer than the plan."""
+"""Maximum number of agents; above it, computing the eigenvalues would take longer than planning."""
 
 
 def connectivity(mission: Mission, trace: Trace) -> list[Figure]:
-    """For each graph that must be ``connected``, the least λ₂ over all steps, with its time.
+    """Minimum algebraic connectivity λ₂ over all steps, with its time, for each graph that must be ``connected``.
 
     It is positive if the graph is connected at every step. Directed graphs are left out, since their Laplacian is not
     symmetric.

@@ -1,6 +1,6 @@
 """Clearance of bodies from obstacles, and separation of agents, in continuous time over a plan.
 
-The separation includes the distance of bodies and the ellipsoid of vehicles.
+The separation includes the extent of bodies and the downwash ellipsoid of vehicles.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from missionc.verification.plan.obstacle_bodies import Distance, solid
 Extents: TypeAlias = tuple[Array, Array]
 
 NEAREST = 16
-"""Number of agents tested first, for the overall minimum."""
+"""Number of agents that are evaluated first to find the overall minimum."""
 
 
 def check_obstacles(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> list[Check]:
-    """One check for each obstacle, for the agent nearest to it."""
+    """Checks of the clearance from each obstacle, by the agent nearest to it."""
     around = extents(curves)
     return [_check(mission, curves, around, obstacle, tolerance) for obstacle in mission.obstacles]
 
 
 def relative_to(curves: Curves, obstacle: Obstacle) -> Curves:
-    """The motion in the frame of the obstacle, with its shape at rest."""
+    """The trajectories relative to a moving obstacle, in whose frame its shape is at rest."""
     match obstacle.motion:
         case Still():
             return curves
@@ -49,7 +49,7 @@ def relative_to(curves: Curves, obstacle: Obstacle) -> Curves:
 
 
 def _offsets(path: Path, times: Array) -> Array:
-    """Offset of a moving obstacle from its place in the text.
+    """Displacement of a moving obstacle from its initial position.
 
     Shape: (moments,), seconds -> (moments, dim), metres.
     """
@@ -57,7 +57,7 @@ def _offsets(path: Path, times: Array) -> Array:
 
 
 def state_margins(obstacle: Obstacle, distance: Distance, need: Array, times: Array, position: Array) -> Array:
-    """Clearance margin of every agent at some times.
+    """Clearance of every agent from an obstacle at given times, minus the required clearance.
 
     Args:
         distance: distance to the obstacle's body, from ``solid``.
@@ -74,22 +74,23 @@ def state_margins(obstacle: Obstacle, distance: Distance, need: Array, times: Ar
 
 
 def needs(mission: Mission) -> Array:
-    """Required distance of each agent's centre from any obstacle: (agents,), metres."""
+    """Required distance of each agent's centre from any obstacle, its radius plus the clearance: (agents,), metres."""
     return np.array([agent.radius + mission.clearance for agent in mission.agents])
 
 
 def margins(
     mission: Mission, curves: Curves, around: Extents, obstacle: Obstacle, gap: float, ceiling: float | None
 ) -> tuple[Curves, Least]:
-    """The motion in the frame of the obstacle, and margin bounds for every agent and piece.
+    """Trajectories relative to the obstacle, and bounds on the clearance margin for every agent and piece.
 
     Shape: (agents * pieces,).
 
-    Agents that are far away are judged by the box around their whole motion.
+    Agents that are far away are evaluated by the bounding box of their trajectory.
 
     Args:
-        around: corners of the boxes around the motions.
-        ceiling: larger margins are not refined; None: only the least of all is.
+        around: corners of the bounding boxes of the trajectories.
+        gap: maximum difference of the bounds, metres.
+        ceiling: larger margins are not refined; with None, only the minimum margin of all is refined.
     """
     seen = relative_to(curves, obstacle)
     low, high = around if seen is curves else extents(seen)
@@ -146,7 +147,7 @@ def _check(mission: Mission, curves: Curves, around: Extents, obstacle: Obstacle
 
 
 def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> list[Check]:
-    """One check for the two nearest agents; none for a single agent."""
+    """Check of the separation of the two nearest agents; empty for a single agent."""
     if len(mission.agents) < 2:
         return []
     lower = upper = np.inf
@@ -170,7 +171,7 @@ def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTAC
 def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterator[tuple[int, Indices, Indices]]:
     """For each piece, the pairs, (pairs,) twice, that may come within ``spare`` metres of their required separation.
 
-    If ``spare`` is None, the pairs that include the nearest of the piece.
+    If ``spare`` is None, a set of pairs that includes the nearest pair of the piece.
     """
     spacing = SpacingTable.of(mission)
     widest, flattest = float(spacing.sideways.max()), min(1.0, float(spacing.flatness.min()))
@@ -196,11 +197,14 @@ def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterato
 def pair_margins(
     mission: Mission, curves: Curves, piece: int, first: Indices, second: Indices, ceiling: float | None
 ) -> tuple[Array, Array, Array]:
-    """Lower and upper bounds on pairs' margins within a piece, and the time of the upper one.
+    """Lower and upper bounds on the separation margins of pairs within a piece, and the time of the upper bound.
 
     Shape: (pairs,) each.
 
-    Margins are horizontal metres: if the vertical separation is larger, heights have a smaller weight.
+    Margins are horizontal metres: if the vertical separation is larger, altitudes have a smaller weight.
+
+    Args:
+        ceiling: larger margins are not refined; with None, only the minimum margin of all is refined.
     """
     spacing = SpacingTable.of(mission)
     metric = spacing.metric(first, second)
@@ -211,12 +215,14 @@ def pair_margins(
 
 
 def relative_margins(relative: Curves, need: Array, ceiling: float | None) -> tuple[Array, Array, Array]:
-    """Bounds, as for ``pair_margins``, of relative motions in each of their pieces.
-
-    Shape: (pairs * pieces,) each.
+    """Bounds on the separation margins of relative trajectories in each piece, and times of the upper bounds.
 
     Args:
         need: (pairs,), required separation, metres.
+        ceiling: larger margins are not refined; with None, only the minimum margin of all is refined.
+
+    Returns:
+        Lower bounds and upper bounds, metres, and the times of the latter, seconds: (pairs * pieces,) each.
     """
     pairs, pieces, *shape = relative.coefficients.shape
     flat = relative.coefficients.reshape(pairs * pieces, *shape)
@@ -233,11 +239,9 @@ def relative_margins(relative: Curves, need: Array, ceiling: float | None) -> tu
 
 
 def _straight(relative: Array, duration: Array) -> tuple[Array, Array]:
-    """Least distance of straight relative motion, and its time, in closed form.
+    """Minimum distance of agents in straight relative motion, and its time, in closed form.
 
     Shape: (pairs, dim, 2) -> (pairs,) twice, metres, seconds.
-
-    Shape: (pairs, dim, 2) -> (pairs,) twice.
     """
     offset, velocity = relative[..., 0], relative[..., 1]
     square = (velocity**2).sum(axis=-1)

@@ -1,8 +1,8 @@
-"""Conservative advancement: least value of a margin along many motions at once, with a proof.
+"""Conservative advancement: minimum value of a margin along many trajectories at once, with a proof.
 
 A 1-Lipschitz margin cannot fall by more than (speed * time). The value at the middle therefore bounds the whole
-interval from below. If the bound does not suffice, the interval is halved, for all motions together, until the least
-bound is within ``gap`` of the least value seen.
+interval from below. If the bound does not suffice, the interval is halved, for all trajectories together, until the
+minimum bound is within ``gap`` of the minimum computed value.
 
 Source:
     Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems" (1996), section 2.3.
@@ -18,10 +18,10 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Indices
 
 CHUNK = 1 << 19
-"""Number of intervals processed together, which bounds the memory."""
+"""Number of time intervals that are evaluated together; it bounds the memory."""
 
 EVALUATIONS = 20_000_000
-"""Maximum number of evaluations; afterwards the bound is returned as it is, valid but looser."""
+"""Maximum number of margin evaluations; afterwards the bound is returned as it is, valid but looser."""
 
 
 SHARE = 1e-3
@@ -29,10 +29,10 @@ SHARE = 1e-3
 
 
 class Least(Record, eq=False):
-    """Bounds for each motion: ``lower`` <= least margin <= ``upper``, attained at ``at`` (seconds from its start).
+    """Bounds on the minimum margin of each trajectory: ``lower`` <= minimum margin <= ``upper``.
 
-    If the search was for the overall minimum, ``lower`` of other motions may be far below their true margin, but at
-    most the gap below the overall minimum.
+    The margin ``upper`` is attained at ``at`` (seconds from the start). If the search was for the overall minimum,
+    ``lower`` of other trajectories may be far below their true margin, but at most the gap below the overall minimum.
     """
 
     lower: Array
@@ -47,14 +47,14 @@ def least(
     gap: float,
     ceiling: float | None = None,
 ) -> Least:
-    """Bounds on the least margin of each motion.
+    """Bounds on the minimum margin along each trajectory.
 
     Args:
-        margin: margin of motions (by index) at local times: (count,), (count,) -> (count,), metres.
+        margin: margin of trajectories (by index) at local times: (count,), (count,) -> (count,), metres.
         speed: (motions,): bound on the rate of the margin, per second.
         duration: (motions,), seconds.
-        gap: greatest difference of the bounds; for large margins a thousandth of themselves.
-        ceiling: larger margins are not refined; None: only the least of all is.
+        gap: maximum difference of the bounds; for large margins a thousandth of themselves.
+        ceiling: larger margins are not refined; with None, only the minimum margin of all is refined.
     """
     count = speed.size
     lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros(count)

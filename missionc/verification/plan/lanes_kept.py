@@ -1,4 +1,4 @@
-"""Lanes of a trace, step by step: on a user's roadmap, no agent leaves it or moves against a lane."""
+"""Check of a trace against the lanes of a user's roadmap: agents stay on the lanes and follow their directions."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from missionc.ir import Agent, Lanes, Mission
 from missionc.verification.certificate import MOTION, Check, judged
 
 Segments: TypeAlias = tuple[Array, Array, Array]
-"""Starts and directions, (segments, dim), metres, and the maximum length of one step, (segments,), metres."""
+"""Start points and direction vectors, (segments, dim), metres, and the maximum length of one step, (segments,), metres.
+"""
 
 
 def check_lanes_kept(mission: Mission, trace: Trace) -> list[Check]:
-    """Check for each agent that every step follows one lane, or several straight ones, within their speeds.
+    """Checks that every step of each agent follows one lane, or several collinear lanes, within their speeds.
 
-    Between a start or finish and a node it moves straight, in either direction.
+    Between a start or finish and a node an agent moves straight, in either direction.
     """
     lanes = mission.solve.roadmap
     if lanes is None:
@@ -34,13 +35,14 @@ def _along_lanes(agent: Agent, lanes: Lanes, position: Array, step: float) -> Ch
 
 
 def lane_margins(along: Segments, position: Array) -> Array:
-    """Distance of each step from leading along one of the segments, 0 or negative.
+    """Negative distance of each step from the nearest segment that it could follow, 0 if it follows one.
 
     Args:
+        along: segments that the agent may move along.
         position: (steps + 1, dim), metres.
 
     Returns:
-        (steps,), metres; for a single state (1,): its distance from all of them.
+        (steps,), metres; for a single state (1,): its distance from all segments.
     """
     start, way, most = along
     length = np.linalg.norm(way, axis=-1)
@@ -59,9 +61,12 @@ def lane_margins(along: Segments, position: Array) -> Array:
 
 
 def segments(agent: Agent, lanes: Lanes, step: float) -> Segments:
-    """Segments that an agent may move along.
+    """Line segments that an agent may move along on the roadmap.
 
-    A node is a segment of length zero; consecutive straight lanes with one speed form a segment too.
+    A node is a segment of length zero; consecutive collinear lanes with one speed form a segment too.
+
+    Args:
+        step: duration of a step, seconds.
     """
     nodes = np.array([node.position for node in lanes.nodes], dtype=np.float64)
     source = np.array([lane.source for lane in lanes.lanes], dtype=np.int64)

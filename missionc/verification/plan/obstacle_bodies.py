@@ -1,8 +1,8 @@
-"""Distance of points to an obstacle's body, also exact for combined shapes.
+"""Exact distance of points to an obstacle's body, also for combined shapes.
 
-Plain shapes and their unions have an exact distance already. An intersection or a difference is measured to its
-outline: the remaining parts of its parts' borders, cut at their crossings. Parts without thickness are ignored: a door
-as deep as its wall leaves no film behind.
+Plain shapes and their unions have an exact distance already. The distance to an intersection or a difference is
+measured to its outline: the remaining segments of its parts' boundaries, cut at their crossings. Parts without
+thickness are ignored: a door as deep as its wall leaves no film behind.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Pris
 from missionc.ir.distances.signed_distance import signed_distance
 
 Distance: TypeAlias = Callable[[Array], Array]
-"""Function (..., dim), metres -> (...), metres, negative inside, 1-Lipschitz."""
+"""Function from points (..., dim), metres, to distances (...), metres, negative inside the body and 1-Lipschitz."""
 
 THIN = 1e-7
-"""Metres: a thinner part has no interior."""
+"""Thickness in metres below which a part of a body has no interior."""
 
 
 def solid(shape: Shape, dimension: int) -> Distance:
-    """Distance function of a body. A ball cut by a volume's shapes counts without rounded rims."""
+    """Distance function of a body; the rounded rim of a ball that another shape cuts is not modelled."""
     match shape:
         case Box() | Disc() | Ball() | Polygon():
             return lambda position: np.asarray(signed_distance(np, shape, position))
@@ -71,7 +71,7 @@ class _Segment(Record):
 
 
 class _Arc(Record):
-    """Arc anticlockwise from ``angle`` through ``sweep``, rad."""
+    """Circular arc, anticlockwise from the direction ``angle`` through ``sweep``, rad."""
 
     centre: complex
     radius: float
@@ -121,7 +121,7 @@ def _outline(shape: Shape) -> Distance:
 
 
 def _parts_inside_from_outside(shape: Shape, edge: _Segment | _Arc, share: float) -> bool:
-    """Return whether the body is on exactly one side of the edge there."""
+    """Return whether the body is on exactly one side of the edge, at the fraction ``share`` of its length."""
     middle, step = edge.at(share), edge.side(share) * THIN
     points = np.array([[(middle + sign * step).real, (middle + sign * step).imag] for sign in (-1, 1)])
     left, right = np.asarray(signed_distance(np, shape, points)) < 0
@@ -151,7 +151,7 @@ def _edges(leaf: Box | Disc | Ball | Polygon) -> list[_Segment | _Arc]:
 
 
 def _meetings(edge: _Segment | _Arc, other: _Segment | _Arc) -> list[complex]:
-    """Points at which two edges may cross or meet; additional points only cut an edge once more."""
+    """Points at which two edges may cross or meet; a superfluous point only splits an edge."""
     match edge, other:
         case _Segment(), _Segment():
             along, across = edge.end - edge.start, other.end - other.start
@@ -186,7 +186,10 @@ def _line_and_circle(line: _Segment, circle: _Arc) -> list[complex]:
 
 
 def _stack(shape: Shape) -> Distance:
-    """Distance for prisms only: between two of their heights the section is constant, so the nearest slab counts."""
+    """Distance function of a body composed of prisms only.
+
+    Between two heights of the prisms the horizontal section is constant, so the nearest such slab decides.
+    """
     levels = sorted({level for leaf in _leaves(shape) for level in _band(leaf)})
     slabs = []
     for low, high in pairwise(levels):
@@ -217,7 +220,7 @@ def _band(leaf: Box | Disc | Ball | Polygon) -> tuple[float, float]:
 
 
 def _section(shape: Shape, height: float) -> Shape | None:
-    """Plane section of the shape at a height; None if it is empty there."""
+    """Horizontal section of the shape at a height in metres; None if the section is empty."""
     match shape:
         case Union(left, right) | Intersection(left, right) | Difference(left, right):
             first, second = _section(left, height), _section(right, height)

@@ -1,4 +1,4 @@
-"""Requirements at the steps of a plan: the monitor's truth and robustness, as checks."""
+"""Requirements at the steps of a plan, as checks with the monitor's truth and robustness."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from missionc.verification.certificate import Check, Figure
 
 
 def check_requirements(mission: Mission, judgements: Judgements) -> tuple[list[Check], list[Figure]]:
-    """One check for each requirement, with its robustness as margin; preferences are figures."""
+    """A check for each requirement, with its robustness as margin, and an informative quantity for each preference."""
     checks = [
         Check(
             name="requirement",

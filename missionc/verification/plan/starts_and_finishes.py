@@ -1,4 +1,4 @@
-"""Starts and finishes of a plan against the mission, and its states within the world."""
+"""Checks that a plan begins and ends as the mission requires, and stays within the world."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.verification.certificate import CONTACT, MOTION, Check, judged
 
 
 def check_places(mission: Mission, trace: Trace) -> list[Check]:
-    """Check each agent's start, and its finish if there is one, for the agent's centre."""
+    """Checks that each agent's centre is in its start region first, and in its finish region, if there is one, last."""
     findings = []
     for agent in mission.agents:
         findings.append(check_place(agent, "start", agent.start, trace.position[agent.index, 0], 0.0))
@@ -23,7 +23,12 @@ def check_places(mission: Mission, trace: Trace) -> list[Check]:
 
 
 def check_place(agent: Agent, name: str, place: InitialSet, position: Array, at: float) -> Check:
-    """Check that an agent's centre, (dim,), metres, is in the place at a time in seconds."""
+    """Check that an agent's centre is in its start or finish region.
+
+    Args:
+        position: centre of the agent, (dim,), metres.
+        at: time, seconds.
+    """
     if place.point is None:
         margin, tolerance = -float(signed_distance(np, place.shape, position)), CONTACT
     else:
@@ -34,8 +39,8 @@ def check_place(agent: Agent, name: str, place: InitialSet, position: Array, at:
 def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> Check:
     """Check that the agents' centres stay in the world, in continuous time.
 
-    The check is exact for straight and parabolic motion. A polynomial of higher degree is judged by its control points,
-    which extend slightly further.
+    The check is exact for straight and parabolic motion. A polynomial of higher degree is bounded by its control
+    points, which extend slightly further.
     """
     where, _ = extremes(curves)
     low, high = np.array(mission.world.low), np.array(mission.world.high)
@@ -54,12 +59,10 @@ def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) ->
 
 
 def extremes(curves: Curves) -> tuple[Array, Array]:
-    """Points that bound each coordinate in each piece: (agents, pieces, dim, points), metres.
-
-    The second result is their times, seconds.
+    """Points that bound each coordinate in each piece, (agents, pieces, dim, points), metres, and their times, seconds.
 
     Up to degree two, they are the ends of the piece and the turning point of the coordinate. Above, they are the
-    control points, which the curve may not reach, each at the beginning of the piece.
+    control points, which the curve may not reach, each with the time of the beginning of the piece.
     """
     begin = curves.times[:-1, None, None]
     duration = curves.durations[:, None]

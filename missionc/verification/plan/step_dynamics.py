@@ -14,7 +14,7 @@ from missionc.verification.certificate import MOTION, Check, judged
 
 
 def check_shape(mission: Mission, trace: Trace) -> Check:
-    """Check that the arrays have the mission's sizes and finite numbers, which all other checks need."""
+    """Check that the trace has the mission's sizes and finite numbers, as all other checks require."""
     states = (len(mission.agents), mission.steps + 1)
     wanted = (*states, mission.dimension)
     fits = trace.position.shape == wanted and trace.velocity.shape == wanted and trace.heading.shape == states
@@ -25,7 +25,7 @@ def check_shape(mission: Mission, trace: Trace) -> Check:
 
 
 def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
-    """Check every agent's motion against its dynamics; the trace has the mission's shape."""
+    """Checks of every agent's states against its equations of motion and limits; the trace has the mission's shape."""
     findings: list[Check] = []
     for agent in mission.agents:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
@@ -46,7 +46,7 @@ def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
 
 
 def mean_rates(values: Array, step: float) -> Array:
-    """Size of the mean rate of change in each step: speeds of positions, accelerations of velocities.
+    """Norm of the mean rate of change in each step: speeds from positions, accelerations from velocities.
 
     Args:
         values: (..., steps + 1, dim), metres or m/s.
@@ -59,14 +59,14 @@ def mean_rates(values: Array, step: float) -> Array:
 
 
 def facing_errors(position: Array, heading: Array) -> Array:
-    """Distance of each move from the same length along the heading.
+    """Distance between each horizontal move and a move of the same length in the direction of the heading.
 
     Args:
         position: (..., steps + 1, dim), metres.
         heading: (..., steps), rad, at the beginning of each move.
 
     Returns:
-        (..., steps), metres. A climb does not turn the vehicle: heights do not count.
+        (..., steps), metres. A climb does not turn the vehicle: altitudes do not count.
     """
     move = np.diff(position, axis=-2)[..., :2]
     facing = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
@@ -74,7 +74,7 @@ def facing_errors(position: Array, heading: Array) -> Array:
 
 
 def turned(change: Array) -> Array:
-    """Size of a change of heading, (...), rad, by the shorter side: (...), rad."""
+    """Absolute change of heading modulo a full turn, at most pi: (...), rad -> (...), rad."""
     return np.asarray(np.abs((change + math.pi) % (2 * math.pi) - math.pi))
 
 
@@ -119,7 +119,7 @@ def _turn(agent: Agent, heading: Array, turn: float, step: float) -> Check:
 
 
 def _rules(agent: Agent, position: Array, heading: Array, step: float) -> list[Check]:
-    """Each rule of dynamics of an extension.
+    """Checks of each rule that the dynamics of an extension defines.
 
     Raises:
         ExtensionError: a rule has no margin of finite numbers with a unit.

@@ -1,11 +1,11 @@
-"""Time robustness: each agent's greatest delay with which the plan still satisfies the mission.
+"""Time robustness: each agent's maximum delay with which the plan still satisfies the mission.
 
     in   Mission, its kernel, the Trace of a plan that passes its checks
     out  Delay for each agent; a Check for each agent with a required delay tolerance
 
 A delayed agent waits at its start, at rest, and then follows its trace until the mission ends; all others are on time.
-The affected checks are repeated: moving and growing obstacles, separation in continuous time, its finish, and the
-requirements at the steps.
+The affected checks are repeated: moving and growing obstacles, separation in continuous time, the agent's finish, and
+the requirements at the steps.
 
 Source:
     Donzé, Maler, "Robust Satisfaction of Temporal Logic over Real-Valued Signals" (2010), section 4, time robustness.
@@ -34,14 +34,14 @@ from missionc.verification.plan.clearances import check_obstacles, relative_marg
 from missionc.verification.plan.starts_and_finishes import check_place
 
 WORK = 400_000
-"""Maximum number of agent states evaluated for all delays; larger tolerances stay open."""
+"""Maximum number of agent states evaluated for all delays together; larger delays are not tested."""
 
 FEWEST = 4
-"""Number of delays of an agent, in steps, that are tested in any case."""
+"""Number of delays, in steps, that are tested for each agent regardless of the work limit."""
 
 
 def time_robustness(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[Delay, ...]:
-    """Greatest delay of each agent, in the order of the mission."""
+    """Delay tolerance of each agent, in the order of the mission."""
     late = _Late(mission, kernel, trace)
     states = trace.position.shape[0] * trace.position.shape[1]
     most = max(FEWEST, WORK // (states * len(mission.agents)))
@@ -59,7 +59,7 @@ def tolerated_steps(mission: Mission) -> Mapping[int, int]:
 
 
 def check_tolerances(mission: Mission, delays: tuple[Delay, ...]) -> Iterator[Check]:
-    """Check for each agent with a required delay tolerance; its margin is the additional tolerated delay."""
+    """Yield a check for each agent with a required delay tolerance; its margin is the additional tolerated delay."""
     for index, steps in sorted(tolerated_steps(mission).items()):
         delay, asked = delays[index], steps * float(mission.step)
         margin = round(delay.tolerated / mission.step) - steps
@@ -72,7 +72,9 @@ def check_tolerances(mission: Mission, delays: tuple[Delay, ...]) -> Iterator[Ch
 
 
 def delayed(mission: Mission, trace: Trace, agent: int, steps: int) -> Trace:
-    """Trace with an agent delayed by at least one step: it waits at its start, and its end is cut off."""
+    """The trace with one agent delayed by ``steps`` (at least one): it waits at its start, and the end of its trace is
+    cut off.
+    """
     position, velocity, heading = trace.position.copy(), trace.velocity.copy(), trace.heading.copy()
     last = position.shape[1] - 1
     steps = min(steps, last)
@@ -88,7 +90,7 @@ def delayed(mission: Mission, trace: Trace, agent: int, steps: int) -> Trace:
 
 
 class _Late:
-    """Delays of single agents, with cached results for on-time agents."""
+    """Evaluation of a plan with one delayed agent, with cached results for the agents on time."""
 
     def __init__(self, mission: Mission, kernel: Kernel, trace: Trace) -> None:
         self.mission, self.trace = mission, trace
@@ -101,7 +103,7 @@ class _Late:
         self.about = [[(name, part) for name, part in parts if about[part][agent.index, 0]] for agent in mission.agents]
 
     def delay(self, agent: int, most: int) -> Delay:
-        """Greatest delay of an agent, up to ``most`` steps, and the check that one step more breaks."""
+        """Delay tolerance of an agent, at most ``most`` steps, and the check that one further step breaks."""
         name, step = self.mission.agents[agent].name, float(self.mission.step)
         last = self.mission.steps
         for steps in range(1, min(most, last) + 1):
@@ -138,7 +140,7 @@ class _Late:
             yield from self._others(agent, moved, others)
 
     def _near(self, agent: int) -> Indices:
-        """Agents that may come too near to an agent at some time, by the boxes around their whole motions."""
+        """Agents that may come too near to an agent at some time, by the bounding boxes of their trajectories."""
         beside = np.maximum(self.low - self.high[agent], self.low[agent] - self.high).clip(0.0)
         near = norm(beside) <= self.radii + self.radii[agent] + self.mission.separation + CERTAIN
         near[agent] = False
@@ -176,7 +178,7 @@ def _when(found: _Broken) -> float:
 
 
 def _parts(formula: Node) -> Iterator[Node]:
-    """Formulas of the team that must all hold at step 0 if this one does."""
+    """Team formulas that must all hold at step 0 if the given formula holds."""
     for agent, windows, body in conjuncts((formula,)):
         node = body
         for window in reversed(windows):

@@ -1,6 +1,6 @@
-"""Requirements over a whole mission with completed stretches: past and plan, judged as one motion.
+"""Requirements over a mission with a flown past: past and plan, evaluated as one trajectory.
 
-    in   the original mission, the traces of the completed stretches, the trace of the plan
+    in   the original mission, the traces of the completed parts, the trace of the plan
     out  Checks
 
 Planning uses the progression of a requirement; this check does not rely on it.
@@ -22,10 +22,10 @@ from missionc.verification.plan.requirements_at_steps import check_requirements
 
 
 def check_whole(mission: Mission, kernel: Kernel, past: Sequence[Trace], plan: Trace) -> list[Check]:
-    """One check for each requirement.
+    """A check of each requirement, evaluated over the past followed by the plan.
 
     Args:
-        mission: the whole mission, with all agents of the traces.
+        mission: the original mission, with all agents of the traces.
         past: in order; each begins with the last state of the previous one, and so does the plan.
     """
     parts = [*past, plan]

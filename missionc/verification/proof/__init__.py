@@ -1,1 +1,1 @@
-"""Proofs of bounds: the least margin of a claim by branch and bound over parts of a flight."""
+"""Proofs of bounds: the minimum margin of a claim by branch and bound over parts of a flight."""

@@ -1,11 +1,11 @@
-"""Branch and bound over parts of a flight: the least margin of a claim with a proof, or the pieces on which it fails.
+"""Branch and bound over parts of a flight: the minimum margin of a claim with a proof, or the pieces on which it fails.
 
-A claim is a margin along curves that can be bounded on any part of them. With many subjects, the box around a whole
-flight shows which are far; the nearest come first.
+A claim is a margin along curves that can be bounded on any part of them. With many subjects, the bounding box of a
+trajectory shows which subjects are far; the nearest come first.
 
-The control points of a curve bound a margin on a whole piece. If that does not suffice the piece is halved, all items
-together, until the least bound is within the claim's gap of the least margin seen. The pieces on which a claim fails
-are found likewise, but every piece is decided separately.
+The control points of a curve bound a margin on a complete piece. If the bound does not suffice the piece is halved, all
+items together, until the minimum bound is within the claim's gap of the minimum computed margin. The pieces on which a
+claim fails are found likewise, but every piece is decided separately.
 
 Source:
     Farouki, "The Bernstein polynomial basis: a centennial retrospective" (2012), section 6.
@@ -23,20 +23,24 @@ from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.curves.bernstein_intervals import Enclosed
 
 Bounds: TypeAlias = tuple[Array, Array, Array]
-"""For each part: a lower bound of the margin over it, the margin at some point, and the share of that point."""
+"""Arrays (parts,): lower bound of the margin over each part, margin at one of its points, and position of that point.
+
+The position of the point is a fraction of the part.
+"""
 
 Curve: TypeAlias = Callable[[Indices], Enclosed]
-"""Function from items to their curves over their whole piece: (items, dim)."""
+"""Function from item indices to the items' curves over their complete pieces: (items, dim)."""
 
 Far: TypeAlias = Callable[[Indices], Array]
-"""Function from subjects to a lower bound of their margin over the whole flight, from its box: (subjects,)."""
+"""Function from subjects to lower bounds of their margins over the complete flight, from bounding boxes: (subjects,).
+"""
 
 Judge: TypeAlias = Callable[[Indices, Enclosed], Bounds]
-"""Function from items and their curves over a part of the item's time, (parts, dim), to bounds."""
+"""Function that bounds the margin of items, given their curves over a part of each item's time, (parts, dim)."""
 
 
 class Claim(Record, eq=False):
-    """Claim that a margin is at least 0 at all times, for every subject.
+    """Claim that a margin is at least 0 at all times, for every subject (an agent or a pair of agents).
 
     Args:
         name, subject, unit, tolerance, detail: fields of the check.
@@ -44,7 +48,7 @@ class Claim(Record, eq=False):
         times: (pieces + 1,), seconds.
         curve: the curves of items; item ``subject * pieces + piece`` is a subject in a piece.
         judge: function that bounds the margin.
-        gap: greatest difference between the least margin seen and the proved bound.
+        gap: maximum difference between the minimum computed margin and the proved bound.
         far: a fast bound, if there is one.
     """
 
@@ -69,50 +73,50 @@ class Claim(Record, eq=False):
         return len(self.agents) * self.pieces
 
     def when(self, moment: float) -> float:
-        """Time in seconds; ``moment`` counts pieces: 3.25 is a quarter into the fourth."""
+        """Time in seconds that corresponds to a time in pieces: 3.25 is a quarter into the fourth piece."""
         return float(np.interp(moment, np.arange(self.times.size), self.times))
 
 
 def everyone(count: int) -> Indices:
-    """Each agent as a subject: (count, 1)."""
+    """Subjects of a claim about each single agent: the agent indices, (count, 1)."""
     return np.arange(count, dtype=np.int64)[:, None]
 
 
 def of_agents(curves: Enclosed) -> Curve:
-    """Curves of (agents, pieces, dim), each agent a subject."""
+    """Function from item indices to curves, for curves (agents, pieces, dim) with each agent as a subject."""
     pieces = curves.radius.shape[1]
     return lambda item: curves[item // pieces, item % pieces]
 
 
 SHORTEST = 2.0**-10
-"""Share of a piece below which an unproved part counts as failing."""
+"""Fraction of a piece below which an unproved part counts as failing."""
 
 CHUNK = 1 << 15
-"""Number of parts processed together, which bounds the memory and fits the cache."""
+"""Number of parts that are evaluated together; it bounds the memory and fits the cache."""
 
 FEW = 1 << 12
-"""Number of items above which flights that are far enough as a whole are not examined piece by piece."""
+"""Number of items above which subjects that are far apart over the complete flight are not examined piece by piece."""
 
 MOST_PARTS = 1 << 20
-"""Maximum number of parts; afterwards the bounds are returned as they are, valid but looser."""
+"""Maximum number of parts of a proof; afterwards the bounds are returned as they are, valid but looser."""
 
 SHARE = 1e-3
-"""Relative precision of large margins."""
+"""Relative precision to which large margins are computed."""
 
 FINEST = 2.0**-40
-"""The shortest part of a piece: a claim not proved on it stays unproved."""
+"""Fraction of a piece below which parts are not halved; a claim that is unproved on such a part stays unproved."""
 
 
 class BoxParts(Record, eq=False):
-    """Parts that cover every item of a claim, in order of item and time.
+    """Parts that cover every item of a claim, with the bounds that prove it, in order of item and time.
 
     Args:
         item: (parts,): index of the item.
-        begin, width: (parts,): dyadic shares of the item's piece. All pieces of a subject may be one part.
+        begin, width: (parts,): dyadic fractions of the item's piece. All pieces of a subject may be one part.
         lower: (parts,): lower bound of the margin on the part.
-        least: least margin seen.
-        worst: its item.
-        moment: its share of the piece.
+        least: minimum computed margin.
+        worst: item of the minimum computed margin.
+        moment: its time, as a fraction of the piece.
     """
 
     item: Indices
@@ -125,7 +129,7 @@ class BoxParts(Record, eq=False):
 
 
 def branch_and_bound(claim: Claim, enough: float = np.inf) -> BoxParts:
-    """Parts that prove the least margin up to the claim's gap, or only that it is at least ``enough``."""
+    """Parts whose bounds prove the minimum margin up to the claim's gap, or only that it is at least ``enough``."""
     far, unseen = _nearest_last(claim)
     waiting: list[tuple[Indices, Array, Array, Enclosed | None]] = []
     done: list[tuple[Indices, Array, Array, Array]] = []
@@ -162,7 +166,9 @@ def branch_and_bound(claim: Claim, enough: float = np.inf) -> BoxParts:
 
 
 def _nearest_last(claim: Claim) -> tuple[Array, list[Indices]]:
-    """Bounds on each subject's whole flight, (subjects,), metres, and chunks of subjects, the nearest last."""
+    """Lower bounds of each subject's margin over the complete flight, (subjects,), and batches of subjects, the nearest
+    last.
+    """
     count = len(claim.agents)
     far, order = np.full(count, -np.inf), np.arange(count)
     if claim.far is not None and claim.items > FEW:
@@ -178,7 +184,7 @@ def _nearest_last(claim: Claim) -> tuple[Array, list[Indices]]:
 
 
 def _joined(waiting: list[tuple[Indices, Array, Array, Enclosed | None]]) -> None:
-    """Merge the last two waiting chunks if they are small, since few parts cost as much as one."""
+    """Merge the last two waiting batches if they are small, since a small batch costs as much as a large one."""
     first, second = waiting[-2:]
     if first[0].size + second[0].size > CHUNK or first[3] is None or second[3] is None:
         return
@@ -201,7 +207,7 @@ def failing_pieces(claim: Claim) -> set[int]:
 
 
 def _decide(claim: Claim, item: Indices, curve: Enclosed, failing: Flags) -> None:
-    """Mark the pieces that fail among these items."""
+    """Mark in ``failing`` the pieces on which the claim fails for these items."""
     width = 1.0
     while item.size:
         lower, seen, _ = claim.judge(item, curve)

@@ -1,7 +1,7 @@
-"""Boxes of a proof: intervals of the flight with a subject and a lower bound, from interval margins.
+"""Boxes of a proof: time intervals of the flight with a subject and a lower bound, from interval margins.
 
-Times count pieces: 3.25 is a quarter into the fourth. A box ends at the beginning of the next one of its subject, so
-the boxes cover the flight if the first begins with it and the last ends with it. Interval margins are bounds of
+Times count pieces: 3.25 is a quarter into the fourth piece. A box ends at the beginning of the next box of its subject,
+so the boxes cover the flight if the first begins with it and the last ends with it. Interval margins are bounds of
 distances and limits on a part of a curve.
 """
 
@@ -19,19 +19,19 @@ from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, lowere
 from missionc.verification.proof.branch_and_bound import Bounds, BoxParts, Claim, Judge
 
 FAR = 2.0
-"""Margin beyond which no more precision is needed."""
+"""Margin beyond which no further precision is needed."""
 
 ANGLE = 1e-14
-"""Rad: more than the error of an arc tangent in doubles."""
+"""Bound on the error of an arc tangent in double precision, rad."""
 
 
 def at_least_in_box(need: Array, pieces: int = 1) -> Judge:
-    """Judge the length of the vector minus ``need``.
+    """Function that bounds the length of a vector minus ``need`` on parts of a curve.
 
-    Shape: (items,), or (items / pieces,) if equal in all pieces, in its unit.
+    The box of the control points decides for distant parts; the squared length is only used for the others.
 
-    The box of the control points decides for distant ones; the squared length is only used for the others. The unit is
-    that of ``need``, such as metres.
+    Args:
+        need: minimum length, (items,), or (items / pieces,) if equal in all pieces, in the unit of the vector.
     """
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
@@ -47,7 +47,7 @@ def at_least_in_box(need: Array, pieces: int = 1) -> Judge:
 
 
 def far_from_origin(low: Array, high: Array, need: Array) -> Array:
-    """Lower bound of the length of every vector in a box minus ``need``, (parts,).
+    """Lower bound on the length of every vector in a box, minus ``need``.
 
     Shape: (parts, dim) twice -> (parts,), metres.
     """
@@ -56,7 +56,11 @@ def far_from_origin(low: Array, high: Array, need: Array) -> Array:
 
 
 def at_most(limit: Array) -> Judge:
-    """Judge ``limit``, (items,), minus the length of the vector, in the unit of the limit, such as m/s."""
+    """Function that bounds ``limit`` minus the length of a vector on parts of a curve.
+
+    Args:
+        limit: maximum length, (items,), in the unit of the vector, such as m/s.
+    """
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
         square = curve.squares()
@@ -67,7 +71,11 @@ def at_most(limit: Array) -> Judge:
 
 
 def between_bounds(low: Array, high: Array) -> Judge:
-    """Judge the distance of every coordinate from its bounds: (items, dim) twice, metres."""
+    """Function that bounds the distance of every coordinate from its lower and upper limit, inside positive, metres.
+
+    Args:
+        low, high: (items, dim), metres.
+    """
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
         under, over = low[item], high[item]
@@ -80,9 +88,10 @@ def between_bounds(low: Array, high: Array) -> Judge:
 
 
 def in_band(low: Array, high: Array) -> Judge:
-    """Judge the distance of the vector's length from the ends of a band.
+    """Function that bounds the distance of a vector's length from both ends of a permitted range.
 
-    Shape: (items,) twice, in its unit, such as m/s.
+    Args:
+        low, high: ends of the range, (items,), in the unit of the vector, such as m/s.
     """
     longer, shorter = at_least_in_box(low), at_most(high)
 
@@ -95,9 +104,12 @@ def in_band(low: Array, high: Array) -> Judge:
 
 
 def upright(limit: Array) -> Judge:
-    """Judge ``limit``, (items,), rad, minus the angle of a three-dimensional vector from the third axis.
+    """Function that bounds ``limit`` minus the angle between a three-dimensional vector and the third axis.
 
-    A vector that does not point up has an angle of half a turn.
+    A vector that does not point up has the angle pi.
+
+    Args:
+        limit: maximum angle, (items,), rad.
     """
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
@@ -116,19 +128,19 @@ def _length(vectors: Array, axis: int) -> Array:
 
 
 def _least(seen: Array) -> tuple[Array, Array]:
-    """Smaller of the margins at both ends of a part, (parts, 2), and its share, a number 0 or 1."""
+    """Smaller of the margins at both ends of a part, (parts, 2), and the end that has it, 0 or 1."""
     return seen.min(axis=-1), seen.argmin(axis=-1).astype(np.float64)
 
 
 FINEST_EXPONENT = 40
-"""Exponent of the finest part of a piece at which a box may begin."""
+"""Exponent of the smallest fraction of a piece: a box begins at a multiple of 2 to the power of minus this number."""
 
 MOST_PARTS = 1 << 22
-"""Maximum number of parts of one check's boxes."""
+"""Maximum number of parts for the boxes of one check."""
 
 
 class Boxes(Record, eq=False):
-    """Proof of one check.
+    """Proof of one check: time intervals of each subject with lower bounds of the margin.
 
     Args:
         claim: the claim that the bounds prove.
@@ -146,14 +158,16 @@ class Boxes(Record, eq=False):
 
 
 def stated(bound: float) -> float:
-    """Written form of a bound: rounded down by a billionth or two, so that other machines can prove it too."""
+    """The bound as written in a certificate, rounded down by a billionth or two, so that other machines can prove it
+    too.
+    """
     if not -1e6 < bound < 1e6:
         return bound - abs(bound) * 1e-12
     return (floor(bound * 1e9) - 1) / 1e9
 
 
 def boxes_of(claim: Claim, parts: BoxParts) -> Boxes:
-    """Merge consecutive whole pieces of a subject into one box."""
+    """Proof boxes from the parts of a branch and bound; consecutive complete pieces of a subject become one box."""
     subject, piece = np.divmod(parts.item, claim.pieces)
     whole = parts.width == 1.0
     follows = np.zeros(subject.size, dtype=bool)
@@ -173,7 +187,10 @@ def boxes_of(claim: Claim, parts: BoxParts) -> Boxes:
 
 @np.errstate(over="ignore", invalid="ignore")
 def fault(boxes: Boxes) -> str | None:
-    """Describe the error in stated boxes: gaps in time, or bounds that do not hold."""
+    """Describe the error in stored proof boxes, a gap in time or a bound that does not hold.
+
+    None if they are correct.
+    """
     claim = boxes.claim
     for rows, what in ((boxes.ends, "boxes"), (boxes.bounds, "bounds")):
         if len(rows) != len(claim.agents):
@@ -206,7 +223,7 @@ def fault(boxes: Boxes) -> str | None:
 
 
 def bound_on(claim: Claim, item: Indices, begin: Array, width: Array) -> Array:
-    """Recompute the lower bound of the margin on dyadic parts of items: (parts,), in the claim's unit."""
+    """Lower bounds of the margin on dyadic parts of items, recomputed: (parts,), in the claim's unit."""
     lower = np.empty(item.size)
     # For each level of the part's depth, take the half that contains it.
     depth = (1 - np.frexp(width)[1]).astype(np.int64)
@@ -230,7 +247,7 @@ def _dyadic(moment: float) -> bool:
 
 
 def _parts(begin: float, end: float) -> list[tuple[float, float]]:
-    """Split an interval into the longest parts that halving pieces can give: begin and width of each."""
+    """Split an interval into the longest parts that halving of pieces can give: begin and width of each."""
     parts = []
     while begin < end:
         width = 1.0 if begin.is_integer() else _lowest_bit(begin)
@@ -242,6 +259,6 @@ def _parts(begin: float, end: float) -> list[tuple[float, float]]:
 
 
 def _lowest_bit(moment: float) -> float:
-    """Largest power of one half that divides the time."""
+    """Largest power of one half that divides a time, given in pieces."""
     scaled = int((moment % 1.0) * 2.0**FINEST_EXPONENT)
     return float((scaled & -scaled) / 2.0**FINEST_EXPONENT)

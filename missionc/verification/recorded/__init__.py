@@ -1,1 +1,1 @@
-"""Constraints of a recorded flight: implied conditions of a mission, judged on sampled states."""
+"""Constraints of a recorded flight: conditions that a mission implies, evaluated on sampled states."""

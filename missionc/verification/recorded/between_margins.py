@@ -1,9 +1,9 @@
-"""Margins of the constraints on places, in continuous time along a motion, and their tolerances.
+"""Margins of the constraints on positions, in continuous time along trajectories, and their tolerances.
 
     in   Mission, Curves
-    out  Margins of the rooms, clearance and separation
+    out  Margins of world, fence and altitude band, of clearance and of separation
 
-A ``Margins`` value belongs to one constraint, with several subjects at several times.
+A ``Margins`` value belongs to one constraint, with several subjects (agents or pairs of agents) at several times.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from missionc.verification.plan.starts_and_finishes import extremes
 
 
 class Margins(Record, eq=False):
-    """Margins of one constraint.
+    """Margins of one constraint for several agents or pairs of agents, at several times.
 
     Args:
         name, unit: as in ``Constraint``.
@@ -47,7 +47,7 @@ class Margins(Record, eq=False):
 
 
 def as_flown(mission: Mission) -> Mission:
-    """The mission without tracking margins and clock skews, which a flight may use up."""
+    """The mission without tracking margins and start skews: allowances for a plan that a real flight may use up."""
     return replace(
         mission,
         agents=tuple(
@@ -65,7 +65,7 @@ class Room(Record, eq=False):
 
     @staticmethod
     def all_of(mission: Mission) -> list[Room]:
-        """The world, and the fences and altitude bands of vehicles, if any has one."""
+        """Boxes of the world, and of the vehicles' fences and altitude bands if there are any."""
         low, high = (np.tile(corner, (len(mission.agents), 1)) for corner in (mission.world.low, mission.world.high))
         inset = np.array([[agent.vehicle.fence_inset] for agent in mission.agents])
         rooms = [Room("world", low, high), *([Room("fence", low + inset, high - inset)] if inset.any() else [])]
@@ -78,13 +78,13 @@ class Room(Record, eq=False):
 
 
 class Tolerance(Record):
-    """Tolerances of the constraints.
+    """Tolerances of the constraints on a recorded flight.
 
     Args:
         position: error of recorded positions, metres. Each tolerance is the resulting change of margins, in addition to
                 the verifier's rounding.
-        step: seconds.
-        tallest: greatest weight of heights in the separation.
+        step: duration of a step, seconds.
+        tallest: maximum weight of altitudes in the separation.
     """
 
     position: float
@@ -99,12 +99,12 @@ class Tolerance(Record):
 
     @property
     def contact(self) -> float:
-        """Tolerance of world, fence, height and clearance, metres."""
+        """Tolerance of the margins to world, fence, altitude band and obstacles, metres."""
         return CONTACT + self.position
 
     @property
     def apart(self) -> float:
-        """Tolerance of the separation, metres."""
+        """Tolerance of the separation margin, metres."""
         return CONTACT + 2 * self.tallest * self.position
 
     @property
@@ -123,17 +123,19 @@ class Tolerance(Record):
         return MOTION + 4 * self.position / self.step**2
 
     def direction(self, length: Array) -> Array:
-        """Tolerance of the direction of a move, rad: (...), metres -> (...), rad."""
+        """Tolerance of the direction of moves with the given lengths: (...), metres -> (...), rad."""
         share = np.divide(2 * self.position, length, out=np.ones_like(length), where=length > 2 * self.position)
         return np.asarray(np.where(length > 2 * self.position, np.arcsin(share), np.pi))
 
 
 CEILINGS = (None, 0.0)
-"""Ceilings of the two searches: first the least margin; then, if it may be negative, every negative one."""
+"""Ceilings for two searches: the first finds the minimum margin, the second every negative margin if there may
+be one.
+"""
 
 
 def between_margins(mission: Mission, rooms: list[Room], curves: Curves, tolerance: Tolerance) -> Iterator[Margins]:
-    """Margins in continuous time along a motion."""
+    """Margins of the constraints on positions, in continuous time along trajectories."""
     where, when = extremes(curves)
     everyone = np.arange(len(mission.agents))[:, None]
     flat = (len(everyone), -1)
@@ -164,7 +166,11 @@ def between_margins(mission: Mission, rooms: list[Room], curves: Curves, toleran
 def separation_margins(
     mission: Mission, curves: Curves, tolerance: Tolerance, spare: float | None = None
 ) -> Iterator[Margins]:
-    """Margins of the nearest pair in each piece, of every pair that is too near, or may be by ``spare`` metres."""
+    """Separation margins in each piece: of the nearest pair, and of every pair that is, or may be, too near.
+
+    Args:
+        spare: only consider pairs that may come within this distance of the required separation, metres.
+    """
     if len(mission.agents) < 2:
         return
     for piece, first, second in near_pairs(mission, curves, spare):

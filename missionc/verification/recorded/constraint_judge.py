@@ -1,13 +1,13 @@
 """Constraints of a recorded flight: margins at steps and between samples, on a trace or on live states.
 
     in   Mission, a Trace or States
-    out  Constraint: the tightest of each kind, or every violated one; NotJudged
+    out  Constraint: the smallest margin of each kind, or every violated one; NotJudged
 
-The verifier judges the same constraints on plans, with the same margins. A live flight is judged at each step when it
-is settled.
+The verifier checks the same constraints on plans, with the same margins. A live flight is evaluated at each step when
+the step is settled.
 
 Speeds are those of straight moves from one step to the next. Accelerations and turning rates are differences of these
-moves, unless velocities or headings are recorded. In continuous time, a recording moves straight between samples,
+moves, unless velocities or headings are recorded. In continuous time, a recorded agent moves straight between samples,
 including those between the steps.
 """
 
@@ -46,17 +46,17 @@ from missionc.verification.recorded.between_margins import (
 )
 
 STILL = 1e-9
-"""m/s: a slower agent has no direction."""
+"""Speed, m/s, below which an agent has no direction of motion."""
 
 
 class States(Record, eq=False):
-    """Team states at consecutive steps.
+    """States of the team at consecutive steps.
 
     Args:
         first: step of the first state.
-        position: (agents, states, dim), metres; ``velocity`` likewise, m/s.
+        position, velocity: (agents, states, dim), metres and m/s.
         heading: (agents, states), rad.
-        doubt: (agents, states), metres: greatest distance of an agent from there; 0 if its state is known.
+        doubt: (agents, states), metres: maximum distance of an agent from there; 0 if its state is known.
         with_velocity, with_heading: (agents,): True if they are recorded.
     """
 
@@ -70,14 +70,14 @@ class States(Record, eq=False):
 
     @property
     def arrays(self) -> tuple[Array, Array, Array, Array]:
-        """Arrays of the states, in the order of the fields.
+        """Positions, velocities, headings and position uncertainties.
 
         Shape: (agents, states, dim), metres and m/s, and (agents, states).
         """
         return self.position, self.velocity, self.heading, self.doubt
 
     def after(self, before: States) -> States:
-        """These states with the two preceding ones."""
+        """These states preceded by the last two states of ``before``."""
         first = before.doubt.shape[1] - 2
         position, velocity, heading, doubt = (
             np.concatenate([old[:, first:], new], axis=1) for old, new in zip(before.arrays, self.arrays, strict=True)
@@ -86,10 +86,10 @@ class States(Record, eq=False):
 
 
 class StateMargins:
-    """Margins of a mission's constraints from consecutive states."""
+    """Computes the margins of a mission's constraints from consecutive states."""
 
     def __init__(self, mission: Mission, flown: Mission, tolerance: Tolerance) -> None:
-        """Initialise for one mission.
+        """Prepare the constraints of one mission.
 
         Args:
             flown: the mission ``as_flown``, for the separation.
@@ -116,7 +116,7 @@ class StateMargins:
         self.turned: list[NDArray[Any]] = [none[:, None], unknown[:, :1], unknown[:, :1], unknown[:, :1]]
 
     def take(self, states: States) -> Iterator[Margins]:
-        """Margins at the steps of these states, which follow those before."""
+        """Yield the margins of all constraints at the steps of these states, which follow the previous states."""
         yield from self._of_places(states)
         yield from self._of_motion(states)
 
@@ -151,7 +151,9 @@ class StateMargins:
                 yield _doubted(Margins("finish", "m", allowed, one, np.array([[depth]]), time), doubt[one, column])
 
     def place_margin(self, agent: Agent, name: str, place: InitialSet, position: Array) -> tuple[float, float]:
-        """Margin of an agent's position, (dim,), in its start or finish, and its tolerance; metres."""
+        """Margin of an agent's position, (dim,), in its start or finish region, and the tolerance of the margin;
+        metres.
+        """
         check = check_place(agent, name, place, position, 0.0)
         return check.margin, check.tolerance + self.tolerance.position + agent.vehicle.tracking
 
@@ -161,7 +163,7 @@ class StateMargins:
     # ------------------------------------------------------ states in sequence
 
     def _of_motion(self, states: States) -> Iterator[Margins]:
-        """Margins of motion, each at the later step of its difference."""
+        """Yield the margins of speeds, accelerations and turns, each at the later step of its difference."""
         step, count, tolerance = float(self.mission.step), states.position.shape[1], self.tolerance
         whole = self.before = states.after(self.before)
         known = whole.doubt == 0
@@ -198,9 +200,7 @@ class StateMargins:
             yield from found("lane", "m", tolerance.move, margin, moved)
 
     def _turns(self, states: States, moves: Array, moved: Flags) -> tuple[Array, Array, Flags]:
-        """Turns between known headings: tolerance, margin, and validity; (agents, states) each, rad.
-
-        (agents, states) each.
+        """Turns between known headings: their tolerances, margins and validity, (agents, states) each, rad.
 
         The heading is the direction of the move that ends at a step, unless headings are recorded.
         """
@@ -224,7 +224,11 @@ class StateMargins:
 
 
 def _doubted(margins: Margins, doubt: Array) -> Margins:
-    """Margins with position uncertainty ``doubt``: (subjects, moments), metres."""
+    """Margins that account for position uncertainty.
+
+    Args:
+        doubt: uncertainty, (subjects, moments), metres.
+    """
     if not doubt.any():
         return margins
     most = margins.margin + doubt
@@ -233,12 +237,13 @@ def _doubted(margins: Margins, doubt: Array) -> Margins:
 
 
 def recorded_motion(mission: Mission, trace: Trace, states: Iterable[State]) -> Curves:
-    """Motion that the samples show.
+    """Trajectories through the recorded samples of all agents.
 
-    With recorded velocities and samples only at the steps, as in a plan, it is that of the dynamics (``motion``).
+    Agents move straight between samples. With recorded velocities and samples only at the steps, as in a plan, they
+    move as their dynamics determine (``motion``).
 
     Args:
-        trace: states at the steps, which the motion passes through.
+        trace: states at the steps, which the trajectories pass through.
         states: all samples, of every agent from the first to the last step.
     """
     last = float(mission.step * mission.steps)
@@ -261,7 +266,7 @@ def recorded_motion(mission: Mission, trace: Trace, states: Iterable[State]) -> 
 
 
 def _places(samples: list[State], moments: np.ndarray, axes: str) -> np.ndarray:
-    """Positions of an agent at times (moments,), seconds: (moments, dim), metres."""
+    """Interpolated positions of an agent at times (moments,), seconds: (moments, dim), metres."""
     times = [state.time for state in samples]
     return np.stack([np.interp(moments, times, [state.numbers[axis] for state in samples]) for axis in axes], axis=-1)
 
@@ -270,25 +275,27 @@ KINDS = (
     "world, fence, height, clearance, separation, speed, lowest speed, sideways speed, vertical speed, acceleration, "
     "turn, heading, lane, finish"
 )
-"""All constraints, in the order of reports; each name stands first where it stands alone."""
+"""Names of all constraints in the order of reports; a name listed alone precedes its combinations."""
 
 UNSEEN = (
     (("acceleration", "jerk", "tilt", "thrust", "yaw_rate", "endurance"), "positions at the samples do not show it"),
     (("vertical_speed", "height", "downwash_height"), "a two-dimensional recording has no heights"),
 )
-"""Vehicle figures that are not judged, with reasons; the last ones only in a plane."""
+"""Limits of vehicles that a recording cannot verify, with the reasons; the last entry applies to plane missions only.
+"""
 
 Places: TypeAlias = Callable[[list[int], float], Array]
-"""Function to positions of agents at a time: mission indices, seconds -> (agents, dim), metres."""
+"""Function from agents (mission indices) and a time in seconds to their positions, (agents, dim), metres."""
 
 
 def judge_constraints(
     mission: Mission, trace: Trace, *, between: Curves | None = None, tolerance: float = 0.0
 ) -> tuple[tuple[Constraint, ...], tuple[NotJudged, ...]]:
-    """Judge a trace of the mission's length.
+    """Verdicts on the constraints of a mission for a trace of the mission's length, and the constraints that it cannot
+    decide.
 
     Args:
-        between: continuous-time motion, to be judged between the steps too.
+        between: continuous-time trajectories, to be checked between the steps too.
         tolerance: error of recorded positions, metres.
     """
     judge = ConstraintJudge(mission, tolerance)
@@ -301,7 +308,7 @@ def judge_constraints(
 
 
 class ConstraintJudge:
-    """Judge of one mission's constraints from consecutive states."""
+    """Evaluates one mission's constraints on consecutive states."""
 
     def __init__(self, mission: Mission, tolerance: float = 0.0) -> None:
         self.mission, self.flown = mission, as_flown(mission)
@@ -312,7 +319,7 @@ class ConstraintJudge:
         self.undecided: dict[str, Constraint] = {}
         self.missing: dict[int, int] = {}
         self.elsewhere: dict[str, float] = {}
-        """Agents that do not begin at their starts, and how far from them they do, metres."""
+        """Distance in metres from the start, for each agent that does not begin at its start."""
         self.with_heading: Flags = np.ones(len(mission.agents), dtype=np.bool_)
 
     def take(self, states: States) -> list[Constraint]:
@@ -332,12 +339,12 @@ class ConstraintJudge:
         return self._fold(self.margins.take(states), places)
 
     def take_between(self, curves: Curves) -> list[Constraint]:
-        """Process the motion between the states."""
+        """Process the trajectories between the states; return the constraints that are violated for the first time."""
         found = between_margins(self.flown, self.margins.rooms, curves, self.tolerance)
         return self._fold(found, lambda agents, time: curves.at(np.array([time]))[agents, 0])
 
     def constraints(self) -> tuple[Constraint, ...]:
-        """Verdicts on the processed states: the tightest of each kind, or all violated ones."""
+        """Verdicts on the processed states: all violated constraints, and the smallest margin of each other kind."""
         failed = sorted(self.violated.values(), key=lambda each: (each.since or 0.0, each.agents))
         names = {each.name for each in failed}
         others = {name: each for name, (_, each) in self.tightest.items()} | self.undecided
@@ -345,7 +352,7 @@ class ConstraintJudge:
         return tuple(sorted((*failed, *kept), key=lambda each: KINDS.index(each.name)))
 
     def not_judged(self) -> tuple[NotJudged, ...]:
-        """Constraints that states at the steps, or these states, cannot decide."""
+        """Constraints that cannot be evaluated from these states, or from states at the steps."""
         return tuple(self._not_judged())
 
     def _fold(self, found: Iterable[Margins], places: Places) -> list[Constraint]:
@@ -421,7 +428,7 @@ class ConstraintJudge:
 
 
 class LiveConstraints(ConstraintJudge):
-    """Constraints of one mission in flight; work and memory do not grow with its length.
+    """Online evaluation of one mission's constraints in flight; work and memory do not grow with the flight's length.
 
     A velocity or heading of an agent counts as recorded if every sample so far has one.
     """
@@ -431,11 +438,11 @@ class LiveConstraints(ConstraintJudge):
         self.recorded = np.ones((2, len(mission.agents)), dtype=np.bool_)
 
     def hear(self, sample: Sample) -> None:
-        """Register which values a sample records."""
+        """Register whether a sample records a velocity and a heading."""
         self.recorded[:, sample.agent] &= bool(sample.velocity), not math.isnan(sample.heading)
 
     def judge_step(self, state: StepState) -> list[Constraint]:
-        """Judge a step; return the constraints that are violated for the first time."""
+        """Evaluate a step; return the constraints that are violated for the first time."""
         arrays = (state.position, state.velocity, state.heading, state.doubt)
         position, velocity, heading, doubt = (each[:, None] for each in arrays)
         return self.take(States(state.step, position, velocity, heading, doubt, *self.recorded))

@@ -25,6 +25,7 @@ from missionc.compiler.results import Blame, Compiled, Verified
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from tests.support.small_missions import SMALL
+from tests.support.transport_missions import checked
 
 pytestmark = pytest.mark.usefixtures("coarse_covers")
 
@@ -120,6 +121,19 @@ def test_what_is_not_found_is_undecided_and_says_where_the_best_fails() -> None:
     assert found.outcome.reason in (Reason.TIME, Reason.SOLVER)
     assert "the best candidate violates" in found.outcome.statement
     assert "impossible" not in found.findings[-1].message
+
+
+def test_without_the_package_of_algorithm_2_no_attempt_searches_and_a_note_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(transport, "find_spec", lambda name: None)
+    text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
+    settings = {"clot.schedules": "2", "clot.search_every": "2", "clot.attempts.polish": "2"}
+    mission, kernel = checked(text, settings=settings)
+    outcome = transport.BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 600))
+    assert isinstance(outcome, NotFound)
+    assert [each for each in outcome.report.notes if "Algorithm 2 needs `pip install 'missionc[clot]'`" in each]
+    assert dict(outcome.report.seconds).keys().isdisjoint({"search"})
 
 
 def test_the_best_candidate_is_told_requirement_by_requirement() -> None:

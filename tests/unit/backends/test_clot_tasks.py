@@ -601,3 +601,26 @@ def test_a_dwell_that_ends_within_each_of_many_windows_is_a_recurrence_of_stays(
     assert len(tasks) == 2  # the first, within the first window, and the others
     again = [event for task in tasks for option in task.options for event in option.all_events if event.again]
     assert {hold.high - hold.low for event in again for hold in event.holds} == {4}
+
+
+def test_what_a_visit_triggers_is_scheduled_after_it_in_time() -> None:
+    visit = "require seen: rover[0]: eventually[0, 60 s] north\n"
+    answers = "".join(
+        f"require {place}: every rover: always[0, 40 s] (touches(north) implies eventually[0, {most} s] {place})\n"
+        for place, most in (("south", 20), ("east", 60))
+    )
+    mission, scheduler, schedule = scheduled(YARD + visit + answers)
+    north, *answered = named(scheduler, schedule, "seen")
+    assert schedule.late == 0
+    south, east = (each.step - north.step for each in answered)
+    assert 8 <= south <= 20
+    assert south < east <= 60
+    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    inside = np.flatnonzero((motion[0] >= [2, 14]).all(axis=1) & (motion[0] <= [8, 18]).all(axis=1))
+    assert (motion[0, inside[0] : inside[0] + 21, 1] <= 6).any()
+
+
+def test_now_or_within_a_time_is_within_that_time_again_and_again() -> None:
+    mission, kernel = checked(YARD + "require near: rover[0]: always[0, 60 s] (east or eventually[0, 30 s] east)\n")
+    (task,) = outline(build(kernel), mission.steps).tasks
+    assert all(event.again for option in task.options for event in option.all_events)

@@ -29,7 +29,7 @@ FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
     "angles": lambda one, other: np.arctan2(one[:, 1], other[:, 0]),
     "arrays": lambda one, other: (np.stack([one, 2.0 * other], axis=1) * np.ones((2, 1))).sum(axis=1)[..., 1],
     "pairs of rows": lambda one, other: (one[:, None] * other[:, :, None] - other[:, 1, None, None]).sum(axis=2)[:, 1],
-    "lines of sight": lambda one, other: clear_line(np, [SHAPES[1]], one, other, 9.0 + one[:, 0]),
+    "lines of sight": lambda one, other: clear_line(np, SHAPES[:2], one, other, 9.0 + one[:, 0]),
     **{
         f"distance {number}": lambda one, other, shape=shape: signed_distance(np, shape, one)
         for number, shape in enumerate(SHAPES)

@@ -1,11 +1,11 @@
-"""Cost graph: the kernel with routes unrolled into links, in the form for gradient-free and gradient steps.
+"""Cost graph: the kernel with routes unrolled into links, in the form that the optimiser evaluates.
 
     in   Kernel
     out  Kernel, without ``Reach``, ``EveryReach`` and ``PathLength``; every part of a conjunction, a disjunction or a
-         count matters to it
+         count matters to its truth
 
-Every formula has a value for each candidate, agent and step: its space robustness, positive where it holds. Its kind
-determines which children must hold, since negations are at the leaves.
+Every formula has a value for each candidate, agent and step: its space robustness, positive if it is satisfied. The
+constructor determines which children must be satisfied, since negations are at the leaves.
 
 Source:
     [clot] IV-A.1, the tree of a formula; here a graph, since shared formulas are one node.
@@ -39,10 +39,10 @@ from missionc.ir.kernel.walk import bottom_up, rebuilt
 from missionc.ir.pair_ranges import directed
 
 Unrolled: TypeAlias = ReachNode | PathLength
-"""Constructors that a cost graph replaces by links or routes bounded in metres."""
+"""Constructors that a cost graph replaces by links, or by routes bounded in metres."""
 
 SignedPredicate: TypeAlias = tuple[Predicate, bool]
-"""A predicate, and True if it must hold."""
+"""Predicate, and whether it must be true or false."""
 
 
 def build(formulas: Kernel) -> Kernel:
@@ -52,7 +52,7 @@ def build(formulas: Kernel) -> Kernel:
 
 
 def signed_predicate(leaf: Node) -> SignedPredicate:
-    """Predicate and sign of an ``Atom`` or its negation."""
+    """Predicate of an ``Atom`` (must be true) or of its negation (must be false)."""
     match leaf:
         case Atom(predicate) | Not(Atom(predicate)):
             return predicate, isinstance(leaf, Atom)
@@ -61,7 +61,7 @@ def signed_predicate(leaf: Node) -> SignedPredicate:
 
 
 def _rewritten(node: Node, parts: tuple[Node, ...]) -> Node:
-    """A formula over rewritten children."""
+    """Cost graph form of a formula over rewritten children."""
     match node:
         case All() | Any() if (connected := _connected(node)) is not None:
             atom = Atom(connected, node.span)
@@ -82,12 +82,12 @@ def _rewritten(node: Node, parts: tuple[Node, ...]) -> Node:
 
 
 def _connected(node: All | Any) -> Connected | None:
-    """Predicate equivalent to a conjunction of routes from every member of a graph to a common one.
+    """Connectivity predicate equivalent to a conjunction of routes from every member of a graph to a common member;
+    None for other formulas.
 
-    For directed links, that member also reaches every other.
-
-    As one leaf, it gives a spanning tree to optimise, and its value takes one pass instead of one per link of a route.
-    A disjunction of the duals of such routes is its negation.
+    For directed links, the common member must also reach every other. As one leaf, the predicate gives a spanning tree
+    to optimise, and its value takes one pass instead of one per link of a route. A disjunction of the duals of such
+    routes is its negation.
     """
     pairs: set[tuple[int, int]] = set()
     graph: Graph | None = None
@@ -111,7 +111,7 @@ def _connected(node: All | Any) -> Connected | None:
 
 
 def _amounts_to_connected(graph: Graph, pairs: set[tuple[int, int]]) -> bool:
-    """Return whether routes between these pairs connect every member with every other, and nothing else."""
+    """Return true if routes between exactly these pairs connect every member of the graph with every other."""
     for one in {end for _, end in pairs}:
         others = set(graph.agents) - {one}
         there, back = {(each, one) for each in others}, {(one, each) for each in others}
@@ -121,7 +121,10 @@ def _amounts_to_connected(graph: Graph, pairs: set[tuple[int, int]]) -> bool:
 
 
 def _unrolled(graph: Graph, through: Node, end: Node, hops: int, holds: bool) -> Node:
-    """Route of at most ``hops`` links, one link at a time; walks suffice without a lower bound."""
+    """Formula of a route of at most ``hops`` links (or if not ``holds``, its dual), one link at a time.
+
+    Agents may repeat, which is equivalent without a lower bound.
+    """
     reached = end
     for _ in range(hops):
         further: Node = Neighbour(graph, reached) if holds else EveryNeighbour(graph, reached)

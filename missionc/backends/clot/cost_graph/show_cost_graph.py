@@ -1,4 +1,4 @@
-"""Printer of the cost graph and of the weights for ``--emit cost-graph``."""
+"""Printer of the cost graph and of the cost weights for ``--emit cost-graph``."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def show_cost_graph(graph: Kernel, mission: Mission) -> str:
-    """Print every formula once, then the goals, and the weights of shortfalls."""
+    """Text of the cost graph: every formula once, then the goals, and the cost weights."""
     return show(graph, mission) + show_weights(clot_settings(mission))
 
 
 def show_weights(settings: ClotSettings) -> str:
-    """Print every figure with its unit and purpose, one a line."""
+    """Text of the cost weights, one per line with its unit and purpose."""
     shown: list[tuple[str, DataclassInstance]] = [
         (each.title, each) for each in (settings.weights, settings.spare, settings.probe)
     ]

@@ -1,1 +1,1 @@
-"""Trajectory optimisation: splines that obey the dynamics, residuals, Levenberg-Marquardt on all at once."""
+"""Local trajectory optimisation: splines that satisfy the dynamics, residuals, Levenberg-Marquardt over all agents."""

@@ -1,8 +1,9 @@
-"""Active set of trajectory optimisation: the margins and links that satisfy a goal, with one choice per disjunction.
+"""Active set of trajectory optimisation: margins and links that imply a goal, with one choice per disjunction.
 
-A conjunction needs all of its parts, a disjunction the one nearest to holding, or the one of a witness. The result is a
-conjunction of margins at agents and steps, each with its own gradient. A motion with all of them positive satisfies the
-goal. The minimum of a hundred margins has no gradient for the other ninety-nine; this set has.
+A conjunction needs all of its parts; of a disjunction, the part nearest to being satisfied is selected, or the part of
+a witness. The result is a conjunction of margins at agents and steps, each with its own gradient. A trajectory for
+which all of them are positive satisfies the goal. The minimum of a hundred margins has no gradient for ninety-nine of
+them; the active set has a gradient for each margin.
 """
 
 from __future__ import annotations
@@ -37,33 +38,37 @@ from missionc.ir.kernel.walk import children
 from missionc.ir.pair_ranges import directed
 
 Choices: TypeAlias = Mapping[tuple[Node, int, int], int]
-"""Decisions of a witness for a formula at an agent and a step: the index of the part, the step of the mission (for a
-``Release``, the last one if nothing releases it), or the linked agent."""
+"""Choices of a witness for a formula at an agent and a step: the index of the part, the step of the mission (for a
+``Release``, the last step if nothing releases it), or the linked agent."""
 
 Links: TypeAlias = NDArray[np.int64]
-"""(links, 3): two agents, from and to, and a step."""
+"""Links as rows (links, 3): sending agent, receiving agent, step."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Stretch:
-    """A route of agents at a step, with a length above or below a bound."""
+    """Route of agents at a step whose length must be above (``longer``) or below a bound."""
 
     agents: tuple[int, ...]
     step: int
     longer: bool
 
     def bound(self, node: RouteNode) -> float:
-        """The node's bound, metres: a required route is between the bounds, a forbidden one beyond one of them."""
+        """Bound of the node that applies, metres: a required route is between the bounds, a forbidden route is beyond
+        one of the bounds."""
         return node.low if self.longer != node.every else node.high
 
 
 @dataclass(slots=True)
 class Active:
-    """Conditions that must hold.
+    """Conditions that a trajectory must satisfy.
 
-    ``margins``: agents and steps at which each predicate, or its negation, must hold, (agents, steps). ``joined`` and
-    ``parted``: required and forbidden links of each graph. ``lengths``: routes with bounded lengths, by formula.
-    ``formulas``: agents and steps at which each unexpanded formula must hold, (agents, steps).
+    Args:
+        margins: agents and steps, (agents, steps), at which each predicate or its negation must be true.
+        joined: required links of each graph.
+        parted: forbidden links of each graph.
+        lengths: routes with bounded lengths, by formula.
+        formulas: agents and steps, (agents, steps), at which each unexpanded formula must be true.
     """
 
     margins: dict[SignedPredicate, Flags] = field(default_factory=dict)
@@ -85,17 +90,18 @@ def activate(
     closest: Array | None = None,
     whole: Collection[Node] = frozenset(),
 ) -> Active:
-    """Conditions of one candidate under which all of the roots hold at step 0.
+    """Conditions on one candidate that imply all root formulas at step 0.
 
     Args:
         order: every formula, children first.
         values: value of every node, (agents, steps), or 1 for either axis, metres.
         links: links of every graph that formulas read, (steps, members, members), metres.
         position: (agents, steps, dim), metres.
-        choices: decisions that override the values.
-        decided: True for only the conditions that are independent of the values.
-        witness: receives the choices of the values.
-        closest: least distance of bodies, (agents, agents), metres: nearer conditions are dropped.
+        choices: choices that override the values.
+        decided: True for only the conditions that do not depend on the values.
+        witness: receives the choices that the values imply.
+        closest: least distance of bodies, (agents, agents), metres: conditions that require a smaller distance are
+            dropped.
         whole: formulas that are not expanded.
     """
     if closest is None:
@@ -176,7 +182,7 @@ class _Run:
         return self.choices.get((node, agent, step)) if node in self.choosers else None
 
     def _choose(self, node: Node, parts: tuple[Node, ...], count: int, mask: Flags) -> None:
-        """Activate the best ``count`` parts at each place of the mask."""
+        """Activate the best ``count`` parts at each agent and step of the mask."""
         if not parts:
             return
         if self.decided:
@@ -202,9 +208,11 @@ class _Run:
                 self.mask(parts[number])[agent[here], step[here]] = True
 
     def _over_window(self, node: WindowNode | UntilNode, mask: Flags) -> None:
-        """Activate a window. For some: ``end`` at one step, and ``hold`` before it.
+        """Activate the conditions of a window. For ``Eventually`` and ``Until``: ``end`` at one step, and ``hold``
+        before it.
 
-        For every: ``end`` at each step of the window up to one with ``hold``, or up to the last.
+        For ``Always`` and ``Release``: ``end`` at each step of the window up to a step with ``hold``, or up to the last
+        step.
         """
         *hold, end = children(node)
         for agent, step in np.argwhere(mask).tolist():
@@ -220,7 +228,7 @@ class _Run:
                 self.mask(hold[0])[agent, chosen if node.every else slice(step, chosen)] = True
 
     def _best_step(self, node: WindowNode | UntilNode, agent: int, step: int, last: int) -> int:
-        """Step of the mission that the values choose."""
+        """Step of the mission that has the best value for a temporal operator."""
         ends, *holds = (self.value(part)[agent, step : last + 1] for part in reversed(children(node)))
         if node.every:
             least = np.minimum.accumulate(np.where(np.arange(len(ends)) < node.low, np.inf, ends))
@@ -231,7 +239,8 @@ class _Run:
         return step + node.low + int(ends[node.low :].argmax())
 
     def _places(self, graph: Graph, mask: Flags) -> tuple[Links, Links, Array]:
-        """Members among the places of the mask: their index and step, (places,) each; and their links, metres."""
+        """Members and steps flagged in the mask, (places,) each, and the link margins of these members at these steps,
+        metres."""
         member, step = np.nonzero(mask[list(graph.agents)])
         return member, step, self.links[graph][step, member]
 
@@ -271,7 +280,7 @@ class _Run:
         self.active.parted[graph].append(np.stack([agents[member[place]], agents[other], step[place]], axis=1))
 
     def _length(self, node: RouteNode, mask: Flags) -> None:
-        """Activate the conditions of the best route; or for a forbidden one, a violation of each route."""
+        """Activate the conditions of the best route, or for a forbidden route, one violation of each route."""
         if self.decided:
             return
         agents = np.array(node.graph.agents, dtype=np.int64)

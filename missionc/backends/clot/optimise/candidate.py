@@ -1,4 +1,4 @@
-"""One candidate motion in numbers: residuals, smoothness, and their Jacobians by the control points."""
+"""Evaluation of one candidate trajectory: residuals, smoothness, and their Jacobians by the control points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from missionc.base.trace import Array
 
 
 class Look:
-    """A candidate with all its violations."""
+    """Evaluated candidate with all its violations."""
 
     def __init__(self, control: Array, costs: Costs, active: Active, system: System) -> None:
         self.control, self.active = control, active
@@ -34,15 +34,16 @@ class Look:
         return self.smoothness + penalty * self.amiss
 
     def rank(self, enough: float) -> tuple[float, float, float]:
-        """The less, the better: violations first, then margins that lack more than this share, then the cost."""
+        """Sort key, smaller is better: violation, then shortfall of target margins beyond the fraction ``enough``, then
+        cost."""
         return max(self.shortfall, 0.0), max(self.filled - enough, 0.0), self.total(1.0)
 
 
 class System:
-    """Normal equations of a mission's motions, with a smoothness that is quadratic in the control points.
+    """Normal equations of a mission's trajectories, with a smoothness term that is quadratic in the control points.
 
-    Path lengths count as their squares over their values at ``control``, (agents, points, dim). This quadratic touches
-    the length there and is nowhere below it (iteratively reweighted least squares).
+    Path lengths count as their squares divided by their values at ``control``, (agents, points, dim). This quadratic
+    function touches the length there and is nowhere below it (iteratively reweighted least squares).
     """
 
     def __init__(self, costs: Costs, control: Array) -> None:
@@ -64,14 +65,12 @@ class System:
         self.base = sparse.csc_matrix(triples, shape=(self.count, self.count))
 
     def smoothness(self, control: Array) -> float:
-        """Smoothness [clot] (2): lengths and bends of all motions, (agents, points, dim), metres.
-
-        Squared, weighted, dimensionless.
-        """
+        """Smoothness cost, [clot] (2): weighted squared lengths and bends of all trajectories, (agents, points, dim),
+        metres; dimensionless."""
         return 0.5 * float(np.vdot(control, self._slope(control)))
 
     def step(self, control: Array, parts: list[Rows], damping: float, penalty: float) -> Array:
-        """Movement of the control points, (agents, points, dim), metres."""
+        """Damped Gauss-Newton step of the control points, (agents, points, dim), metres."""
         pull = self.pull(control)
         matrix = self.base + damping * sparse.identity(self.count, format="csc")
         amiss = [part for part in parts if part.value.size]
@@ -86,13 +85,13 @@ class System:
         )
 
     def pull(self, control: Array) -> Array:
-        """Gradient of the smoothness by the unknowns, (unknowns,), per metre."""
+        """Gradient of the smoothness cost by the unknowns, (unknowns,), per metre."""
         summed = np.zeros((self.count // self.shape[2], self.shape[2]))
         np.add.at(summed, self.number[self.free], self._slope(control)[self.free])
         return summed.ravel()
 
     def _slope(self, control: Array) -> Array:
-        """Gradient of the smoothness by all control points, (agents, points, dim), per metre."""
+        """Gradient of the smoothness cost by all control points, (agents, points, dim), per metre."""
         slope = self.bands[0][:, :, None] * control
         for apart, band in enumerate(self.bands[1:], start=1):
             slope[:, :-apart] += band[:, :, None] * control[:, apart:]
@@ -100,13 +99,14 @@ class System:
         return slope
 
     def moved(self, unknowns: Array) -> Array:
-        """Unknowns, (unknowns,), as movements of control points, (agents, points, dim), metres."""
+        """Displacements of control points, (agents, points, dim), metres, from the displacements of the unknowns,
+        (unknowns,)."""
         moved = np.zeros(self.shape)
         moved[self.free] = unknowns.reshape(-1, self.shape[2])[self.number[self.free]]
         return moved
 
     def jacobian(self, parts: list[Rows]) -> tuple[sparse.csr_matrix, Array]:
-        """Weighted rows of all groups: (rows, unknowns); and their values, (rows,), metres."""
+        """Weighted Jacobian of all groups' rows, (rows, unknowns), and their weighted values, (rows,), metres."""
         dim, done = self.shape[2], 0
         rows, columns, values, sides = [], [], [], []
         for part in parts:
@@ -130,9 +130,10 @@ class System:
 
 
 def _bands(costs: Costs, ways: Array) -> tuple[Array, Array, Array]:
-    """Quadratic forms of length and bend over agents' control points, by the distance of two points: 0, 1 or 2.
+    """Quadratic forms of length and bend over each agent's control points, as bands of the matrix: main, first and
+    second diagonal.
 
-    Outside the motion an agent is at rest: its first and last bends are those of starting and stopping.
+    Outside its trajectory an agent is at rest: its first and last bends are those of starting and stopping.
 
     Args:
         ways: distances between control points, (agents, points - 1), metres, at which lengths are made quadratic.

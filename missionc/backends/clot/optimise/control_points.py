@@ -1,9 +1,9 @@
-"""Uniform B-splines: motions as control points, such that any control points obey the dynamics' equations.
+"""Uniform B-splines: trajectories as control points, such that any control points satisfy the equations of motion.
 
-First order: the control points are the positions at the steps, joined by straight lines. Second order: they are those
-of a uniform quadratic B-spline with constant acceleration within each step. In both, motion in a step is linear in at
-most three neighbouring control points. Limits and distances therefore have direct gradients, and the equations of
-motion hold exactly.
+First order: the control points are the positions at the steps, joined by straight lines. Second order: the control
+points define a uniform quadratic B-spline with constant acceleration within each step. In both, the motion in a step is
+linear in at most three neighbouring control points. Limits and distances therefore have direct gradients, and the
+equations of motion hold exactly.
 
 Source:
     [clot] (1), and the double integrator of its hardware; de Boor for the spline.
@@ -22,16 +22,16 @@ from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Mission
 
 SPARE = 3
-"""Control points beyond the number of steps, so that every argument reads three; unneeded ones stay fixed."""
+"""Number of control points beyond the number of steps, so that arguments read three; unneeded points stay fixed."""
 
 
 class Arguments(Record, eq=False):
-    """Points, velocities or accelerations of motions, each a weighted sum of three neighbouring control points.
+    """Points, velocities or accelerations of trajectories, each a weighted sum of three neighbouring control points.
 
     Args:
-        agent: (arguments,), index of the agent.
-        first: (arguments,), index of the first of the three control points.
-        weight: (arguments, 3), dimensionless or per second.
+        agent: index of the agent, (arguments,).
+        first: index of the first of the three control points, (arguments,).
+        weight: (arguments, 3), dimensionless, per second or per second squared.
     """
 
     agent: Indices
@@ -39,25 +39,25 @@ class Arguments(Record, eq=False):
     weight: Array
 
     def of(self, control: Array) -> Array:
-        """Values, (arguments, dim), for control points (agents, points, dim), metres."""
+        """Values of the weighted sums, (arguments, dim), for control points (agents, points, dim), metres."""
         points = control[self.agent[:, None], self.first[:, None] + np.arange(3)]
         values: Array = np.einsum("rk,rkd->rd", self.weight, points)
         return values
 
     def take(self, which: Indices | Flags) -> Arguments:
-        """Select arguments by index, (some,), or by flag, (arguments,)."""
+        """Arguments selected by index, (some,), or by flag, (arguments,)."""
         return Arguments(self.agent[which], self.first[which], self.weight[which])
 
 
 class Splines(Record, eq=False):
-    """Map from control points of a mission's agents to motions.
+    """Mapping from control points to trajectories of a mission's agents.
 
     Args:
         steps: number of steps; 0 for a single configuration.
-        step: seconds.
+        step: duration of a step, seconds.
         smooth: (agents,), True for second-order agents.
         fixed: (agents, points), True for fixed control points.
-        rest: step from which on all agents are at rest, if any.
+        rest: step from which on all agents are at rest; None without such a step.
     """
 
     steps: int
@@ -71,7 +71,8 @@ class Splines(Record, eq=False):
         return self.steps + SPARE
 
     def unknowns(self) -> Indices:
-        """Indices of the unknowns: (agents, points), -1 for fixed points; points at rest share one."""
+        """Index of the unknown behind each control point: (agents, points), -1 for fixed points; points at rest share
+        one unknown."""
         resting, point = self._resting(), np.arange(self.points)
         held = self.fixed | (resting & (resting & self.fixed).any(axis=1, keepdims=True))
         first = np.where(resting, self.rest or 0, point)
@@ -81,7 +82,8 @@ class Splines(Record, eq=False):
         return np.where(held, -1, np.take_along_axis(number, first, axis=1))
 
     def at_rest(self, control: Array) -> Array:
-        """Control points of motions that rest at their end: (agents, points, dim), metres."""
+        """Control points, (agents, points, dim), metres, changed so that all agents are at rest from the step ``rest``
+        on."""
         resting = self._resting()
         rested = control.copy()
         for agent, here in enumerate(resting):
@@ -91,7 +93,7 @@ class Splines(Record, eq=False):
         return rested
 
     def _resting(self) -> Flags:
-        """Flags of control points at rest, (agents, points)."""
+        """Return true for each control point at which an agent must be at rest, (agents, points)."""
         point = np.arange(self.points)
         if self.rest is None:
             return np.zeros_like(self.fixed)
@@ -99,7 +101,11 @@ class Splines(Record, eq=False):
         return resting
 
     def position(self, agent: Indices, step: Indices, part: Array) -> Arguments:
-        """Centres, metres, at ``part`` of a step (0 to 1) after each step, (arguments,) each."""
+        """Positions of agents, metres, at the fraction ``part`` (0 to 1) of the step after each given step, as sums of
+        control points.
+
+        Shape: agents and steps (arguments,).
+        """
         smooth, part = self.smooth[agent][:, None], np.asarray(part, dtype=float)[:, None]
         straight = np.concatenate([1 - part, part, 0 * part], axis=1)
         if not smooth.any():
@@ -108,22 +114,24 @@ class Splines(Record, eq=False):
         return Arguments(agent, step, np.where(smooth, spline, straight))
 
     def velocity(self, agent: Indices, step: Indices) -> Arguments:
-        """Velocities, m/s, at the steps of agents, (arguments,) each.
+        """Velocities of agents, m/s, at given steps, as sums of control points; agents and steps are (arguments,).
 
-        For first-order agents, of the motion that starts there, or at the last step that ended there.
+        The velocity of a first-order agent is that of the step that begins at the state (at the last state, of the step
+        that ended there).
         """
         latest = np.where(self.smooth[agent], self.steps, max(self.steps - 1, 0))
         weight = np.array([-1.0, 1.0, 0.0]) / self.step if self.steps else np.zeros(3)
         return Arguments(agent, np.minimum(step, latest), np.tile(weight, (len(agent), 1)))
 
     def acceleration(self, agent: Indices, step: Indices) -> Arguments:
-        """Accelerations, m/s², within the steps of second-order agents, (arguments,) each."""
+        """Accelerations of second-order agents, m/s², within given steps, as sums of control points; agents and steps
+        are (arguments,)."""
         return Arguments(agent, step, np.tile(np.array([1.0, -2.0, 1.0]) / self.step**2, (len(agent), 1)))
 
     def states(self, control: Array) -> tuple[Array, Array]:
-        """Positions and velocities at the steps, metres, m/s.
+        """Positions, metres, and velocities, m/s, at the steps.
 
-        Shape: (..., agents, points, dim) -> (..., agents, steps + 1, dim) twice.
+        Shape: control points (..., agents, points, dim), metres -> (..., agents, steps + 1, dim) twice.
         """
         count = self.steps + 1
         here, ahead = control[..., :count, :], control[..., 1 : count + 1, :]
@@ -136,11 +144,11 @@ class Splines(Record, eq=False):
         return position, np.where(smooth, velocity, first_order)
 
     def joined(self, position: Array, velocity: Array) -> Array:
-        """Control points of motions with these states, metres, m/s.
+        """Control points of trajectories with these positions, metres, and velocities, m/s.
 
-        Shape: (agents, steps + 1, dim) twice -> (agents, points, dim).
+        Shape: (agents, steps + 1, dim) twice -> (agents, points, dim), metres.
 
-        Second-order motions have constant accelerations between their states.
+        Second-order trajectories must have constant accelerations between their states.
         """
         control = self.through(position)
         half = velocity * (self.step / 2)
@@ -148,12 +156,12 @@ class Splines(Record, eq=False):
         return np.where(self.smooth[:, None, None], spline, control)
 
     def through(self, position: Array) -> Array:
-        """Control points of motions near the positions, metres.
+        """Control points of trajectories near the positions.
 
-        Shape: (..., agents, steps + 1, dim) -> (..., agents, points, dim).
+        Shape: (..., agents, steps + 1, dim), metres -> (..., agents, points, dim), metres.
 
-        First-order motions pass through them; second-order ones start and end there at rest, and cut corners in
-        between.
+        First-order trajectories pass through the positions; second-order trajectories start and end there at rest, and
+        cut corners in between.
         """
         padded = np.concatenate([position, *[position[..., -1:, :]] * (SPARE - 1)], axis=-2)
         halves = (position[..., 1:, :] + position[..., :-1, :]) / 2
@@ -167,7 +175,7 @@ class Splines(Record, eq=False):
 
 
 def splines(mission: Mission) -> Splines:
-    """Motions of a mission's agents."""
+    """Spline representation of the trajectories of a mission's agents."""
     count = mission.steps
     smooth = np.array([agent.dynamics.has_momentum for agent in mission.agents]) & (count > 0)
     points = np.arange(count + SPARE)
@@ -185,7 +193,8 @@ def splines(mission: Mission) -> Splines:
 
 
 def pinned(mission: Mission, made: Splines, control: Array) -> Array:
-    """The control points, (agents, points, dim), metres, at rest at given starts and finishes."""
+    """Control points, (agents, points, dim), metres, moved so that agents are at rest at prescribed starts and
+    finishes."""
     result = control.copy()
     for agent in mission.agents:
         ends = 1 + int(made.smooth[agent.index])
@@ -197,12 +206,13 @@ def pinned(mission: Mission, made: Splines, control: Array) -> Array:
 
 
 def control_after(mission: Mission, made: Splines, position: Array) -> Array:
-    """Control points, (agents, points, dim), metres, that follow positions as closely as possible."""
+    """Control points, (agents, points, dim), metres, that follow positions, (agents, steps + 1, dim), as closely as
+    possible."""
     return pinned(mission, made, made.through(followed(mission, position)))
 
 
 def trace(mission: Mission, made: Splines, control: Array) -> Trace:
-    """Trace of control points, (agents, points, dim), metres; headings follow the motion.
+    """Trace of control points, (agents, points, dim), metres; headings follow the velocity.
 
     An agent with bounded turning follows its control points within its limits, and turns at rest.
     """
@@ -235,6 +245,6 @@ def trace(mission: Mission, made: Splines, control: Array) -> Trace:
 
 
 def _velocity(position: Array, step: float) -> Array:
-    """Velocities between consecutive positions, (steps + 1, dim), m/s; the last one is repeated."""
+    """Velocities between consecutive positions, (steps + 1, dim), m/s; the last velocity is repeated."""
     moved = np.diff(position, axis=0) / step
     return np.concatenate([moved, moved[-1:]])

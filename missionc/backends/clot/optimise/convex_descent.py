@@ -1,9 +1,9 @@
-"""Sequential convex programming: from a plan to a shorter or smoother one, through plans only.
+"""Sequential convex programming: from a plan to a shorter or smoother plan, through plans only.
 
-Near a motion with all margins satisfied, margins are nearly linear, and the smoothness is quadratic: the best nearby
-motion is a convex quadratic program. Margins that its solution violates, because they are curved or were too far off,
-are linearised there too, and the program is solved again. Levenberg-Marquardt (``levenberg_marquardt``) finds plans
-from far away, but is slow along active margins; this method is not.
+Near a trajectory with all margins satisfied, margins are nearly linear, and the smoothness is quadratic: the best
+nearby trajectory solves a convex quadratic program. Margins that the solution violates, because they are curved or were
+not included, are linearised there too, and the program is solved again. Levenberg-Marquardt (``levenberg_marquardt``)
+finds plans from far away, but is slow along active margins; this method is not.
 
 Source:
     [clot] Problem 1, (2); Duchi, Boyd and Mattingley, "Sequential Convex Programming", 2018.
@@ -36,13 +36,14 @@ def descend(
     cuts: int,
     go_on: Callable[[], bool] = lambda: True,
 ) -> Array:
-    """Control points with less length and bend, with all satisfied margins still satisfied.
+    """Control points with less length and bend, whose satisfied margins remain satisfied; (agents, points, dim),
+    metres.
 
     Args:
         control: control points of a plan, (agents, points, dim), metres.
         steps: maximum number of steps.
-        gain: share of improvement below which a step is the last.
-        cuts: programs solved for one step, each with the violations of the previous one.
+        gain: relative improvement below which a step is the last.
+        cuts: number of programs solved for one step, each with the violations of the previous program.
     """
     settings = clot_settings(costs.mission).shortening
     system, here = System(costs, control), Vicinity(control, costs, demand)
@@ -75,14 +76,14 @@ def ascend(
     accept: Callable[[Array], float | None],
     go_on: Callable[[], bool] = lambda: True,
 ) -> Array:
-    """Control points at which the least margin of the formulas is largest, as far as steps of convex programs lead.
+    """Control points with the largest least margin of the formulas that a sequence of convex programs reaches.
 
-    Each program moves the control points by at most ``reach`` along each axis, for the largest ``t`` that every
-    linearised margin keeps. A step that gains nothing is repeated with half the reach.
+    Each program moves the control points by at most ``reach`` along each axis, and maximises the ``t`` that every
+    linearised margin exceeds. A step without improvement is repeated with half the reach.
 
     Args:
-        control: of a plan, (agents, points, dim), metres.
-        accept: the robustness of the motion of control points, metres; None if it is no plan.
+        control: control points of a plan, (agents, points, dim), metres.
+        accept: function from control points to the robustness of their trajectory, metres; None if it is no plan.
 
     Source:
         [clot] Problem 1, with the robustness as the only objective.
@@ -108,7 +109,8 @@ def ascend(
 
 
 def _widest(system: System, control: Array, tasks: list[Rows], motion: list[Rows], reach: float) -> Array | None:
-    """The motion nearby with the largest least margin of ``tasks``; None if there is none."""
+    """Control points near a trajectory with the largest least margin of ``tasks``; None if the program has no
+    solution."""
     smooth = 1e-4  # weight of the smoothness, against a metre of margin
     aims, fixed = ([replace(part, weight=1.0) for part in some if part.value.size] for some in (tasks, motion))
     (side, value), (fixed_side, fixed_value) = system.jacobian(aims), system.jacobian(fixed)
@@ -127,7 +129,7 @@ def _widest(system: System, control: Array, tasks: list[Rows], motion: list[Rows
 
 
 class Vicinity:
-    """A motion, its conditions, and the used share of each target margin, by name."""
+    """Linearised conditions around a trajectory, and the used fraction of each target margin, by name."""
 
     def __init__(self, control: Array, costs: Costs, demand: Demand) -> None:
         self.control, self.costs = control, costs
@@ -138,17 +140,17 @@ class Vicinity:
             self.used[part.name] = max(self.used.get(part.name, 0.0), _used(part))
 
     def near(self, control: Array) -> list[Rows]:
-        """Rows of the relevant margins at control points, (agents, points, dim), metres."""
+        """Residual rows of the relevant margins at control points, (agents, points, dim), metres."""
         within = clot_settings(self.costs.mission).shortening.near
         groups = (rows(group, control, within) for group in self.costs.groups(control, self.active))
         return [replace(part, weight=1.0) for part in groups if part.value.size]
 
     def worse(self, than: Vicinity) -> list[Rows]:
-        """Rows with less than part of their target margin, and less than in another motion."""
+        """Rows whose margin is below a part of its target, and smaller than in the trajectory of ``than``."""
         return _broken(self.parts, than.used)
 
     def best(self, system: System, reach: float, cuts: int) -> Array | None:
-        """Best nearby motion, (agents, points, dim), metres; None if its result violates something."""
+        """Best nearby control points, (agents, points, dim), metres; None if the result violates a margin."""
         shares = (0.5, 0.25)  # of the movement to a solution that still violates something after all cuts
         program = _Program(system, system.pull(self.control), reach)
         moved, parts = np.zeros(system.count), self.parts
@@ -166,14 +168,14 @@ class Vicinity:
 
 
 def _broken(parts: list[Rows], used: Mapping[str, float]) -> list[Rows]:
-    """Rows of margins with less than part of their target, and less than before."""
+    """Rows that use up more than half of their target margin, and more than the fraction ``used`` of their name."""
     most_used = 0.5  # share of its target that a margin may lose in one step
     found = [part.taken(part.value > max(used.get(part.name, 0.0), most_used) * _spare(part)) for part in parts]
     return [part for part in found if part.value.size]
 
 
 def _used(part: Rows) -> float:
-    """Used share of the target margin in the worst of some rows."""
+    """Used fraction of the target margin in the worst of some rows."""
     return float(part.value.max()) / _spare(part)
 
 
@@ -183,7 +185,8 @@ def _spare(part: Rows) -> float:
 
 
 class _Program:
-    """Least smoothness over movements of at most ``reach`` metres along each axis, under added rows."""
+    """Quadratic program: least smoothness cost over displacements of at most ``reach`` metres per axis, under linear
+    constraints."""
 
     def __init__(self, system: System, pull: Array, reach: float) -> None:
         convex = 1e-6  # added to the diagonal, so that a program has a unique solution
@@ -194,7 +197,8 @@ class _Program:
         self.bounds: list[Array] = []
 
     def add(self, parts: list[Rows], moved: Array, used: Mapping[str, float]) -> None:
-        """Add rows, linearised at a movement (unknowns,), metres, that keep the used share of their targets."""
+        """Add constraints, linearised at a displacement (unknowns,), metres, that preserve the used fraction of each
+        target margin."""
         side, value = self.system.jacobian(parts)
         allowed = np.concatenate(
             [np.zeros(0), *(np.full(len(part.value), used.get(part.name, 0.0) * part.spare) for part in parts)]
@@ -203,14 +207,15 @@ class _Program:
         self.bounds.append(allowed - value + side @ moved)
 
     def solved(self) -> Array | None:
-        """Movement, (unknowns,), metres; None without a solution."""
+        """Optimal displacement of the unknowns, (unknowns,), metres; None without a solution."""
         return _solved(
             self.matrix, self.pull, sparse.vstack(self.sides, format="csc"), np.concatenate(self.bounds), self.box
         )
 
 
 def _solved(matrix: sparse.csc_matrix, pull: Array, side: sparse.csc_matrix, bound: Array, most: Array) -> Array | None:
-    """The ``x`` of least ``x' matrix x / 2 + pull x`` with ``side x <= bound``, ``|x| <= most``; None if none is."""
+    """Minimiser ``x`` of ``x' matrix x / 2 + pull x`` with ``side x <= bound`` and ``|x| <= most``; None without a
+    minimiser."""
     precision, gap, patience = 1e-4, 1e-3, 20  # programs with an answer take about 15 iterations
     solver = piqp.SparseSolver()
     settings = solver.settings

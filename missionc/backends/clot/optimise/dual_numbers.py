@@ -131,7 +131,7 @@ def _angle_slopes(value: Array, rise: Array, run: Array) -> tuple[Array, Array]:
     return run * scale, -rise * scale
 
 
-CONDITIONS = {np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal, np.isfinite}
+CONDITIONS = {np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal}
 
 SLOPES: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
     np.add: lambda value, one, other: (None, None),

@@ -1,6 +1,6 @@
-"""Flown limits as residuals: first-order motions accelerate, turn and brake within their vehicles' limits.
+"""Residuals of vehicle limits: first-order trajectories accelerate, turn and brake as their vehicles can fly.
 
-They guide the search only: a plan is judged by its dynamics, and its flight by the vehicle.
+The residuals only guide the search: a plan is verified against its dynamics, and its flight against the vehicle.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from missionc.ir import Mission
 from missionc.ir.lower.flyable_steps import step_limits
 
 FLOWN = "flown speed", "flown rest", "flown climb", "flown change", "flown turn"
-"""Names of residuals, one for each of ``StepLimits``."""
+"""Names of the residuals, one for each limit in ``StepLimits``."""
 
 
 def flown_limits(mission: Mission, made: Splines, weights: Weights, spare: Spare) -> Iterator[Group]:
-    """A group for each limit, over all agents with vehicle limits; in metres of a step."""
+    """Yield a residual group for each limit, over all agents with vehicle limits; in metres per step."""
     limits = {agent.index: found for agent in mission.agents if (found := step_limits(agent, made.step)) is not None}
     if not limits or made.steps == 0:
         return
@@ -45,9 +45,11 @@ def flown_limits(mission: Mission, made: Splines, weights: Weights, spare: Spare
 def _setting_out(
     mission: Mission, made: Splines, agents: Indices, table: dict[str, Array], weights: Weights, spare: Spare
 ) -> Iterator[Group]:
-    """Groups of the first step: of agents starting at rest, and of agents in motion.
+    """Yield the residual groups of the first step: of agents that start at rest, and of agents in motion.
 
-    ``agents`` are (some,), table in metres.
+    Args:
+        agents: agents with limits, (some,).
+        table: limits in metres per step, by residual name.
     """
     moves = np.array([bool(mission.agents[agent].begins) for agent in agents.tolist()])
     first = np.zeros(1, dtype=np.int64)

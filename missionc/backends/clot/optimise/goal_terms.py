@@ -1,4 +1,4 @@
-"""Goals of a candidate: formulas that must hold at step 0, and the choices of a witness."""
+"""Goals of a candidate: formulas that must be true at step 0, and the choices of a witness."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ from missionc.ir.kernel.walk import children, graph_of, postorder
 
 
 class Demand(Record, eq=False):
-    """Goals of motions with positions and velocities (agents, steps, dim) each, metres and m/s.
+    """Goals of joint trajectories, with methods on their positions and velocities, (agents, steps, dim), metres and
+    m/s.
 
     Args:
-        roots: formulas that must hold at step 0 (for a single configuration, at its step).
-        choices: fixed decisions; elsewhere the values decide.
+        roots: formulas that must be true at step 0 (for a single configuration, at its step).
+        choices: fixed choices; without a choice, the values decide.
     """
 
     mission: Mission
@@ -31,11 +32,11 @@ class Demand(Record, eq=False):
     choices: Choices = field(default_factory=dict)
     order: Sequence[Node] = ()
     ruled_out: Mapping[SignedPredicate, Flags] = field(default_factory=dict)
-    """Agents and steps, (agents, steps), at which predicates cannot hold, or fail, because of decisions."""
+    """Agents and steps, (agents, steps), at which predicates or negations are impossible because of fixed choices."""
 
     @staticmethod
     def of(mission: Mission, roots: tuple[Node, ...], choices: Choices, steps: int) -> Demand:
-        """Demand on motions of ``steps`` steps."""
+        """Goals of trajectories with ``steps`` steps."""
         order = postorder(roots)
         nowhere = np.zeros((len(mission.agents), steps + 1, 0))
         forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
@@ -43,19 +44,23 @@ class Demand(Record, eq=False):
         return Demand(mission, roots, choices, order, ruled_out)
 
     def active(self, position: Array, velocity: Array) -> Active:
-        """Conditions, chosen by the values on this motion, (agents, steps, dim), metres and m/s, if undecided."""
+        """Conditions that imply the goals on this trajectory, (agents, steps, dim), metres and m/s; values decide open
+        choices."""
         return self._activated(position, velocity, None)
 
     def witness(self, position: Array, velocity: Array) -> Choices:
-        """Choices of part, step and link by the values on this motion, (agents, steps, dim), metres and m/s."""
+        """Choices of part, step and link that the values imply on this trajectory, (agents, steps, dim), metres and
+        m/s."""
         choices: dict[tuple[Node, int, int], int] = {}
         self._activated(position, velocity, choices)
         return choices
 
     def states_asked(self, position: Array, velocity: Array) -> Mapping[Node, Flags]:
-        """Largest single-step formulas that must hold, with flags (agents, steps); positions are in metres.
+        """Largest single-step formulas that must be true, each with the agents and steps at which they must be,
+        (agents, steps).
 
-        Shape: (agents, steps).
+        Args:
+            position: (agents, steps, dim), metres; ``velocity``, m/s.
         """
         whole: set[Node] = set()
         for node in self.order:
@@ -65,9 +70,11 @@ class Demand(Record, eq=False):
         return self._activated(position, velocity, None, whole).formulas
 
     def failing(self, allowed: Mapping[Node, float], position: Array, velocity: Array) -> Mapping[Node, Flags]:
-        """Agents and steps at which such leaves must hold but fail by more than allowed.
+        """Agents and steps, (agents, steps), at which a formula must be true but fails by more than its allowed
+        violation.
 
-        Shape: (agents, steps), metres allowed.
+        Args:
+            allowed: allowed violation of each formula, metres.
         """
         values = ConditionValues(self.mission, position, velocity, self.ruled_out).values(self.order)
         asked = self._activated(position, velocity, None, allowed.keys()).formulas
@@ -89,11 +96,11 @@ class Demand(Record, eq=False):
         return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest, whole)
 
     def untangled(self, position: Array, velocity: Array) -> Demand | None:
-        """The demand without contradictions between a margin and its opposite; None if there are none.
+        """Goals without conflicts between a margin and its opposite; None if there are no conflicts.
 
-        Two separate choices may require both, each nearly satisfied, and a motion is then stuck between them: ``(row or
-        parked) and (fan or not parked)``, on the border of the parking place. Positions are (agents, steps, dim),
-        metres.
+        Two separate choices may require both, each nearly satisfied, and an optimiser is then stuck between them:
+        ``(row or parked) and (fan or not parked)``, on the border of the parking region. Positions are (agents, steps,
+        dim), metres.
         """
         masks = self.active(position, velocity).margins
         torn = []
@@ -114,6 +121,6 @@ class Demand(Record, eq=False):
         return max(sides, key=lambda side: side.worst(position, velocity))
 
     def worst(self, position: Array, velocity: Array) -> float:
-        """Least robustness of the roots, metres, for states (agents, steps, dim)."""
+        """Least robustness of the root formulas, metres, for states (agents, steps, dim)."""
         values = ConditionValues(self.mission, position, velocity, self.ruled_out).values(self.order)
         return min(float(values[root][0, 0]) for root in self.roots)

@@ -1,9 +1,7 @@
-"""Anytime improvement of a plan: preferences by weight, then the objective.
+"""Anytime improvement of a plan: preferences by weight, then the objective; without an objective, fewer detours.
 
-Without one, fewer detours.
-
-A preference is tried by polishing the plan with it as a goal; the objective by a descent from the plan. A result counts
-only if it is a better plan.
+A preference is added as a goal of a local optimisation from the plan; the objective is improved by a descent from the
+plan. A result is accepted only if it is a better plan.
 """
 
 from __future__ import annotations
@@ -32,7 +30,8 @@ from missionc.verification.monitoring.normalised_margins import normalised_margi
 
 
 class Shortened(Record, eq=False):
-    """A plan's control points, motion, costs for changes of the same duration, and notes."""
+    """Plan after shortening, with at most the original duration: control points, trace, costs that preserve the
+    duration, and a note."""
 
     control: Array
     trace: Trace
@@ -49,12 +48,12 @@ def shorten(
     go_on: Callable[[], bool],
     least: int = 0,
 ) -> Shortened:
-    """The same plan or one of shorter duration.
+    """Plan of the shortest duration found; the given plan if none is shorter.
 
     Args:
-        control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
-        demand: demand on it without fixed times, which have to change.
-        accept: motion of control points, if it is an equally good plan.
+        control: control points of the plan, (agents, points, dim), metres; ``made``: its trace.
+        demand: goals of the plan without fixed times, which have to change.
+        accept: function from control points to their trace if it is an equally good plan, otherwise None.
         least: lower bound of the steps of every plan.
     """
     before = best = duration(made)
@@ -82,12 +81,13 @@ def shorten(
 
 
 def duration(made: Trace) -> int:
-    """The number of steps after which no agent moves."""
+    """Number of steps after which no agent moves."""
     return made.lasts
 
 
 def _starts(position: Array, lasts: int, target: int) -> Iterator[Array]:
-    """Faster versions of a motion of ``lasts`` steps, (agents, steps + 1, dim), metres: scaled or cut."""
+    """Yield faster versions of a trajectory of ``lasts`` steps, (agents, steps + 1, dim), metres: time-scaled, then
+    truncated."""
     step = np.arange(position.shape[1])
     time = np.minimum(step * (lasts / max(target, 1)), lasts)
     here = np.minimum(time.astype(np.int64), lasts - 1)
@@ -97,7 +97,7 @@ def _starts(position: Array, lasts: int, target: int) -> Iterator[Array]:
 
 
 class Improved(Record, eq=False):
-    """A plan's control points, motion, and notes on its origin."""
+    """Improved plan: control points, trace, and notes on how it was found."""
 
     control: Array
     trace: Trace
@@ -116,12 +116,12 @@ def improve(
     go_on: Callable[[], bool],
     enough: Callable[[float], float] = no_bound,
 ) -> Improved:
-    """The same plan, or one that satisfies more preferences or improves the objective.
+    """Plan that satisfies more preferences or improves the objective; the given plan if none is found.
 
     Args:
-        control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
-        accept: motion of control points, if it is a plan.
-        enough: as in ``Budget``.
+        control: control points of the plan, (agents, points, dim), metres; ``made``: its trace.
+        accept: function from control points to their trace if it is a plan, otherwise None.
+        enough: lower bound function, as ``Budget.lower_bound``.
     """
     settings = clot_settings(mission).shortening
     roots = demand.roots
@@ -204,7 +204,7 @@ def improve(
 
 
 def _measure(mission: Mission, kernel: Kernel) -> Callable[[Trace], float] | None:
-    """What a plan is to have less of, by the objective; None without one."""
+    """Function from a trace to the quantity that the objective minimises; None without an objective."""
     if mission.objective is Objective.ROBUSTNESS:
         return lambda made: -least_robustness(mission, kernel, made)
     return MEASURES.get(mission.objective)
@@ -222,12 +222,15 @@ def widened(
     accept: Callable[[Array], Trace | None],
     go_on: Callable[[], bool],
 ) -> tuple[Array, Trace, Costs]:
-    """A plan with wider margins that is little longer, its motion, and its costs with these margins; or the same.
+    """Plan after widening its margins at the cost of little more length: control points, trace, and costs with these
+    margins.
+
+    The given plan is returned if no better plan is found.
 
     Args:
-        control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
-        iterations: of each polish; ``steps`` of each descent.
-        accept: the motion of control points, if it is a plan.
+        control: control points of the plan, (agents, points, dim), metres; ``made``: its trace.
+        iterations: iterations of each local optimisation; ``steps``: steps of each descent.
+        accept: function from control points to their trace if it is a plan, otherwise None.
     """
     mission = costs.mission
     settings, measure = clot_settings(mission).shortening, MEASURES.get(mission.objective, travelled)
@@ -253,7 +256,7 @@ def widened(
 
 
 class Margins(Record):
-    """Normalised margins of a plan, each capped at that of the settings.
+    """Margins of a plan divided by their natural scales, each capped at the value of the settings.
 
     Args:
         each: margins of the requirements, and the smallest margin of all bodies.
@@ -263,23 +266,25 @@ class Margins(Record):
 
     @staticmethod
     def of(kernel: Kernel, costs: Costs, control: Array, plan: Trace) -> Margins:
-        """Margins of a plan with these control points, (agents, points, dim), metres."""
+        """Normalised margins of a plan with these control points, (agents, points, dim), metres."""
         most = clot_settings(costs.mission).shortening.margin
         found = normalised_margins(costs.mission, kernel.requirements, plan).values()
         return Margins(tuple(min(most, margin) for margin in (*found, costs.body_margin(control))))
 
     @property
     def least(self) -> float:
-        """The smallest margin."""
+        """Smallest normalised margin."""
         return min(self.each)
 
     @property
     def score(self) -> float:
-        """Sum of the square roots: what a narrow margin gains counts more than what a wide one loses."""
+        """Sum of the square roots of the margins, so that a gain of a narrow margin outweighs an equal loss of a wide
+        one."""
         return sum(math.sqrt(max(margin, 0.0)) for margin in self.each)
 
     def wider(self, than: Margins, gain: float) -> bool:
-        """Return whether the score is larger by this gain at least, and the smallest margin is no smaller."""
+        """Return true if the score exceeds that of ``than`` by at least ``gain``, and the smallest margin is at least
+        that of ``than``."""
         rounding = 1e-9
         return self.score >= than.score + gain and self.least >= than.least - rounding
 
@@ -290,7 +295,7 @@ def travelled(made: Trace) -> float:
 
 
 def effort(made: Trace) -> float:
-    """Sum over time of all agents' squared accelerations: m²/s³. [clot] (2)."""
+    """Integral over time of all agents' squared accelerations, m²/s³. [clot] (2)."""
     return made.effort
 
 
@@ -302,7 +307,7 @@ def _kept(name: str, mission: Mission, kernel: Kernel, made: Trace) -> bool:
 
 
 def as_many(mission: Mission, kernel: Kernel, before: Trace, after: Trace) -> bool:
-    """Return whether every preference satisfied before is satisfied after."""
+    """Return true if every preference that ``before`` satisfies is satisfied by ``after``."""
     return all(
         _kept(goal.name, mission, kernel, after) or not _kept(goal.name, mission, kernel, before)
         for goal in kernel.preferences

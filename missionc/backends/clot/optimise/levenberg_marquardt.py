@@ -1,7 +1,7 @@
-"""Levenberg-Marquardt on all agents and steps at once: from a nearly feasible candidate to a feasible one.
+"""Levenberg-Marquardt over all agents and steps at once: from a nearly feasible candidate to a feasible one.
 
-Every shortfall is a row of a sparse least-squares problem, and every step solves it exactly. The motion chooses the
-active conditions at each step, unless a witness decided them.
+Every shortfall is a row of a sparse least-squares problem, which every iteration solves exactly. Each iteration selects
+the active conditions by the current trajectory, unless a witness fixes them.
 
 Source:
     [clot] Problem 1, (4); Nocedal and Wright, "Numerical Optimization", 10.3.
@@ -23,12 +23,12 @@ from missionc.base.trace import Array
 
 
 class Polished(Record, eq=False):
-    """Result of a polish.
+    """Result of a local optimisation (polish).
 
     Args:
-        control: (agents, points, dim), metres.
-        shortfall: shortfall of the worst margin from its target, metres; at most 0 if all hold.
-        worst: subject of that margin.
+        control: control points, (agents, points, dim), metres.
+        shortfall: shortfall of the worst margin from its target, metres; at most 0 if all targets are reached.
+        worst: name of the residual group of the worst margin.
         cost: sum of all costs.
     """
 
@@ -47,11 +47,12 @@ def polish(
     go_on: Callable[[], bool] = lambda: True,
     tell: Callable[[int, float], None] = lambda iteration, margin: None,
 ) -> Polished:
-    """Polish for at most ``iterations`` steps; it ends earlier if all margins reach most of their targets.
+    """Local optimisation of a trajectory in at most ``iterations`` steps; it ends early when all margins nearly reach
+    their targets.
 
     Args:
         control: initial control points, (agents, points, dim), metres.
-        tell: receives at each step its number and the worst margin of the best motion so far, metres.
+        tell: receives at each step its number and the worst margin of the best trajectory so far, metres.
     """
     settings = clot_settings(costs.mission).polish
     wide = costs.spare.scaled > 0
@@ -63,7 +64,7 @@ def polish(
     most = max(settings.longest, longest_step(costs.mission))
 
     def decided(control: Array) -> Look:
-        """A motion, (agents, points, dim), metres, with its own choice of conditions."""
+        """Evaluation of control points, (agents, points, dim), metres, with conditions that their own values select."""
         return Look(control, costs, demand.active(*costs.splines.states(control)), system)
 
     now = best = decided(control)

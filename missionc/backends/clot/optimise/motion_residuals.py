@@ -32,16 +32,16 @@ from missionc.ir.agents import ends_by_region
 from missionc.ir.distances.signed_distance import signed_distance
 
 OBSTACLES, SEPARATION = "obstacles", "separation"
-"""Names of residuals."""
+"""Names of the residual groups of obstacles and of separation."""
 
 
 class Samples(Record, eq=False):
-    """Points of a motion for obstacle checks.
+    """Points of a trajectory that are tested against obstacles.
 
     Args:
-        where: (samples,), their arguments.
-        radius: (samples,), radius of the agent, metres.
-        instant: (samples,), its time, in the counting of ``obstacles``.
+        where: the points as functions of the control points, (samples,).
+        radius: body radius of the agent, (samples,), metres.
+        instant: time of each point, (samples,), as an index into the times of ``obstacles``.
     """
 
     where: Arguments
@@ -51,10 +51,9 @@ class Samples(Record, eq=False):
 
 
 class Costs(Record, eq=False):
-    """Costs of motions of a mission.
+    """Residual groups of a mission's trajectories, from control points (agents, points, dim), metres.
 
-    ``start`` is the motion's first step in the mission: 0, or that of a single configuration. Control points are
-    (agents, points, dim), metres.
+    ``start`` is the trajectory's first step in the mission: 0, or the step of a single configuration.
     """
 
     mission: Mission
@@ -65,7 +64,7 @@ class Costs(Record, eq=False):
     samples: Samples = field(init=False)
     turns: Turns = field(init=False)
     always: tuple[Group, ...] = field(init=False)
-    """Groups common to all candidates: ends and limits."""
+    """Residual groups common to all candidates: starts, finishes and limits."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "samples", _samples(self.mission, self.splines, self.start))
@@ -73,24 +72,24 @@ class Costs(Record, eq=False):
         object.__setattr__(self, "always", (*self.ends(), *self.limits()))
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
-        """All residual groups of a candidate, (agents, points, dim), metres."""
+        """Yield all residual groups of a candidate, (agents, points, dim), metres."""
         yield from self.motion(control)
         yield from self.tasks(control, active)
 
     def motion(self, control: Array) -> Iterator[Group]:
-        """Ends, limits and bodies: what must hold of any motion."""
+        """Yield the residual groups that apply to any trajectory: starts, finishes, limits and bodies."""
         yield from self.always
         yield from self.obstacles(control)
         yield from self.separation(control)
 
     def tasks(self, control: Array, active: Active) -> Iterator[Group]:
-        """The margins that the formulas of the mission rest on."""
+        """Yield the residual groups of the active conditions of the mission's formulas."""
         yield from TaskCosts(self.mission, self.splines, self.weights, self.spare).groups(control, active)
 
     # ---------------------------------------------------------------- motion
 
     def ends(self) -> Iterator[Group]:
-        """Groups of starts and finishes that are regions, for the centre."""
+        """Yield the residual groups of start and finish regions, which must contain the agents' centres."""
         if self.splines.steps == 0:
             return
         for name, step, ends in (
@@ -109,10 +108,7 @@ class Costs(Record, eq=False):
                 )
 
     def limits(self) -> Iterator[Group]:
-        """Groups of speed at every step, including its minimum; turning between steps.
-
-        Acceleration in every step.
-        """
+        """Yield the residual groups of minimum and maximum speed, turning, and acceleration."""
         made, step = self.splines, self.splines.step
         if made.steps == 0:
             return
@@ -161,7 +157,7 @@ class Costs(Record, eq=False):
             )
 
     def obstacles(self, control: Array) -> Iterator[Group]:
-        """Groups of obstacles and the world's bounds, at and between steps.
+        """Yield the residual groups of obstacles and the world's bounds, at and between steps.
 
         Control points are (agents, points, dim), metres.
         """
@@ -195,7 +191,8 @@ class Costs(Record, eq=False):
             )
 
     def separation(self, control: Array) -> Iterator[Group]:
-        """Groups of near pairs of bodies within each step; control points are (agents, points, dim), metres."""
+        """Yield the residual groups of near pairs of bodies within each step; control points are (agents, points, dim),
+        metres."""
         made, mission = self.splines, self.mission
         if len(mission.agents) < 2:
             return
@@ -239,9 +236,9 @@ class Costs(Record, eq=False):
         )
 
     def body_margin(self, control: Array) -> float:
-        """The least distance beyond what obstacles and separation need, as a share of the bodies' natural scale.
+        """Least margin of obstacle clearance and separation, divided by the bodies' natural scale; dimensionless.
 
-        Bodies that are far from each other and from obstacles do not count; ``inf`` if all are.
+        Bodies that are far from each other and from obstacles are ignored; ``inf`` if all bodies are.
         """
         least = math.inf
         for group in (*self.obstacles(control), *self.separation(control)):
@@ -274,12 +271,12 @@ def _samples(mission: Mission, made: Splines, start: int) -> Samples:
 
 
 def _measured(between: Values, factors: Array | None) -> Values:
-    """Differences with each axis scaled by its factor: (rows, dim) twice, metres."""
+    """Differences scaled by a factor per axis: (rows, dim) twice, metres."""
     return between if factors is None else between * factors
 
 
 def _approach(one: Values, other: Values, one_next: Values, other_next: Values, factors: Array | None = None) -> Values:
-    """Least distance of two points in straight motion, metres.
+    """Least distance of two points that move straight during a step, metres.
 
     Shape: (rows, dim) four times, and factors -> (rows,).
     """

@@ -1,9 +1,9 @@
-"""Spatial index of obstacles: the near ones for many points at once, and the distances to these.
+"""Spatial index of obstacles: near obstacles of many points at once, and the distances to them.
 
-Static obstacles are looked up by a point's cell of the plane; moving and growing ones are all tested. In both cases
-bounding boxes filter them, and distances are computed to the rest. Differences of boxes become the remaining boxes,
-with exact distances. The signed distance to a difference is only a bound: for a door in a wall, it includes the edges
-of the removed part and makes the door too narrow.
+Static obstacles are found by a point's cell of the plane; moving and growing obstacles are all tested. In both cases
+bounding boxes filter them, and distances to the remaining obstacles are computed. Differences of boxes are decomposed
+into boxes, with exact distances. The signed distance to a difference is only a bound: for a door in a wall, it includes
+the edges of the removed part and makes the door too narrow.
 
 Source:
     [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
@@ -29,7 +29,7 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 
 def carved(obstacle: Obstacle) -> list[Obstacle]:
-    """Split an obstacle of boxes into solid ones; others stay unchanged."""
+    """Obstacles with plain boxes that together equal an obstacle made of boxes; other obstacles unchanged."""
     pieces = _pieces(obstacle.shape)
     return [obstacle] if pieces is None else [replace(obstacle, shape=piece) for piece in pieces]
 
@@ -53,7 +53,7 @@ def _pieces(shape: Shape) -> list[Box] | None:
 
 
 def _without(box: Box, taken: Box) -> Iterator[Box]:
-    """Remaining boxes on both sides of the removed one, axis by axis."""
+    """Yield the boxes that remain of ``box`` without ``taken``, on both sides of it, axis by axis."""
     if any(a >= d or c >= b for a, b, c, d in zip(box.low, box.high, taken.low, taken.high, strict=True)):
         yield box
         return
@@ -68,13 +68,13 @@ def _without(box: Box, taken: Box) -> Iterator[Box]:
 
 
 class Pairs(Record, eq=False):
-    """Points and obstacles that may be near each other.
+    """Pairs of points and obstacles that may be near each other.
 
     Args:
-        row: (pairs,), index of the point.
-        which: (pairs,), index of the obstacle.
-        shift: (pairs, dim), displacement of the obstacle, metres.
-        grown: (pairs,), its growth, metres.
+        row: index of the point, (pairs,).
+        which: index of the obstacle, (pairs,).
+        shift: displacement of the obstacle, (pairs, dim), metres.
+        grown: growth of the obstacle, (pairs,), metres.
     """
 
     row: Indices
@@ -84,7 +84,7 @@ class Pairs(Record, eq=False):
 
 
 class _Cells(Record, eq=False):
-    """Static obstacles within reach of each cell, row by row."""
+    """Grid of the plane with the static obstacles within reach of each cell, row by row."""
 
     low: Array
     size: Array
@@ -93,7 +93,7 @@ class _Cells(Record, eq=False):
 
 
 class Obstacles:
-    """Obstacles of a mission.
+    """Spatial index of obstacles.
 
     Args:
         every: obstacles to include.
@@ -129,11 +129,11 @@ class Obstacles:
         self.cells: dict[float, _Cells] = {}
 
     def near(self, points: Array, instant: Indices, reach: float) -> Pairs:
-        """Obstacles with bounding boxes less than ``reach`` away from points.
+        """Pairs of points and obstacles whose bounding boxes are less than ``reach`` away from the points.
 
         Args:
             points: (rows, dim), metres.
-            instant: (rows,), index into ``times``.
+            instant: time of each point as an index into ``times``, (rows,).
             reach: metres.
         """
         row, which = self._standing(points, reach)
@@ -155,17 +155,15 @@ class Obstacles:
         return self.stacked.distance(points - pairs.shift, pairs.which) - pairs.grown
 
     def room(self, points: Array, instant: Indices, reach: float) -> Array:
-        """Distance of points from the nearest obstacle, at most ``reach``: (rows,), metres."""
+        """Distance of points from the nearest obstacle, at most ``reach``: (rows, dim), metres -> (rows,), metres."""
         pairs = self.near(points, instant, reach)
         room = np.full(len(points), reach, points.dtype)
         np.minimum.at(room, pairs.row, self.distance(points[pairs.row], pairs))
         return room
 
     def standing_room(self, points: Array) -> Array:
-        """Distance of points from the nearest static obstacle, without limit: (rows, dim) -> (rows,), metres.
-
-        Shape: (rows, dim) -> (rows,), metres.
-        """
+        """Distance of points from the nearest static obstacle, without limit: (rows, dim), metres -> (rows,),
+        metres."""
         few = 8  # number of obstacles up to which each is evaluated separately
         chunk = 1 << 18  # pairs of points and boxes in one array
         room = np.full(len(points), np.inf)
@@ -215,15 +213,12 @@ class Obstacles:
         return _Cells(corner, empty.size, along, lists(np.bincount(cell, minlength=along * along), place[order]))
 
     def _beside(self, points: Array, which: Indices) -> Array:
-        """Squared distance of points, (..., dim), from boxes: (...), square metres, 0 inside."""
+        """Squared distance of points, (..., dim), metres, from bounding boxes: (...), square metres, 0 inside."""
         beside = np.maximum(np.maximum(self.low[which] - points, points - self.high[which]), 0.0)
         squared: Array = (beside * beside).sum(axis=-1)
         return squared
 
 
 def _cell(points: Array, cells: _Cells) -> Indices:
-    """Cell indices of points in metres: (rows, 2) -> (rows, 2), int64.
-
-    Outside the world, the nearest cell.
-    """
+    """Cell indices of points, metres: (rows, 2) -> (rows, 2), int64; for points outside the world, the nearest cell."""
     return np.clip(np.floor((points - cells.low) / cells.size), 0, cells.along - 1).astype(np.int64)

@@ -1,9 +1,9 @@
 """Residual groups of own state: resource levels, and the steps that set and clear flags.
 
-A flag is a choice: to have been in one region at some step, and outside another at every step since. The motion decides
-it, like any disjunction, and it leaves margins of the two regions. A level depends on every position up to its step.
-Nearby motions refill at the same steps, so a level changes only with the path length. Only its minima between refills
-need residuals.
+A flag implies a choice: to have been in one region at some step, and outside another at every later step. The values
+decide the choice, as for any disjunction, and margins of the two regions result. A level depends on every position up
+to its step. Nearby trajectories refill at the same steps, so a level changes only with the path length. Only its minima
+between refills need residuals.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ from missionc.ir.language.margins.view import View
 
 
 def flag_pieces(flag: Flag, holds: bool, mask: Flags, position: Array) -> Iterator[tuple[Predicate, bool, Flags]]:
-    """Margins of regions, with agents and steps, (agents, steps), for a flag to be set, or unset.
+    """Yield region predicates that imply a flag to be set (or unset), with the agents and steps at which they must be
+    true.
 
     Args:
-        mask: agents and steps of the condition, (agents, steps).
+        mask: agents and steps at which the flag must be set or unset, (agents, steps).
         position: (agents, steps, dim), metres.
     """
     inside, outside = (np.zeros_like(mask) for _ in range(2))
@@ -47,10 +48,7 @@ def flag_pieces(flag: Flag, holds: bool, mask: Flags, position: Array) -> Iterat
 
 
 def _outside(region: Region | None, position: Array) -> Array:
-    """Distance outside a region for each place, (steps, dim) -> (steps,), metres.
-
-    Infinite without a region.
-    """
+    """Signed distance of positions to a region: (steps, dim), metres -> (steps,), metres; infinite without a region."""
     if region is None:
         return np.full(len(position), np.inf)
     return np.asarray(signed_distance(np, region.shape, position))
@@ -60,8 +58,9 @@ def _since(depth: Array, away: Array, holds: bool) -> tuple[int | None, int]:
     """Best step inside the first region, and first step from which to be outside the second.
 
     Args:
-        depth: depth in the first at each step so far, (steps,); ``away``: distance from the second, (steps,); metres.
-        holds: True if a step in both counts for the first, which must have been visited.
+        depth: depth in the first region at each step so far, (steps,), metres.
+        away: distance from the second region, (steps,), metres.
+        holds: True if a step in both regions counts for the first, which must have been visited.
     """
     kept = np.minimum.accumulate(away[::-1])[::-1]
     after = np.append(kept[1:], np.inf) if holds else kept
@@ -82,7 +81,7 @@ def level_groups(
     weights: Weights,
     spare: Spare,
 ) -> Iterator[Group]:
-    """Groups of a resource comparison at its minima, where it must hold or fail.
+    """Yield the residual groups of a resource comparison that must be true (or false), at the minima of its margin.
 
     Args:
         mask: agents and steps of the condition, (agents, steps).
@@ -151,7 +150,7 @@ def _level(resource: Resource, step: float, path: Array, at: Indices) -> tuple[A
 
 
 def _least(value: Array) -> Flags:
-    """Flags of local minima of a value, (rows, steps), any unit; infinite values are excluded."""
+    """Return true at each local minimum of a value, (rows, steps), any unit; infinite values are excluded."""
     beside = np.pad(value, ((0, 0), (1, 1)), constant_values=np.inf)
     least: Flags = (value <= beside[:, :-2]) & (value <= beside[:, 2:]) & (value < np.inf)
     return least
@@ -162,7 +161,7 @@ def _resources(predicate: Compare) -> list[Resource]:
 
 
 def _metres(predicate: Compare, mission: Mission, agent: int) -> float:
-    """Metres at top speed that correspond to a unit of its margin."""
+    """Metres at top speed that correspond to a unit of the predicate's margin."""
     if predicate.unit == "m":
         return 1.0
     fastest = mission.agents[agent].dynamics.top_speed

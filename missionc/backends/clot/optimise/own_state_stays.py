@@ -1,8 +1,8 @@
-"""Stays that own states depend on: refills and flag regions of a motion, as formulas.
+"""Stays in regions that own states depend on: refills and flag regions of a trajectory, as formulas.
 
 A level has no gradient towards its refill region, and a flag may be set at any of many steps. An agent that refills, or
-sets or clears a flag as required, in a first motion must therefore be in the region at the same steps. For the level,
-only the path length remains to optimise; for the flag, only avoiding the other region in between.
+sets or clears a flag as required, in an initial trajectory must therefore be in the region at the same steps. For the
+level, only the path length remains to optimise; for the flag, only avoiding the other region in between.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir.language.margins.resources import within
 
 
 def with_stays(demand: Demand, position: Array, velocity: Array) -> Demand:
-    """Demand with the stays of one motion: (agents, steps + 1, dim), metres and m/s.
+    """Goals with additional formulas that fix the stays of one trajectory in refill and flag regions.
 
     Shape: (agents, steps + 1, dim), metres and m/s.
     """
@@ -47,7 +47,7 @@ def _refills(mission: Mission, resources: list[Resource], position: Array) -> It
 
 
 def _settings(demand: Demand, position: Array, velocity: Array) -> Iterator[Node]:
-    """Required steps that set flags, and that clear them; positions are (agents, steps, dim), metres."""
+    """Yield formulas for the steps that set and clear required flags; positions are (agents, steps, dim), metres."""
     for (predicate, holds), mask in demand.active(position, velocity).margins.items():
         if isinstance(predicate, Flagged):
             for region, inside, where in flag_pieces(predicate.flag, holds, mask, position):
@@ -56,6 +56,6 @@ def _settings(demand: Demand, position: Array, velocity: Array) -> Iterator[Node
 
 
 def _stretches(inside: Flags) -> Iterator[tuple[int, int]]:
-    """First and last step of each run of set flags, (steps,)."""
+    """Yield the first and last step of each run of true values, (steps,)."""
     change = np.diff(np.concatenate([[0], inside.astype(np.int8), [0]]))
     yield from zip(np.flatnonzero(change > 0).tolist(), (np.flatnonzero(change < 0) - 1).tolist(), strict=True)

@@ -3,12 +3,12 @@
     in   nodes of a path, with the allowed steps and speeds of each
     out  the node at each time, in order; None if impossible
 
-Several agents move along one path together: a node has the progress, and the position of each agent then. Path lengths
-are in steps at top speed of the slowest agent.
+Several agents move along one path together: a node has the progress, and the position of each agent at that progress.
+Path lengths are in steps at top speed of the slowest agent.
 
-Each step in motion costs 1 plus the square of its speed over ``PACE``, so that a path is cheapest at that pace, and
-rest is free. Dynamic programming over (time, node, last step) finds the minimum. Unlike ``space_time_search``, it has
-one space dimension, and the last step in its state for the acceleration.
+Each step in motion costs 1 plus the square of its speed divided by ``PACE``, so that a path is cheapest at that speed,
+and rest is free. Dynamic programming over (time, node, last step) finds the minimum. Unlike ``space_time_search``, it
+has one space dimension, and the last step in its state for the acceleration.
 
 Source:
     Kant and Zucker, "Toward Efficient Trajectory Planning: The Path-Velocity Decomposition", 1986.
@@ -25,18 +25,19 @@ from missionc.base.trace import Array, Flags, Indices
 
 
 class Nodes(Record, eq=False):
-    """Nodes of a path.
+    """Nodes of a path that several agents follow together.
 
     Args:
-        along: (nodes,), progress of each.
-        place: (agents, nodes, dim), positions, metres.
+        along: progress at each node, (nodes,).
+        place: positions of the agents at each node, (agents, nodes, dim), metres.
     """
 
     along: Array
     place: Array
 
     def corner(self, here: int, there: int) -> int | None:
-        """Node between two others furthest from the straight path; None if the path is straight there."""
+        """Index of the node between two others that is furthest from the straight connection; None if the path is
+        nearly straight."""
         bend = 0.03  # distance of a corner from the straight path, as a share of its length
         if there <= here + 1:
             return None
@@ -49,23 +50,23 @@ class Nodes(Record, eq=False):
 
 
 def lengths(path: Array, unit: Array) -> Array:
-    """Length of each step of a path, (points - 1,), dimensionless, in steps at top speed.
+    """Length of each segment of a path, (points - 1,), in steps at top speed (dimensionless).
 
     Args:
         path: (agents, points, dim), metres.
-        unit: a step at top speed, (agents,), metres.
+        unit: length of a step at top speed, (agents,), metres.
     """
     steps: Array = (np.linalg.norm(np.diff(path, axis=1), axis=2) / unit[:, None]).max(axis=0)
     return steps
 
 
 def path_nodes(path: Array, unit: Array, fine: int, exactly: Flags) -> Nodes:
-    """Nodes of a path with cells of length 1 / ``fine``.
+    """Nodes of a path with a spacing of 1 / ``fine`` steps at top speed.
 
     Args:
         path: (agents, points, dim), metres.
-        unit: a step at top speed, (agents,), metres.
-        exactly: (points,), True for points with exact positions.
+        unit: length of a step at top speed, (agents,), metres.
+        exactly: (points,), True for points that must be nodes.
     """
     fine_spacing, usual_spacing = 0.1, 0.5  # least number of cells between two nodes
     steps = lengths(path, unit)
@@ -90,21 +91,21 @@ def path_nodes(path: Array, unit: Array, fine: int, exactly: Flags) -> Nodes:
 
 
 PACE = 0.4
-"""Share of the top speed at which a path costs least."""
+"""Fraction of the top speed at which a path costs least."""
 
 SETTING_OUT = 2.0
-"""Cost of setting out, in steps: so that a path is traversed without stops."""
+"""Cost of starting to move, in steps, so that a path is traversed without stops."""
 
 CHANGE = 4.0
-"""Cost of changing to or from that pace within a step, if the velocity may jump; else its square."""
+"""Cost of changing to or from the cheapest speed, if the velocity may jump; otherwise of the squared change."""
 
 SPEEDS = tuple(number / 16 for number in range(17))
-"""Shares of the top speed at which predicates of speed are evaluated."""
+"""Fractions of the top speed at which predicates of speed are evaluated."""
 
 ROUNDING = 1e-9
 
 SOON = 1e-6
-"""Cost of each step with one full-speed step still to go: of equal paths the earlier wins."""
+"""Cost of each step while a step's length remains to travel, so that of equal motions the earliest is selected."""
 
 
 class Bounds(Record, eq=False):
@@ -112,13 +113,13 @@ class Bounds(Record, eq=False):
 
     Args:
         allowed: allowed nodes at each speed of ``SPEEDS``, (speeds, steps + 1, nodes).
-        unit: a step at top speed, (agents,), metres.
+        unit: length of a step at top speed, (agents,), metres.
         top: maximum length of a step.
-        gain: greatest difference of consecutive steps, as a share of such a step; infinite if the velocity may
-                jump.
+        gain: greatest difference of consecutive steps, as a fraction of a step at top speed; infinite if the velocity
+            may jump.
         begin: number of initial times at the first node.
         last: time after which nothing moves.
-        finish: True if it ends at the last node; with finite ``gain``, at rest.
+        finish: True if the motion ends at the last node; with finite ``gain``, at rest.
         forbidden: pairs of nodes that may not be one step apart.
         stops: nodes that no step may skip, with the number of steps for turning there.
     """
@@ -135,17 +136,17 @@ class Bounds(Record, eq=False):
 
 
 def restlessness(lengths: Array) -> float:
-    """Cost of the steps of a motion, (steps,), each in dimensionless steps at top speed."""
+    """Cost of the steps of a motion, (steps,), each in steps at top speed (dimensionless)."""
     moving = lengths > 0
     sets_out = moving & ~np.concatenate([[False], moving[:-1]])
     return float((moving + (lengths / PACE) ** 2 + SETTING_OUT * sets_out).sum())
 
 
 def path_velocity(nodes: Nodes, bounds: Bounds) -> Indices | None:
-    """Node at each time: at each step, or with finite ``gain`` with steps halfway between two times.
+    """Index of the node at each time: at each step, or with finite ``gain``, with steps halfway between two times.
 
     Returns:
-        (steps + 1,), or one more; indices of nodes.
+        (steps + 1,), or one more; None if no motion satisfies the bounds.
     """
     tuning = _Tuning(nodes, bounds)
     choices: list[Indices] = []
@@ -167,7 +168,7 @@ def path_velocity(nodes: Nodes, bounds: Bounds) -> Indices | None:
 
 
 class _Tuning:
-    """Costs of steps, (nodes, most + 1): from a node to the one that many ahead.
+    """Tables of the dynamic program: costs of steps, (nodes, most + 1), by node and number of nodes ahead.
 
     A node with turning steps is repeated accordingly, and each turning step leads from one copy to the next.
     """
@@ -199,9 +200,8 @@ class _Tuning:
         self.links = self._links(nodes.place[:, places], to, number, length)
 
     def _links(self, place: Array, to: Indices, number: Indices, length: Array) -> Array:
-        """Additional cost of one step after another, (nodes, most + 1, most + 1), a dimensionless number: for a node by
-        the first's start and the second's end.
-        """
+        """Additional cost of one step after another, (nodes, most + 1, most + 1), dimensionless: by node, start of the
+        first step, and end of the second."""
         width, before = self.width, np.maximum(number[:, None] - self.width, 0)
         charge = np.where((width[:, None] == 0) & (width > 0), SETTING_OUT, 0.0)
         if not self.smooth:
@@ -216,7 +216,7 @@ class _Tuning:
     def step(self, moment: int, value: Array) -> tuple[Indices, Array]:
         """Predecessor of each step that leaves a node, and the costs at each node after a step.
 
-        Shape: (nodes, most + 1), numbers.
+        Shape: (nodes, most + 1) twice; indices, and dimensionless costs.
         """
         every = value[:, :, None] + self.links
         choice, leaving = every.argmin(axis=1), every.min(axis=1)
@@ -229,7 +229,7 @@ class _Tuning:
         return choice, arriving + SOON * (self.along[-1] - self.along)[:, None]
 
     def ends(self) -> Flags:
-        """Flags of possible last steps and nodes, (nodes, most + 1)."""
+        """Return true for each possible combination of last node and last step, (nodes, most + 1)."""
         ends = np.ones_like(self.cost, dtype=np.bool_)
         if not self.smooth:
             ends &= self.allowed[0, -1][:, None]

@@ -1,8 +1,8 @@
-"""Pursuit: motions of agents that turn slowly or cannot wait, as near as possible to given motions.
+"""Pure pursuit: trajectories of agents that turn slowly or cannot wait, as near as possible to given trajectories.
 
-In every step the agent turns towards its next place and moves as far ahead as needed, within its limits. It rounds
-corners, turns in place, and circles if it cannot wait. A waiting agent turns towards its next motion. Motions within
-the dynamics stay unchanged. Obstacles are ignored.
+In every step the agent turns towards its next position and moves as far ahead as needed, within its limits. It rounds
+corners, turns in place, and circles if it cannot wait. A waiting agent turns towards its next motion. Trajectories
+within the dynamics stay unchanged. Obstacles are ignored.
 
 Source:
     Coulter, "Implementation of the pure pursuit path tracking algorithm", 1992.
@@ -20,7 +20,8 @@ from missionc.ir import Dynamics, Mission
 
 
 def followed(mission: Mission, position: Array) -> Array:
-    """Replace the positions, (agents, steps + 1, dim), metres, of agents that turn slowly or cannot wait."""
+    """Positions, (agents, steps + 1, dim), metres, in which pursuit replaces the trajectories of agents that turn
+    slowly or cannot wait."""
     result = position.copy()
     for agent in mission.agents:
         if not can_wait(agent.dynamics) or math.isfinite(turn_in_step(agent.dynamics, mission.step)):
@@ -29,7 +30,7 @@ def followed(mission: Mission, position: Array) -> Array:
 
 
 def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
-    """First-order motion after positions at the steps, (steps + 1, dim), metres, within the dynamics."""
+    """First-order trajectory that follows positions at the steps, (steps + 1, dim), metres, within the dynamics."""
     still = 1e-4  # share of its longest step, below which an agent that can wait is at rest
     limit = turn_in_step(dynamics, step)
     shortest, longest = dynamics.lowest_speed * step, dynamics.top_speed * step
@@ -60,7 +61,8 @@ def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
 
 
 def _leaves(position: Array, still: float) -> list[int]:
-    """For each step, the next one with another position, (steps + 1, 2), metres; past the last if none."""
+    """For each step, the next step with another position, (steps + 1, 2), metres; past the last step if the position
+    stays."""
     leaves = [len(position)] * len(position)
     for now in range(len(position) - 2, -1, -1):
         moves = math.hypot(*(position[now + 1] - position[now])) > still

@@ -16,7 +16,7 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 
 Function = Callable[..., Values]
-"""Function from points, (residuals, dim) each, to the margin's shortfall, (residuals,); only positive parts count."""
+"""Function from points, (residuals, dim) each, to the shortfalls of margins, (residuals,); at most 0 if satisfied."""
 
 
 class Group(Record, eq=False):
@@ -43,7 +43,7 @@ class Rows(Record, eq=False):
 
     Args:
         value: (rows,), metres.
-        gradient: for each argument (rows, dim).
+        gradient: gradient of each value by each argument, (rows, dim) each.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Rows(Record, eq=False):
     gradient: tuple[Array, ...]
 
     def taken(self, some: Flags) -> Rows:
-        """Select rows, (rows,)."""
+        """Selected rows, by flags (rows,)."""
         where = np.flatnonzero(some)
         arguments = tuple(argument.take(where) for argument in self.arguments)
         gradient = tuple(each[where] for each in self.gradient)
@@ -62,10 +62,10 @@ class Rows(Record, eq=False):
 
 
 def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
-    """Violated rows of a group at these control points, (agents, points, dim), metres, with gradients.
+    """Linearised residuals of a group that are violated at these control points, (agents, points, dim), metres.
 
     Args:
-        near: metres; also include rows that would be violated if worse by this.
+        near: also include residuals that would be violated if they were worse by this amount, metres.
     """
     # Functions may carry a number per row: they are evaluated for all rows, and read for violated ones.
     points = [argument.of(control) for argument in group.arguments]

@@ -1,11 +1,11 @@
 """Retiming of trajectories: the same paths with new velocity profiles, so that agents with slack rest.
 
-    in   a plan's control points, motion and goals
-    out  the same, or those of another plan along the same paths with more rest
+    in   a plan's control points, trajectory and goals
+    out  control points and trajectory, those of another plan along the same paths if it has more rest
 
 An agent that creeps, or need not move, gets another velocity profile along its path (``path_velocity``): first all
-agents of a formation together, then one after the other. Conditions that satisfy the goals must hold at their steps as
-well as before, and other margins must keep their present share of the target.
+agents of a formation together, then one after the other. Conditions that imply the goals must be satisfied at their
+steps as well as before, and other margins must preserve their current fraction of the target.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from missionc.ir.kernel.nodes import Atom, Node, UntilNode, WindowNode
 from missionc.ir.kernel.walk import postorder
 
 ROUNDING = 1e-9
-"""Metres."""
+"""Rounding tolerance of lengths, metres."""
 
 
 def retime(
@@ -55,11 +55,12 @@ def retime(
     accept: Callable[[Array], Trace | None],
     go_on: Callable[[], bool] = lambda: True,
 ) -> tuple[Array, Trace]:
-    """Control points of a plan, (agents, points, dim), metres, and its motion, with more rest.
+    """Control points, (agents, points, dim), metres, and trace of a plan with more rest; the given plan's own if none
+    is found.
 
     Args:
-        demand: demand on it, satisfied in any way.
-        accept: motion of control points, if it is an equally good plan.
+        demand: goals of the plan without fixed choices.
+        accept: function from control points to their trace if it is an equally good plan, otherwise None.
     """
     count = len(control)
     everyone, singles = tuple(range(count)), [(agent,) for agent in range(count)]
@@ -92,10 +93,10 @@ def retime(
 
 
 class _Asked(Record, eq=False):
-    """A single-step formula that must hold: flags (agents, some) at these steps, (some,).
+    """Single-step formula that must be true at some steps, (some,), for agents flagged in ``mask``, (agents, some).
 
     Args:
-        about: agents whose motion matters, (agents,).
+        about: agents whose trajectories matter, (agents,).
     """
 
     formula: Node
@@ -127,30 +128,27 @@ def _asked(formula: Node, mask: Flags) -> _Asked:
 
 
 def _of_team(demand: Demand) -> bool:
-    """Return whether some condition is about the team as a whole."""
+    """Return true if some condition is about the team as a whole."""
     return any(isinstance(node, Atom) and node.predicate.about_team for node in demand.order)
 
 
 def _path(control: Array, members: list[int], costs: Costs) -> tuple[Array, Array]:
-    """Moved control points, (members, points, dim), metres, and a step at top speed, (members,), metres.
-
-    Metres.
-    """
+    """Control points of the agents ``members``, (members, points, dim), metres, and their step length at top speed,
+    (members,), metres."""
     made, mission = costs.splines, costs.mission
     unit = np.array([mission.agents[each].dynamics.top_speed for each in members]) * made.step
     return control[members, : made.steps + 1 + bool(made.smooth[members[0]])], unit
 
 
 def _creeps(pace: Array) -> bool:
-    """Return whether ``pace``, (steps,), a dimensionless number, is slow for so long that the agent may
-    rest instead.
-    """
+    """Return true if speeds ``pace``, (steps,), as fractions of the top speed, are so low for so long that the agent
+    may rest instead."""
     creep, share = 0.05, 0.1  # of the top speed; of the steps, from which an agent may rest instead
     return bool(((pace > 0) & (pace < creep)).sum() >= share * len(pace))
 
 
 class _Need(Record, eq=False):
-    """A goal, its satisfying single-step conditions, and its robustness, metres."""
+    """Goal with the single-step conditions that imply it, and its robustness, metres."""
 
     demand: Demand
     asked: tuple[_Asked, ...]
@@ -159,7 +157,7 @@ class _Need(Record, eq=False):
 
 @dataclass(slots=True, eq=False)
 class _Calm:
-    """Control points of a plan, (agents, points, dim), metres, that are retimed path by path."""
+    """Plan's control points, (agents, points, dim), metres, that are retimed path by path."""
 
     control: Array
     demand: Demand
@@ -167,12 +165,12 @@ class _Calm:
     vicinity: Vicinity = field(init=False)
     needs: list[_Need] = field(init=False)
     tight: Flags = field(init=False)
-    """Steps at which a goal holds with no additional margin, (steps + 1,)."""
+    """Steps at which a goal is satisfied without additional margin, (steps + 1,)."""
     apart: Array = field(init=False)
-    """Required distance of two agents, (agents, agents), metres in ``metric``, (agents, agents, dim)."""
+    """Required distance of two agents, (agents, agents), metres, after scaling each axis by ``metric``."""
     metric: Array = field(init=False)
     room: float = field(init=False)
-    """Margin beyond which more does not count, metres."""
+    """Margin, metres, beyond which more margin does not count."""
     work: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -196,7 +194,7 @@ class _Calm:
         self.room = with_room(mission).task
 
     def tune(self, group: tuple[int, ...]) -> None:
-        """Retime agents along their paths, one profile for all of them, if the result is equally good."""
+        """Retime agents along their paths, with one velocity profile for all of them, if the result is equally good."""
         # Cells of a path in a step at top speed: with momentum 12 to 48, two for the gain of a step.
         plain, finer, finest = 6, 12, 48
         cuts = 8  # number of profiles tried, each without the violations of the previous one
@@ -254,22 +252,24 @@ class _Calm:
                 return
 
     def _may_stay(self, members: list[int], start: Array) -> bool:
-        """Return whether agents without team conditions may stay at their starts, (agents, 1, dim), metres."""
+        """Return true if agents without team conditions may stay at their starts, (agents, 1, dim), metres."""
         return not _of_team(self.demand) and bool(self._allowed(members, start, 0.0)[0].all())
 
     def _as_good(self, tried: Array, cell: float) -> bool:
-        """Return whether each goal holds as well as before; control points are (agents, points, dim), metres."""
+        """Return true if each goal is satisfied as well as before by control points (agents, points, dim), metres."""
         states = self.costs.splines.states(tried)
         return all(need.demand.worst(*states) >= self._least(need, cell) - ROUNDING for need in self.needs)
 
     def _least(self, need: _Need, cell: float) -> float:
-        """Required robustness of a goal, metres: the present one, or less by half a ``cell`` if there is room."""
+        """Required robustness of a goal, metres: its current robustness, or less by half a ``cell`` if it exceeds
+        ``room``."""
         return max(min(need.worst, self.room), need.worst - cell)
 
     def _turn(self, tried: Array, part: Rows, found: Indices, stops: dict[int, int]) -> None:
-        """Add nodes with turns above the limit, and the duration of standing there.
+        """Add nodes at which the path turns by more than the limit to ``stops``, with the number of steps for the turn.
 
-        Points are (agents, points, dim), metres.
+        Args:
+            tried: (agents, points, dim), metres.
         """
         one, other = part.arguments
         soonest = (other.first - one.first).min()  # a turn is too large for all pairs of steps around it
@@ -284,7 +284,8 @@ class _Calm:
             stops[node] = max(stops.get(node, 0), int(np.ceil(turned)) - 1)
 
     def _keep_away(self, part: Rows, agent: int, nodes: Array, allowed: Flags) -> None:
-        """Restrict nodes, (nodes, dim), metres, to larger distances from agents in conflict between two steps."""
+        """Restrict the allowed nodes, (nodes, dim), metres, to larger distances from agents in conflict between two
+        steps."""
         position, _ = self.costs.splines.states(self.control)
         one, other = part.arguments[:2]
         for first, second, step, short in zip(one.agent, other.agent, one.first, part.value, strict=True):
@@ -298,7 +299,7 @@ class _Calm:
     def _cut(
         self, part: Rows, found: Indices, nodes: Nodes, forbidden: set[tuple[int, int]], stops: dict[int, int]
     ) -> None:
-        """Add forbidden steps: nodes at cut corners must be visited."""
+        """Add forbidden steps after an obstacle conflict: nodes at corners that a step cuts must be visited."""
         first = {int(step) for each in part.arguments for step in each.first}
         last = len(found) - 1
         if last > self.costs.splines.steps:  # three control points determine a step
@@ -311,13 +312,13 @@ class _Calm:
                 forbidden.add((here, there))
 
     def _allowed(self, members: list[int], nodes: Array, cell: float) -> Flags:
-        """Allowed nodes at each step for each goal to hold as well as before, at each of ``SPEEDS``.
+        """Nodes allowed at each step and speed of ``SPEEDS`` so that each goal is satisfied as well as before.
 
         Args:
             nodes: (agents, nodes, dim), metres.
 
         Returns:
-            (speeds, steps + 1, nodes), boolean
+            (speeds, steps + 1, nodes), boolean.
         """
         mission = self.costs.mission
         position, velocity = self.costs.splines.states(self.control)
@@ -349,8 +350,10 @@ class _Calm:
 
 
 def _apart(costs: Costs, position: Array) -> tuple[Array, Array]:
-    """Required distances of agents, (agents, agents), metres: the present ones, (agents, steps + 1, dim), or a
-    sufficient margin; and the axis factors, (agents, agents, dim).
+    """Required distances of agents, (agents, agents), metres, and factors on the axes, (agents, agents, dim).
+
+    The required distance is the current least distance over the positions, (agents, steps + 1, dim), or a sufficient
+    margin if smaller.
     """
     mission, spacing = costs.mission, SpacingTable.of(costs.mission)
     pairs = np.arange(len(position))[:, None], np.arange(len(position))

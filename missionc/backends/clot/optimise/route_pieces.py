@@ -1,7 +1,7 @@
-"""Witnesses of routes bounded in metres: the links of one route, or a cut of all, at one step.
+"""Witnesses of routes bounded in metres: the links of one route, or a violation of every route, at one step.
 
-Existence of a route depends on one route: its links, agents and length. Absence depends on a violation of every route,
-and one violation may serve many.
+The existence of a route depends on one route: its links, agents and length. The absence depends on a violation of every
+route, and one violation may apply to many routes.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from missionc.base.trace import Array, Flags
 from missionc.verification.monitoring.graph_routes import shortest
 
 ROUNDING = 1e-9
-"""Metres: rounding difference of sums in another order."""
+"""Rounding difference of sums in another order, metres."""
 
 Members: TypeAlias = tuple[int, ...]
 """Members of a graph, by index."""
 
 Piece: TypeAlias = tuple[Literal["link", "through", "end", "shorter", "longer"], Members]
-"""A condition: a link of two members, or its absence; the through or end condition of one member; a route's length
-below, or above, its bound."""
+"""Condition of a route: a link of two members (or its absence), the through or end condition of one member, or a length
+of the route below, or above, its bound."""
 
 
 class RoutePoint(Record, eq=False):
-    """A graph at one step, for routes of ``low`` to ``high`` metres.
+    """Graph at one step, for routes of ``low`` to ``high`` metres.
 
     Args:
-        links: margins, (members, members), from and to, metres; likewise ``lengths``.
-        closest: least distances of their bodies; likewise.
-        through: value of each agent on a route except the last, (members,), metres; ``end``: of the last.
+        links: link margins, (members, members), from and to, metres; ``lengths``: link lengths, likewise.
+        closest: least allowed distances of the bodies, (members, members), metres.
+        through: value of each agent on a route except the last, (members,), metres; ``end``: value of the last.
         one_way: True for directed links.
     """
 
@@ -48,12 +48,17 @@ class RoutePoint(Record, eq=False):
     one_way: bool = False
 
     def link(self, one: int, other: int) -> Piece:
-        """Link from one member to another; for undirected links, both directions are the same."""
+        """Link condition from one member to another; for undirected links, both directions are the same."""
         return ("link", (one, other)) if self.one_way else ("link", (min(one, other), max(one, other)))
 
 
 def that_make(place: RoutePoint, start: int, worth: float) -> set[Piece]:
-    """Pieces of the shortest route from a member with the best value."""
+    """Conditions that imply the best route from a member.
+
+    Args:
+        start: index of the member.
+        worth: value of the best route, metres.
+    """
     route = _route(place, start, worth - ROUNDING)
     pieces: set[Piece] = {("end", route[-1:])}
     for one, other in pairwise(route):
@@ -66,11 +71,11 @@ def that_make(place: RoutePoint, start: int, worth: float) -> set[Piece]:
 
 
 def that_break(place: RoutePoint, start: int, worth: float) -> set[Piece]:
-    """For each route from a member, its best violation, unless one chosen for another route suffices.
+    """For each route from a member, its best violation, unless a violation selected for another route suffices.
 
     Args:
-        place: with ``through`` and ``end`` in the form for violations.
-        worth: value of the worst route's best violation, a lower bound for all chosen ones.
+        place: graph with ``through`` and ``end`` in the form for violations.
+        worth: value of the worst route's best violation, metres: a lower bound for all selected violations.
     """
     clear = 0.4  # metres of shortfall at one link or agent, from which the rest of a route does not count
     most = 300  # number of route beginnings considered, the shortest first
@@ -102,7 +107,7 @@ def that_break(place: RoutePoint, start: int, worth: float) -> set[Piece]:
 
 
 def _breaking(place: RoutePoint, route: Members, length: float) -> Iterator[tuple[float, Piece]]:
-    """Every violation of a route, with its value."""
+    """Yield every violation of a route, with its value, metres."""
     yield place.end[route[-1]], ("end", route[-1:])
     for one, other in pairwise(route):
         yield -place.links[one, other], place.link(one, other)
@@ -114,7 +119,7 @@ def _breaking(place: RoutePoint, route: Members, length: float) -> Iterator[tupl
 
 
 def _route(place: RoutePoint, start: int, enough: float) -> Members:
-    """A route with all parts of value ``enough``, by shortest paths first."""
+    """Route whose parts all have a value of at least ``enough``; shortest paths are tried first."""
     ends = place.end >= enough
     if place.low <= 0 and ends[start]:
         return (start,)

@@ -1,7 +1,7 @@
-"""Signed distances of points to many shapes, each to its own, in one operation on stacked tables.
+"""Signed distances of points to many shapes, each point to its own shape, in one operation on stacked tables.
 
 Every plain shape is a polygon of one or more corners, with a radius, between two heights; a ball is one corner with its
-height. Combined shapes are folded level by level. The values equal ``world.signed_distance``.
+height. Combined shapes are evaluated level by level. The values equal ``ir.distances.signed_distance``.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Pris
 EVERYWHERE = Prism(-np.inf, np.inf)
 
 OPERATIONS = {Union: (1.0, 1.0), Intersection: (-1.0, -1.0), Difference: (-1.0, 1.0)}
-"""Signs of the fold of two distances, ``own * min(own * left, other * right)``: ``own`` and ``other``."""
+"""Signs that combine two distances as ``own * min(own * left, other * right)``, by set operation."""
 
 
 class Leaves(Record, eq=False):
-    """Plain shapes of similar numbers of sides.
+    """Table of plain shapes with similar numbers of sides.
 
     Args:
-        sides: (leaves, 6, sides): begin of a side, x and y, its direction, the inverse of its squared length, and its
-                slope dx/dy. Sides of length zero have 0; the first corner is the padding.
-        own: (leaves, 5): radius, bottom and top, height of the middle of a ball, 1 for balls and else 0.
+        sides: (leaves, 6, sides): start of a side (x and y), its direction (x and y), the inverse of its squared
+            length, and its slope dx/dy. Sides of length zero have 0; the first corner is the padding.
+        own: (leaves, 5): radius, bottom and top, height of the centre of a ball, 1 for balls and 0 for others.
     """
 
     sides: Array
@@ -37,14 +37,15 @@ class Leaves(Record, eq=False):
 
 
 class Lists(Record, eq=False):
-    """A list of rows for each shape: rows, (rows,), in sequence; first index and count, (shapes,)."""
+    """List of rows for each shape: rows, (rows,), in sequence; first index and count, (shapes,)."""
 
     rows: Indices
     first: Indices
     count: Indices
 
     def of(self, which: Indices) -> tuple[Indices, Indices, Indices]:
-        """Rows of some shapes, (some,): index into ``which``, index in its list, and row, (rows,) each."""
+        """Rows of the shapes ``which``, (some,): index into ``which``, index in the shape's list, and row, (rows,)
+        each."""
         count = self.count[which]
         place = np.repeat(np.arange(len(which)), count)
         within = np.arange(len(place)) - (count.cumsum() - count)[place]
@@ -52,7 +53,7 @@ class Lists(Record, eq=False):
 
 
 class Stacked:
-    """Stacked shapes.
+    """Stacked tables of shapes.
 
     Args:
         dimension: dimension of the points.
@@ -96,7 +97,8 @@ class Stacked:
         return self.measured(points, which, False)[0]
 
     def measured(self, points: Array, which: Indices, slope: bool) -> tuple[Array, Array]:
-        """Distances, (rows,), metres, and with ``slope`` their gradients, (rows, dim); else empty."""
+        """Signed distances, (rows,), metres, and with ``slope`` their gradients, (rows, dim); otherwise empty
+        gradients."""
         if not self.levels:
             return self._leaves(points, which, slope)
         place, within, leaf = self.of_shape.of(which)
@@ -123,7 +125,7 @@ class Stacked:
         return value[last], gradient[last] if slope else gradient
 
     def _leaves(self, points: Array, leaf: Indices, slope: bool) -> tuple[Array, Array]:
-        """``measured`` for plain shapes, by their own indices: (rows,), metres, and (rows, dim)."""
+        """Signed distances to plain shapes, by their own indices: (rows,), metres, and gradients, (rows, dim)."""
         chunk = 1 << 16  # numbers in one table, which stays in the cache
         if len(self.leaves) == 1 and len(leaf) * self.leaves[0].sides.shape[2] <= chunk:
             return _plain(points, self.leaves[0].sides[leaf], self.leaves[0].own[leaf], slope)
@@ -147,7 +149,7 @@ def lists(count: Sequence[int] | Indices, rows: Indices) -> Lists:
 
 
 def _plain(points: Array, sides: Array, own: Array, slope: bool) -> tuple[Array, Array]:
-    """Distance of each point to its plain shape, (rows,), metres, and its gradient, (rows, dim)."""
+    """Signed distance of each point to its plain shape, (rows,), metres, and its gradient, (rows, dim)."""
     x, y, along_x, along_y, scale, slant = (sides[:, column] for column in range(6))
     off_x, off_y = points[:, :1] - x, points[:, 1:2] - y
     row = np.arange(len(points))
@@ -190,10 +192,10 @@ def _plain(points: Array, sides: Array, own: Array, slope: bool) -> tuple[Array,
 
 
 class _Tree:
-    """Plain shapes of a shape, in order, and their folds, lower levels first.
+    """Plain shapes that a shape combines, in order, and their set operations, lower levels first.
 
-    A fold has its level, its slot, the slots of its two parts and the two factors of its operation. Slots are the plain
-    shapes, then the folds; the last one is the shape itself.
+    An operation has its level, its slot, the slots of its two parts and its two signs. Slots are the plain shapes, then
+    the operations; the last slot is the shape itself.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -201,7 +203,8 @@ class _Tree:
         folds: list[tuple[int, int, int, float, float]] = []
 
         def walk(shape: Shape) -> tuple[int, int]:
-            """Level and index: the index of a leaf, or the bitwise complement of a fold's index."""
+            """Level and index of a shape: the index of a plain shape, or the bitwise complement of an operation's
+            index."""
             match shape:
                 case Union(left, right) | Intersection(left, right) | Difference(left, right):
                     (one, left_number), (two, right_number) = walk(left), walk(right)

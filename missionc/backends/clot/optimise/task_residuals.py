@@ -45,7 +45,7 @@ from missionc.ir.pair_ranges import directed
 
 
 class TaskCosts(Record, eq=False):
-    """Costs of a mission's formulas for motions of ``splines``."""
+    """Residual groups of a mission's formulas for trajectories given by ``splines``."""
 
     mission: Mission
     splines: Splines
@@ -53,7 +53,7 @@ class TaskCosts(Record, eq=False):
     spare: Spare
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
-        """Active margins and links of a candidate, (agents, points, dim), metres."""
+        """Yield the residual groups of the active conditions of a candidate, (agents, points, dim), metres."""
         for (predicate, holds), mask in active.margins.items():
             yield from self._margin(predicate, holds, mask, control)
         for lists, together in ((active.joined, True), (active.parted, False)):
@@ -79,9 +79,9 @@ class TaskCosts(Record, eq=False):
             yield self._measured(predicate, holds, mask)
 
     def _own_state(self, predicate: Predicate, holds: bool, mask: Flags, control: Array) -> Iterator[Group]:
-        """Groups for predicates of the past; (agents, points, dim), metres.
+        """Yield the residual groups of predicates of the past; control points (agents, points, dim), metres.
 
-        Empty for a motion that begins later.
+        Nothing is yielded for a trajectory that begins later than the mission.
         """
         made = self.splines
         if made.steps != self.mission.steps:
@@ -93,11 +93,13 @@ class TaskCosts(Record, eq=False):
             yield from level_groups(predicate, holds, mask, control, self.mission, made, self.weights, self.spare)
 
     def _formation(self, formation: Formation, moments: Indices, holds: bool, control: Array) -> Iterator[Group]:
-        """Groups for every edge's error; for a forbidden formation, the worst one.
-
-        Control points (agents, points, dim), metres.
+        """Yield a residual group for every edge's error; for a forbidden formation, only for the worst edge.
 
         With a total tolerance, each edge gets the share nearest to its own error.
+
+        Args:
+            moments: steps, (moments,).
+            control: (agents, points, dim), metres.
         """
         if not len(moments):
             return
@@ -138,7 +140,8 @@ class TaskCosts(Record, eq=False):
             )
 
     def _measured(self, predicate: Predicate, holds: bool, mask: Flags) -> Group:
-        """Group for measures of agents: own position and velocity, and other agents' positions."""
+        """Residual group of a predicate that reads agents' positions and velocities, at the agents and steps of the
+        mask."""
         made, sign = self.splines, 1.0 if holds else -1.0
         agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
         if predicate.about_team:
@@ -190,10 +193,11 @@ class TaskCosts(Record, eq=False):
         )
 
     def _second_eigenvalue(self, graph: Graph, moments: Indices) -> Iterator[Group]:
-        """Group for λ₂ at least that of a ring of full links; in metres, a full link's margin at λ₂ = 0.
+        """Yield the residual group for λ₂ at least the λ₂ of a ring of full links; in metres, where λ₂ = 0 counts as a
+        full link's margin.
 
-        All of it is target margin: links of the best tree have their own residuals, since λ₂ of a disconnected graph
-        has no gradient. If they hold, λ₂ is positive.
+        All of the residual is target margin: links of the best tree have their own residuals, since λ₂ of a
+        disconnected graph has no gradient. If they are satisfied, λ₂ is positive.
         """
         count, full = len(graph.agents), self.spare.links
         if count < 2 or not len(moments):
@@ -211,7 +215,8 @@ class TaskCosts(Record, eq=False):
         yield Group(f"connectivity of {graph.name}", where, shortfall, self.weights.links, full)
 
     def _lengths(self, node: RouteNode, stretches: list[Stretch]) -> Iterator[Group]:
-        """Groups for routes that must be long, and short, enough; equal numbers of agents together."""
+        """Yield residual groups for routes that must be long, or short, enough; routes with equal numbers of agents
+        form one group."""
         spare = min(self.spare.task, (node.high - node.low) / 3) if not node.every else self.spare.task
         for _, alike in groupby(sorted(stretches, key=_kind), key=_kind):
             some = list(alike)
@@ -227,9 +232,11 @@ class TaskCosts(Record, eq=False):
             )
 
     def _tree(self, graph: Graph, moments: Indices, control: Array) -> Links:
-        """Edges of each step's best spanning tree, (links, 3); for directed links, of both trees.
+        """Edges of each step's maximum spanning tree, (links, 3); for directed links, of both trees.
 
-        Control points are in metres.
+        Args:
+            moments: steps, (moments,).
+            control: (agents, points, dim), metres.
         """
         agents = np.array(graph.agents)
         if len(agents) < 2:
@@ -245,8 +252,12 @@ class TaskCosts(Record, eq=False):
         return np.unique(np.concatenate([there, back]), axis=0)
 
     def _cut(self, graph: Graph, moments: Indices, control: Array) -> Links:
-        """Pairs across the tree's worst edge at each step, (links, 3), the cheapest cut; control points are
-        in metres.
+        """Pairs of agents across the worst edge of each step's spanning tree, (links, 3): the cheapest cut of the
+        graph.
+
+        Args:
+            moments: steps, (moments,).
+            control: (agents, points, dim), metres.
         """
         if directed(graph):
             return self._one_way_cut(graph, moments, control)
@@ -265,11 +276,12 @@ class TaskCosts(Record, eq=False):
         return np.concatenate(cuts) if cuts else np.zeros((0, 3), dtype=np.int64)
 
     def _one_way_cut(self, graph: Graph, moments: Indices, control: Array) -> Links:
-        """Links out of the agents before the worst edge, (links, 3), for the tree with the worse one.
+        """Links that leave the agents before the worst edge, (links, 3), for the tree whose worst edge is worse. No
+        link that leaves the agents is better than this worst edge.
 
-        Control points in metres.
-
-        No link out of these agents is better than the tree's choice.
+        Args:
+            moments: steps, (moments,).
+            control: (agents, points, dim), metres.
         """
         agents = np.array(graph.agents)
         links = self._all_links(graph, moments, control)
@@ -293,7 +305,7 @@ class TaskCosts(Record, eq=False):
         return np.asarray(link_margin(graph, agents[:, None], agents, members[:, :, None], members[:, None, :]))
 
     def _spare(self, scale: float) -> float:
-        """Margin that is wanted of a predicate with this natural scale, metres."""
+        """Target margin of a predicate with this natural scale, metres."""
         return max(self.spare.task, self.spare.scaled * scale) if np.isfinite(scale) else self.spare.task
 
     def _at(self, agent: Indices, step: Indices) -> Arguments:
@@ -301,7 +313,7 @@ class TaskCosts(Record, eq=False):
 
 
 class _OfPoints(View):
-    """Points that a predicate reads, (moments, dim) each: own position, own velocity, then other agents."""
+    """View of the points that a predicate reads, (moments, dim) each: own position, own velocity, then other agents."""
 
     def __init__(
         self,
@@ -358,12 +370,12 @@ def _kind(stretch: Stretch) -> tuple[int, bool]:
 
 
 def _length(points: tuple[Values, ...]) -> Values:
-    """Length of routes through points, (rows, dim) each -> (rows,), metres."""
+    """Length of routes through points, (rows, dim) each, metres -> (rows,), metres."""
     return reduce(operator.add, [norm(after - here) for here, after in pairwise(points)])
 
 
 def shares(errors: Array, total: float) -> Array:
-    """Projection of errors, (edges, moments), metres, to nonnegative numbers with a given sum.
+    """Projection of errors, (edges, moments), metres, to nonnegative numbers with a given sum over the edges.
 
     Source:
         Duchi, Shalev-Shwartz, Singer and Chandra, "Efficient projections onto the l1-ball", 2008, algorithm 1.
@@ -376,7 +388,7 @@ def shares(errors: Array, total: float) -> Array:
 
 
 def norm(vector: Values) -> Values:
-    """Lengths, (rows, dim) -> (rows,), such as metres, with a gradient everywhere."""
+    """Lengths of vectors, (rows, dim) -> (rows,), in their unit, with a gradient everywhere."""
     axes = [vector[:, axis] for axis in range(vector.shape[1])]
     return np.sqrt(reduce(operator.add, [axis * axis for axis in axes]) + 1e-18)
 

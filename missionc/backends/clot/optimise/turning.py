@@ -1,8 +1,8 @@
-"""Bounded turning as residuals: excess turns of agents that move along their heading.
+"""Residuals of bounded turning: excess turns of agents that move along their heading.
 
 A resting agent continues to turn. The bound therefore applies to the angle between any two steps in motion, in
 proportion to the number of steps between them. The excess angle counts as lateral metres, which vanish at rest, so that
-resting is one way to turn. ``pursuit`` removes remaining excess in tiny steps.
+resting is one method of turning. ``pursuit`` removes remaining excess in tiny steps.
 
 Source:
     [strel] Experiment Setup, the unicycle.
@@ -23,22 +23,26 @@ from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Mission
 
 TURN = "turn"
-"""Name of its residuals."""
+"""Name of the residual group of turning."""
 
 
 class Turns(Record, eq=False):
     """Pairs of steps of one agent with a maximum turn between them.
 
     Args:
-        pair: velocities in both, (pairs,) each.
-        most: (pairs,), rad.
+        pair: velocities in both steps, (pairs,) each.
+        most: maximum turn, (pairs,), rad.
     """
 
     pair: tuple[Arguments, Arguments]
     most: Array
 
     def excess(self, one: Values, other: Values, share: float) -> Values:
-        """Lateral metres, (pairs,), of movements, (pairs, dim), metres, beyond the allowed turn minus a share of it."""
+        """Excess turn as lateral metres, (pairs,), from the movements in both steps, (pairs, dim), metres.
+
+        Args:
+            share: fraction of the allowed turn that is reserved as margin.
+        """
         still = 1e-6  # metres; an agent that moves less in a step does not turn in it
         one, other = one[:, :2], other[:, :2]
         first, second = norm(one), norm(other)
@@ -52,7 +56,7 @@ class Turns(Record, eq=False):
 
 
 def turns(mission: Mission, made: Splines) -> Turns:
-    """Turn limits of a mission's agents."""
+    """Pairs of steps with a maximum turn, for all agents of a mission that turn slowly."""
     agents, earlier, apart, most = (list[int](), list[int](), list[int](), list[float]())
     for agent in mission.agents:
         limit = turn_in_step(agent.dynamics, made.step)

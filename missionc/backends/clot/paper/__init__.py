@@ -1,1 +1,2 @@
-"""The paper's Algorithms 1 and 2 as published: optimal transport of trajectories, tree search over sequences. [clot]"""
+"""Algorithms 1 and 2 of the paper as published: optimal transport of trajectories, tree search over sequences.
+[clot]"""

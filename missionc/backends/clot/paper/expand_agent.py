@@ -1,7 +1,7 @@
-"""Expansion of a search node: one more agent planned by Algorithm 1; or all at once, without a search.
+"""Expansion of a search node: one more agent planned by Algorithm 1; or all agents at once, without a search.
 
     in   a node of the search and an agent
-    out  candidates of its motion, with cost and feasibility among the agents planned before
+    out  candidate trajectories of the agent, with cost and feasibility among the agents planned before
 
 Source:
     [clot] Algorithm 2, lines 4 to 8; V-A.3 (I) for all at once.
@@ -40,16 +40,17 @@ from missionc.ir import Mission
 from missionc.ir.kernel import nodes as kernel
 
 TYPICAL = 10.0
-"""Size of the world, metres, for which the radii and deviations of presets are meant; they are scaled for others."""
+"""Size of the world, metres, for which radii and deviations of presets are tuned; other sizes scale them."""
 
 
 def scale(mission: Mission) -> float:
-    """Ratio of the world's smallest horizontal side to a typical one."""
+    """Ratio of the world's smallest horizontal side to the typical world size."""
     return float(min(np.array(mission.world.high)[:2] - np.array(mission.world.low)[:2])) / TYPICAL
 
 
 class Piece(Record, eq=False):
-    """A node, the agent to expand it by, the number of trajectories, and their distribution."""
+    """Unit of work: a node, the agent to expand it by, the number of trajectories, and the seed of their
+    distribution."""
 
     node: Node
     agent: int
@@ -58,9 +59,9 @@ class Piece(Record, eq=False):
 
 
 class Crowd(Record, eq=False):
-    """Pieces with the same agents and the same one to plan: one cost serves all.
+    """Pieces of work with the same planned agents and the same agent to plan, which share one cost function.
 
-    ``planned`` are the motions of ``others``, (1 or batch, others, steps + 1, dim), metres.
+    ``planned`` are the trajectories of ``others``, (1 or batch, others, steps + 1, dim), metres.
     """
 
     agent: int
@@ -70,18 +71,18 @@ class Crowd(Record, eq=False):
 
 
 Goals: TypeAlias = tuple[tuple[kernel.Node, kernel.Node], ...]
-"""Goals with their restrictions to part of the team (``prefix.asked``)."""
+"""Goals, each with its restriction to a part of the team (``prefix.asked``)."""
 
 
 @dataclass(slots=True, eq=False)
 class Expansion:
-    """Implementation of ``tree_search.Expand``.
+    """Expansion of search nodes by Algorithm 1: the implementation of ``tree_search.Expand``.
 
     Args:
         goals: formulas of the requirements.
-        choices: decisions of the schedule; empty if candidates are free.
+        choices: choices of the schedule; empty if candidates are free.
         device: device of the computations, in float32.
-        go_on: returns whether time is left.
+        go_on: function that returns true while time is left.
         tell: receives, after an expansion, the number of planned agents and the best margin, metres.
 
     Source:
@@ -122,7 +123,7 @@ class Expansion:
             self.settings = replace(self.settings, first_width=first, last_width=last)
 
     def __call__(self, work: Sequence[tuple[Node, int]], samples: int, seed: int, /) -> list[list[Candidate]]:
-        """Feasible candidates for each node and agent."""
+        """Feasible candidates for each pair of node and agent."""
         pieces = [Piece(node, agent, samples, seed + number) for number, (node, agent) in enumerate(work)]
         if self.workers is not None:
             by_place = dict(self.workers.answers(pieces))
@@ -137,7 +138,7 @@ class Expansion:
 
     @contextmanager
     def spread(self, processes: int) -> Iterator[None]:
-        """Distribute pieces of work to child processes within the context; on a GPU all stay in this one."""
+        """Context in which pieces of work are distributed to child processes; on a GPU all stay in this process."""
         count = min(processes, max(self.preset.search.wide, self.preset.search.narrow))  # no round has more pieces
         if count == 1 or self.device.type != "cpu":
             yield
@@ -147,7 +148,7 @@ class Expansion:
         self.workers = None
 
     def together(self, samples: int, seed: int) -> list[Candidate]:
-        """Feasible joint motions, (agents, steps + 1, dim), with all agents moved at once.
+        """Feasible joint trajectories, (agents, steps + 1, dim), metres, from moving all agents at once.
 
         Source:
             [clot] V-A.3 (I), MPOT extended to several robots.
@@ -184,7 +185,7 @@ class Expansion:
         return self._candidates(joint, margin, effort - self._spare(margin))
 
     def _planned(self, pieces: Sequence[Piece]) -> list[tuple[list[Candidate], float]]:
-        """Feasible candidates of each piece, and the best margin, metres; all are moved in one batch.
+        """Feasible candidates of each piece of work, and their best margin, metres; all are optimised in one batch.
 
         Source:
             [clot] IV-C.2: the trajectories of all selected nodes are optimised as one batch.
@@ -226,7 +227,7 @@ class Expansion:
         return [answers[number] for number in range(len(pieces))]
 
     def _crowd(self, pieces: Sequence[Piece]) -> Crowd:
-        """Common data of pieces with the same agents and the same one to plan."""
+        """Common data of pieces of work with the same planned agents and the same agent to plan."""
         agent, others = pieces[0].agent, tuple(sorted(pieces[0].node.planned))
         each = [piece.node.trajectories[np.argsort(piece.node.planned)] for piece in pieces] if others else []
         shape = len(pieces), len(others), self.mission.steps + 1, self.mission.dimension
@@ -236,11 +237,14 @@ class Expansion:
         return Crowd(agent, others, planned, self._cost(agent, others, True, planned))
 
     def _held(self, crowd: Crowd, motions: Tensor, samples: int) -> list[tuple[list[Candidate], float]]:
-        """Feasible candidates of each of the crowd's pieces, and the best margin, metres.
+        """Feasible candidates of each piece of work in a crowd, and their best margin, metres.
 
-        ``motions`` is (batch, steps + 1, dim), metres. The cost of a motion is its effort minus its margin if the
-        planned agents were the whole team. With ``printed``, shortfalls of goals cost their metres, so that ξ of (9)
-        stays about as large as the number of robots.
+        The cost of a trajectory is its effort minus its margin with the planned agents as the whole team. With
+        ``printed``, shortfalls of goals cost their metres, so that ξ of (9) stays about as large as the number of
+        robots.
+
+        Args:
+            motions: (batch, steps + 1, dim), metres.
         """
         margin, whole = self._margins(crowd, motions, True)
         effort = self._effort(motions)
@@ -253,7 +257,7 @@ class Expansion:
         return [(self._candidates(own, by, price), float(by.max())) for own, by, price in shares]
 
     def _generators(self, seed: int) -> tuple[torch.Generator, torch.Generator]:
-        """Generators for draws on the CPU, and on the device; the same one if that is the CPU."""
+        """Random generators for draws on the CPU, and on the device; the same generator if the device is the CPU."""
         drawn = seeded(seed, torch.device("cpu"))
         return drawn, drawn if self.device.type == "cpu" else seeded(seed, self.device)
 
@@ -283,10 +287,11 @@ class Expansion:
     def _spelled(
         self, root: kernel.Node, form: kernel.Node, agent: int, others: tuple[int, ...], planned: Tensor | None
     ) -> kernel.Node:
-        """A goal with ``until`` expanded; for a disjunction, without the parts that planned agents exclude.
+        """Goal with ``until`` expanded; of a disjunction, without the parts that planned agents exclude.
 
-        With means, an end that they narrowly miss has a higher value than one that only this agent can still reach. A
-        region that they pass hides the approach of this agent. Agents with a target leave such a region to others.
+        With means, a disjunct that the planned agents narrowly miss has a higher value than a disjunct that only this
+        agent can still satisfy. A region that planned agents pass hides the approach of this agent. Agents with a
+        target leave such a region to others.
         """
         before = dict(self._goals(frozenset(others), None, False)).get(root, form)
         spelled, known = spelled_out((form, before), self.mission.steps)
@@ -296,10 +301,10 @@ class Expansion:
         return spelled
 
     def _margins(self, crowd: Crowd, own: Tensor, as_whole: bool) -> tuple[Tensor, Tensor]:
-        """Margins of candidates, (batch,), metres, for any later agents.
+        """Margins of candidates, (batch,), metres, whatever later agents do.
 
-        The second result is values with the planned agents as the whole team, (1 + goals, batch): bodies and limits
-        first, then each goal.
+        The second result contains values with the planned agents as the whole team, (1 + goals, batch), metres: bodies
+        and limits first, then each goal.
         """
         known = frozenset((*crowd.others, crowd.agent))
         hard, whole = (tuple(form for _, form in self._goals(known, None, how)) for how in (False, True))
@@ -310,9 +315,8 @@ class Expansion:
         return margins.amin(dim=0), worth
 
     def _effort(self, candidates: Tensor) -> Tensor:
-        """Path length relative to the world's size, plus a small bend cost.
-
-        Shape: (batch,), a dimensionless number near 1.
+        """Effort of candidates: path length relative to the world's size, plus a small bend cost; (batch,),
+        dimensionless, near 1.
 
         Source:
             [clot] (2).
@@ -324,7 +328,7 @@ class Expansion:
         return effort
 
     def _candidates(self, motions: Tensor, margin: Tensor, cost: Tensor) -> list[Candidate]:
-        """Candidates that are feasible up to the slack.
+        """Candidates that are feasible up to the preset's slack.
 
         Args:
             motions: (batch, steps + 1, dim), metres.
@@ -342,7 +346,8 @@ class Expansion:
         return clot_settings(self.mission).probe
 
     def _spare(self, margin: Tensor) -> Tensor:
-        """Value of clearance, (batch,), up to the wanted clearance in metres: it compensates a longer path."""
+        """Value of clearance, (batch,), dimensionless, up to the target clearance in metres; this value compensates a
+        longer path."""
         room = self.weights.room
         worth: Tensor = margin.clamp(max=room) / room
         return worth

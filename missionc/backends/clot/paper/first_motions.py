@@ -1,4 +1,4 @@
-"""Initial candidates of one agent: drawn from the Gaussian process prior, or around its part of a sketch.
+"""Initial candidates of one agent: drawn from the Gaussian process prior, or around its initial trajectory.
 
 Source:
     [clot] Algorithm 1, line 1; IV-B.3 (I).
@@ -23,18 +23,18 @@ from missionc.ir import Mission
 
 
 class FirstMotions(Record, eq=False):
-    """Generator of initial candidates.
+    """Generator of initial candidates for single agents.
 
     Args:
-        key: key frames; the first gives the starts, and the last the finishes.
-        schedule: schedule whose appointments candidates respect; None for none.
-        sketch: (agents, steps + 1, dim), metres; None for none.
-        guide: geodesics of the mission, for paths around static obstacles.
-        deviation: deviation of the prior half-way between two ends, metres.
-        follows: without a sketch, half of the candidates of an agent with a parent are drawn around the parent's
-            motion.
-        targets: agents with a target, given by the last key frame; they stay from the first key frame on that has them
-            there too.
+        key: joint waypoints; the first contains the starts, and the last the finishes.
+        schedule: schedule whose appointments candidates satisfy, or None.
+        sketch: initial joint trajectory, (agents, steps + 1, dim), metres, or None.
+        geodesics: geodesics of the mission, for paths around static obstacles.
+        deviation: standard deviation of the prior half-way between two ends, metres.
+        follows: True to draw half of the candidates of an agent with a parent around the parent's trajectory, if there
+            is no ``sketch``.
+        targets: agents with a target, given by the last joint waypoint; an agent stays from the first joint waypoint on
+            that has the agent at its target.
     """
 
     mission: Mission
@@ -47,19 +47,20 @@ class FirstMotions(Record, eq=False):
     targets: frozenset[int] = frozenset()
 
     def fixed(self, agent: int) -> Tensor:
-        """Flags of fixed waypoints, (steps + 1,), boolean: the first; the last if there is a finish."""
+        """Return true for each fixed waypoint, (steps + 1,): the first, and the last if the agent has a finish."""
         fixed = torch.zeros(self.mission.steps + 1, dtype=torch.bool)
         fixed[0] = True
         fixed[-1] = self.mission.agents[agent].finish is not None
         return fixed
 
     def of(self, agent: int, parent: tuple[int, Array] | None, samples: int, generator: torch.Generator) -> Tensor:
-        """Candidates of an agent, (samples, steps + 1, dim), metres.
+        """Initial candidates of an agent, (samples, steps + 1, dim), metres.
 
-        With a sketch, they come in four equal parts: around the sketch (the first is the sketch itself); through the
-        agent's key frames by its own path around static obstacles; behind or ahead of ``parent``, an agent and its
-        planned motion; and drawn from the prior. If a team must pass one by one, the sketch, which keeps its shape,
-        does not fit, but the others may.
+        With an initial trajectory, the candidates have four equal parts. The first are close to the initial trajectory,
+        and begin with the initial trajectory itself. The second pass the agent's joint waypoints on the agent's own
+        path around static obstacles. The third are behind or ahead of ``parent``, an agent and its planned trajectory.
+        The rest are drawn from the prior. If a team must pass one by one, the initial trajectory, which preserves the
+        team's shape, does not fit, but other candidates may.
         """
         if self.sketch is None:
             beside = samples // 2 if self.follows and parent is not None else 0
@@ -78,11 +79,11 @@ class FirstMotions(Record, eq=False):
         return torch.cat([begun, self._from_prior(agent, count, generator)])[:samples]
 
     def _ends(self, agent: int) -> bool:
-        """Return whether the agent has a final place."""
+        """Return true if the agent has a final position."""
         return agent in self.targets or self.mission.agents[agent].finish is not None
 
     def _arrival(self, agent: int) -> int:
-        """Step from which on the agent stays at its end; the last step without a target."""
+        """Step from which on the agent stays at its final position; the last step without a target."""
         arrival: int = self.mission.steps
         end = self.key[-1].position[agent]
         for frame in reversed(self.key if agent in self.targets else ()):
@@ -92,12 +93,8 @@ class FirstMotions(Record, eq=False):
         return int(self.mission.steps)
 
     def _beside(self, agent: int, motion: Array) -> Tensor:
-        """The parent's motion moved to the agent's own start, and end if it has one.
-
-        Shape: (1, steps + 1, dim), metres.
-
-        Shape: (1, steps + 1, dim).
-        """
+        """Parent's trajectory shifted to the agent's own start, and to its end if it has one: (1, steps + 1, dim),
+        metres."""
         arrival, end = self._arrival(agent), self.key[-1].position[agent]
         begin = self.key[0].position[agent] - motion[0]
         last = end - motion[arrival] if self._ends(agent) else begin
@@ -108,12 +105,8 @@ class FirstMotions(Record, eq=False):
         return torch.from_numpy(beside).float()[None]
 
     def _own_way(self, agent: int, count: int, generator: torch.Generator) -> Tensor:
-        """Paths between key frames around static obstacles, early or late in between.
-
-        Shape: (count, steps + 1, dim), metres.
-
-        Shape: (count, steps + 1, dim).
-        """
+        """Trajectories between joint waypoints around static obstacles, early or late in between: (count, steps + 1,
+        dim), metres."""
         # Share of the path between two key frames by which an agent is ahead or behind half-way; beyond 1/3 it
         # reverses.
         most_early = 0.3
@@ -130,10 +123,8 @@ class FirstMotions(Record, eq=False):
         return torch.from_numpy(np.concatenate(parts, axis=1)).float()
 
     def _along(self, agent: int, parent: int, motion: Array, count: int, generator: torch.Generator) -> Tensor:
-        """Paths on the parent's track, before or after it, beside it only near key frames.
-
-        Shape: (count, steps + 1, dim), metres.
-        """
+        """Trajectories on the parent's path, earlier or later, and beside it only near joint waypoints: (count, steps +
+        1, dim), metres."""
         most_late = 0.12  # share of the mission by which an agent passes a place before or after its parent
         steps = self.mission.steps
         late = (most_late * steps * (2 * torch.rand(count, generator=generator) - 1)).numpy()
@@ -152,10 +143,8 @@ class FirstMotions(Record, eq=False):
         return torch.from_numpy(np.stack(tracks)).float()
 
     def _from_prior(self, agent: int, samples: int, generator: torch.Generator, still: bool = False) -> Tensor:
-        """Samples of the prior, (samples, steps + 1, dim), metres, with random scales.
-
-        ``still``: deviations only.
-        """
+        """Samples of the prior, (samples, steps + 1, dim), metres, with random scales; with ``still``, deviations from
+        the mean only."""
         at_once = 1 << 13  # candidates drawn in one call, which no time limit can interrupt
         # Half-way between two ends at rest, T steps apart, the prior deviates by this multiple of T^1.5 accelerations.
         midway = 0.072
@@ -177,7 +166,7 @@ class FirstMotions(Record, eq=False):
         return torch.cat([made, made[:, -1:].expand(-1, steps - arrival, -1)], dim=1)
 
     def _appointments(self, agent: int) -> Mapping[int, Array]:
-        """Places of the agent, (dim,), metres, by step: at its visits, from the key frames."""
+        """Positions of the agent, (dim,), metres, by step, at its visits; from the joint waypoints."""
         if self.schedule is None:
             return {}
         steps = {

@@ -59,7 +59,7 @@ class Surroundings:
         """The same, (..., instants, others), metres, without reading a number: one obstacle after the other."""
         left = torch.full_like(points[..., 0], reach)
         moved, grown = (iter(each[instants].unbind(1)) for each in (self.moved, self.grown))
-        for obstacle in self.mission.obstacles:
+        for obstacle in self.obstacles.solid:
             if obstacle.constant:
                 away = _distance(obstacle.shape, points)
             else:

@@ -1,15 +1,15 @@
 """Paper's estimate of robustness under a moved waypoint, by its four rules.
 
 A minimum hides all but the worst of its parts, so the paper replaces it above a moved waypoint. (I) A leaf has its
-value with the waypoint moved. (II) A conjunction directly above a leaf that reads the waypoint passes on that leaf's
-value (the least of several). (III) A conjunction further up takes the mean of its parts. (IV) A disjunction takes the
-maximum. Formulas that do not read the waypoint have their usual value.
+value with the waypoint moved. (II) A conjunction directly above a leaf that reads the waypoint has that leaf's value
+(the least of several). (III) A conjunction further up has the mean of its parts. (IV) A disjunction has the maximum.
+Formulas that do not read the waypoint have their usual value.
 
 A leaf is a formula of one time, like the paper's predicates: "all robots are in the region" is its μ_A, and a
-disjunction of two of those reads the waypoint at that time only. Therefore ``always (row or parked)`` passes on the
-value at the waypoint's time; with a mean, each waypoint would count for one step among all. Formulas over links are
-leaves too. ``a until b`` is read as ``b or (a and the same one step later)``, ``release`` as ``b and (a or ...)``.
-Infinite parts stay out of means.
+disjunction of two leaves reads the waypoint at that time only. Therefore ``always (row or parked)`` has the value at
+the waypoint's time; with a mean, each waypoint would count for one step among all. Formulas over links are leaves too.
+``a until b`` is read as ``b or (a and the same one step later)``, ``release`` as ``b and (a or ...)``. Infinite parts
+are excluded from means.
 
 Source:
     [clot] IV-A.2.
@@ -34,11 +34,11 @@ from missionc.ir.kernel.nodes import All, Node, UntilNode, WindowNode
 from missionc.ir.kernel.walk import children
 
 Reading: TypeAlias = tuple[Tensor, Flags]
-"""Values, (batch, rows, steps, offsets, directions), and flags (rows, steps, offsets) of those at the waypoint."""
+"""Values, (batch, rows, steps, offsets, directions), metres, with flags (rows, steps, offsets): reads the waypoint."""
 
 
 class PaperRules(Perturbed):
-    """Values of formulas by the paper's four rules.
+    """Robustness under a moved waypoint by the paper's four rules.
 
     Args:
         enough: greatest value of a part in a mean, metres, so that no large margin compensates a failure.
@@ -51,7 +51,7 @@ class PaperRules(Perturbed):
         self.enough = enough
 
     def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
-        """Value of a conjunction: (batch, rows, steps, offsets, directions), metres."""
+        """Value of a conjunctive node: (batch, rows, steps, offsets, directions), metres."""
         if isinstance(node, UntilNode):
             return self._until(node, pattern)
         if isinstance(node, All) and self.is_leaf(node):
@@ -65,9 +65,9 @@ class PaperRules(Perturbed):
         return whole.value()
 
     def _passed(self, node: WindowNode, pattern: NodePattern) -> Tensor:
-        """Value of ``always`` over such a part by rule II only, at the waypoint's time.
+        """Value of ``always`` over a single-time formula by rule II only, at the waypoint's time.
 
-        Its shape is (batch, rows, steps, offsets, directions), metres.
+        Shape: (batch, rows, steps, offsets, directions), metres.
         """
         here = slice(pattern.first, pattern.first + pattern.steps)
         still = self.unmoved.spread(self._rows(self.standard[node], pattern.rows))[:, :, here, None, None]
@@ -78,9 +78,9 @@ class PaperRules(Perturbed):
         return value
 
     def _until(self, node: UntilNode, pattern: NodePattern) -> Tensor:
-        """Value of ``until`` or its dual, from the last step of the window to the first.
+        """Value of ``until`` or its dual, computed from the last step of the window to the first.
 
-        Its shape is (batch, rows, steps, offsets, directions), metres.
+        Shape: (batch, rows, steps, offsets, directions), metres.
         """
         held, ends = (self._or, self._and) if node.every else (self._and, self._or)
         nothing = inf if node.every else -inf
@@ -108,11 +108,11 @@ class PaperRules(Perturbed):
         return later, nonzero
 
     def _steps(self, pattern: NodePattern, ahead: int) -> int:
-        """Number of steps with a step that far ahead."""
+        """Number of steps of the pattern for which the step ``ahead`` steps later exists."""
         return min(pattern.steps, self.position.shape[2] - pattern.first - ahead)
 
     def _reads(self, part: Node, pattern: NodePattern, ahead: int = 0) -> Flags:
-        """Flags of the part's sparsity, laid out as in ``laid``: (rows, steps, offsets)."""
+        """Flags of the part's values that read the waypoint, in the layout of its parent: (rows, steps, offsets)."""
         rows, _, offsets = pattern.nonzero.shape
         nonzero = np.zeros((rows, self._steps(pattern, ahead), offsets), dtype=bool)
         below = self.patterns.of.get(part)
@@ -127,10 +127,10 @@ class PaperRules(Perturbed):
 
 
 class Conjunction:
-    """Conjunction of parts added one after the other.
+    """Accumulator of a conjunction whose parts are added one after the other.
 
     Args:
-        least: minimum of the parts so far, (batch, rows, steps, offsets, directions).
+        least: minimum of the parts so far, (batch, rows, steps, offsets, directions), metres.
         nonzero: (rows, steps, offsets), True if a part so far reads the waypoint.
         enough: greatest value of a part in the mean, metres.
     """
@@ -141,7 +141,8 @@ class Conjunction:
         self.total, self.count = torch.zeros_like(least), torch.zeros_like(least)
 
     def add(self, value: Tensor, nonzero: Flags, leaf: bool) -> None:
-        """Add a part, (batch, rows, steps, offsets, directions), metres; it may be missing at the last steps."""
+        """Add the value of a part, (batch, rows, steps, offsets, directions), metres; it may be missing at the last
+        steps."""
         steps = nonzero.shape[1]
         least, passed, total, count = (each[:, :, :steps] for each in (self.least, self.passed, self.total, self.count))
         least.copy_(torch.minimum(least, value))
@@ -154,9 +155,10 @@ class Conjunction:
             passed.copy_(torch.minimum(passed, torch.where(_tensor(nonzero, value.device), value, inf)))
 
     def value(self) -> Tensor:
-        """Value by rule II if a leaf reads the waypoint, by rule III if any part does; else the minimum.
+        """Value of the conjunction: by rule II if a leaf reads the waypoint, by rule III if another part does,
+        otherwise the minimum of the parts.
 
-        Its shape is (batch, rows, steps, offsets, directions), metres.
+        Shape: (batch, rows, steps, offsets, directions), metres.
         """
         unlimited = (self.count == 0) | (self.least <= -UNLIMITED)
         mean = torch.where(unlimited, self.least, self.total / self.count.clamp(min=1.0))

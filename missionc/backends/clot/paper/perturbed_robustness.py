@@ -1,7 +1,7 @@
-"""Values of formulas under a perturbation of one waypoint, for every waypoint and many directions.
+"""Robustness of formulas under a perturbation of one waypoint, for every waypoint and many directions.
 
 Only values that read the moved waypoint are recomputed (``sparsity_pattern``). Conjunctions have separate rules
-(``paper_rules``). A leaf reads one step, so the moved places of a step are treated like separate steps, with the
+(``paper_rules``). A leaf reads one step, so the moved positions of a step are treated like separate steps, with the
 formulas of ``leaf_margins``.
 
 Source:
@@ -47,12 +47,12 @@ from missionc.ir.language.margins.predicate_margins import link_margin
 def moved_margin(
     predicate: Predicate, reading: NodePattern, team: Team, position: Tensor, agent: int, probes: Tensor
 ) -> Tensor:
-    """Margin of a predicate with a moved waypoint: (batch, rows, steps, offsets, directions), metres.
+    """Margin of a predicate with one waypoint moved: (batch, rows, steps, offsets, directions), metres.
 
     Args:
         reading: rows, steps and offsets to compute.
         position: (batch, agents, steps, dim), metres.
-        probes: places of each moved waypoint of ``agent``, (batch, steps, directions, dim), metres.
+        probes: positions of each moved waypoint of ``agent``, (batch, steps, directions, dim), metres.
     """
     read = sorted({agent, *(reading.rows or ()), *predicate.others})
     own = read.index(agent)
@@ -80,9 +80,14 @@ def moved_margin(
 
 
 def moved_links(graph: Graph, position: Tensor, agent: int, probes: Tensor, here: slice, back: bool) -> Tensor:
-    """Margins of links from the moved agent to the graph's agents, or with ``back`` the reverse.
+    """Margins of links from the moved agent to the graph's members, or with ``back`` in the reverse direction.
 
-    Their shape is (batch, members, steps, directions), metres.
+    Shape: (batch, members, steps, directions), metres.
+
+    Args:
+        position: (batch, agents, steps, dim), metres.
+        probes: positions of each moved waypoint of ``agent``, (batch, steps, directions, dim), metres.
+        here: steps to compute.
     """
     members = np.array(graph.agents, dtype=np.int64)
     others, moved = position[:, places(graph.agents, position.device), here, None, :], probes[:, None, here]
@@ -98,10 +103,10 @@ def moved_links(graph: Graph, position: Tensor, agent: int, probes: Tensor, here
 
 
 def _moved_velocities(own: Tensor, probes: Tensor, step: float) -> tuple[Tensor, Tensor, Tensor]:
-    """Velocities of the moved agent, (batch, steps, directions, dim), m/s.
+    """Velocities of the moved agent, (batch, steps, directions, dim), m/s, with the previous, the own, or the next
+    waypoint moved.
 
-    At each step, with the previous, the own, or the next waypoint moved. The previous one matters only at the last
-    step.
+    The previous waypoint matters only at the last step.
     """
     own = own[:, :, None].expand_as(probes)
     still = velocities(own.transpose(1, 2), step).transpose(1, 2)
@@ -114,14 +119,14 @@ def _moved_velocities(own: Tensor, probes: Tensor, step: float) -> tuple[Tensor,
 
 
 class Perturbed(ABC):
-    """Values of formulas with a moved waypoint.
+    """Robustness of formulas with one waypoint moved.
 
-    A value is (batch, rows, steps, offsets, directions), laid out by the formula's ``NodePattern``: the value at a step
-    with the waypoint that many steps ahead moved.
+    A value is (batch, rows, steps, offsets, directions), metres, laid out by the formula's ``NodePattern``: the value
+    at a step with the waypoint moved that is ``offset`` steps later.
 
     Args:
         position: (batch, agents, steps, dim), metres.
-        probes: places of each moved waypoint of the agent, (batch, steps, directions, dim), metres.
+        probes: positions of each moved waypoint of the agent, (batch, steps, directions, dim), metres.
     """
 
     def __init__(self, patterns: SparsityPattern, team: Team, position: Tensor, probes: Tensor) -> None:
@@ -132,7 +137,8 @@ class Perturbed(ABC):
         self.margins: dict[tuple[Predicate, int, int], Tensor] = {}
 
     def goals(self) -> Tensor:
-        """Robustness of each goal: (goals, batch, waypoints, directions), metres."""
+        """Robustness of each goal after moving one waypoint in one direction: (goals, batch, waypoints, directions),
+        metres."""
         for node in self.patterns.order:
             if node in self.patterns.of:
                 self.values[node] = self.value(node, self.patterns.of[node])
@@ -152,7 +158,7 @@ class Perturbed(ABC):
         """Value of a conjunctive node from its children: (batch, rows, steps, offsets, directions), metres."""
 
     def value(self, node: Node, pattern: NodePattern) -> Tensor:
-        """Value of a formula from its children: (batch, rows, steps, offsets, directions), metres."""
+        """Value of a node from its children: (batch, rows, steps, offsets, directions), metres."""
         assert not isinstance(node, Is | Unrolled), "a cost graph cannot express the node"
         if isinstance(node, WindowNode) and not node.every:
             return self._eventually(node, pattern)
@@ -183,17 +189,17 @@ class Perturbed(ABC):
                 assert_never(node)
 
     def ahead(self, node: WindowNode | UntilNode, pattern: NodePattern) -> range:
-        """Steps ahead in a window, from the first step at which it is needed."""
+        """Steps ahead in a window, from the first step ahead at which a child is needed."""
         last = self.position.shape[2] - 1 - pattern.first if node.high is None else node.high
         return range(min(ask.low for ask in asks(node)), last + 1)
 
     def laid(self, part: Node, pattern: NodePattern, rows: Rows = None, ahead: int = 0) -> Tensor:
-        """Values of a part in the layout of its parent, metres: 1 for axes that do not matter.
+        """Values of a part in the layout of its parent, metres, with size 1 for axes that do not matter.
 
         Args:
             pattern: pattern of the parent, (rows, steps, offsets).
-            rows: agents to compute; None for the pattern's.
-            ahead: number of steps by which the part is read ahead; fewer steps at the mission's end.
+            rows: agents to compute; None for the rows of the pattern.
+            ahead: number of steps by which the part is read ahead; fewer steps result at the mission's end.
         """
         rows = pattern.rows if rows is None else rows
         first = pattern.first + ahead
@@ -223,7 +229,7 @@ class Perturbed(ABC):
         return node in self.patterns.leaves
 
     def at_moment(self, part: Node) -> bool:
-        """Return whether a part is a leaf whose values read only the waypoint of their own time."""
+        """Return true if a part is a leaf whose values read only the waypoint of their own time."""
         below = self.patterns.of.get(part)
         return self.is_leaf(part) and below is not None and below.low == below.high == 0 and bool(below.nonzero.all())
 
@@ -238,9 +244,10 @@ class Perturbed(ABC):
         return greatest
 
     def _greatest_of_moments(self, part: Node, pattern: NodePattern) -> Tensor:
-        """Value of ``eventually`` over such a part at one step: the moved time, or the best of the others.
+        """Value of ``eventually`` over a single-time leaf: the larger of the moved time's value and the best of the
+        other times.
 
-        Its shape is (batch, rows, 1, offsets, directions), metres.
+        Shape: (batch, rows, 1, offsets, directions), metres.
         """
         moments = slice(pattern.first + pattern.low, pattern.first + pattern.high + 1)
         still = self.unmoved.spread(self._rows(self.standard[part], pattern.rows))[:, :, moments]
@@ -252,7 +259,7 @@ class Perturbed(ABC):
         return (torch.maximum(rest[..., None], moved) if len(number) > 1 else moved)[:, :, None]
 
     def everywhere(self, value: float, pattern: NodePattern) -> Tensor:
-        """Constant values: (batch, rows, steps, offsets, directions), metres."""
+        """Constant values in the layout of a pattern: (batch, rows, steps, offsets, directions), metres."""
         return self.position.new_full((self.probes.shape[0], *pattern.nonzero.shape, self.probes.shape[2]), value)
 
     def _margin(self, predicate: Predicate, pattern: NodePattern) -> Tensor:
@@ -264,9 +271,9 @@ class Perturbed(ABC):
         return self.margins[key]
 
     def _linked(self, graph: Graph, body: Tensor, pattern: NodePattern, part: Node) -> Tensor:
-        """Value of ``Neighbour`` for each of the graph's agents; only changed agents and links are recomputed.
+        """Value of ``Neighbour`` for each member of the graph; only changed agents and links are recomputed.
 
-        Its shape is (batch, members, steps, offsets, directions), metres.
+        Shape: (batch, members, steps, offsets, directions), metres.
         """
         members, agent = list(graph.agents), self.patterns.agent
         here = slice(pattern.first, pattern.first + pattern.steps)
@@ -300,7 +307,7 @@ class Perturbed(ABC):
         return value
 
     def _route(self, node: RouteNode, pattern: NodePattern) -> Tensor:
-        """Value of a route, recomputed as in ``length_value``.
+        """Value of ``Route``, recomputed as in ``length_value``.
 
         Shape: (batch, rows, steps, offsets, directions), metres.
         """

@@ -1,9 +1,9 @@
-"""Dependency graph of agents by phase: the possible orders of planning.
+"""Dependency graph of agents by phase, which determines the valid planning sequences.
 
 A phase is a run of steps with the same coupled pairs of agents. Couplings come from the requirements only: formations
-couple their edges, distances their two agents, ``connected`` and the spatial operators the agents that are linked at
-their starts. Formations of the same agents at the same steps hold one at a time, at unknown times: each has a separate
-phase beside that of all pairs together.
+couple the agents of their edges, distances their two agents, ``connected`` and the spatial operators the agents that
+are linked at their starts. Formations of the same agents at the same steps cannot be satisfied together, and their
+times are unknown: each has a separate phase beside that of all pairs together.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from missionc.ir.language.margins.connected import spanning_tree
 from missionc.ir.language.margins.links import all_links
 
 Edge: TypeAlias = tuple[int, int]
-"""Two agents by mission index, the lower first."""
+"""Two agents by mission index, the lower index first."""
 
 Offers: TypeAlias = Callable[[frozenset[int]], Sequence[int]]
-"""Function from planned agents to those that may be planned next."""
+"""Function from the set of planned agents to the agents that may be planned next."""
 
 NEARLY = 1e-6
 """Difference, metres, up to which edges of a formation count as equally long."""
 
 
 class Phase(Record):
-    """Steps ``first`` … ``last``, both included, and the coupled pairs at each of them.
+    """Steps ``first`` … ``last``, both included, and the pairs of agents that are coupled at each of them.
 
-    ``neighbours`` and ``part`` are by agent: the agents with a common edge, and the index of its connected component.
+    ``neighbours`` is, by agent, the set of agents coupled to it, and ``part`` the index of its connected component.
 
     Source:
         [clot] IV-B.1, one G_s of the time-varying constraints.
@@ -57,9 +57,10 @@ class Phase(Record):
         )
 
     def meets(self, planned: Collection[int], agent: int) -> bool:
-        """Return whether the agent may follow in this phase: coupled to a planned one, or first of its component.
+        """Return true if the agent may be planned next in this phase: it is coupled to a planned agent, or is the first
+        of its component.
 
-        An agent without an edge is a separate component, and therefore free.
+        An agent without an edge is a separate component, and therefore always allowed.
         """
         if not self.neighbours[agent].isdisjoint(planned):
             return True
@@ -67,7 +68,7 @@ class Phase(Record):
 
 
 class Couplings(Record):
-    """Dependency graph of a mission over time; ``whole`` has the edges of all phases.
+    """Dependency graph of a mission over time; ``whole`` contains the edges of all phases.
 
     Source:
         [clot] IV-B.1, {G_s} and the graph of their edges together.
@@ -77,7 +78,7 @@ class Couplings(Record):
     whole: Phase
 
     def neighbours(self, agent: int, phase: int) -> frozenset[int]:
-        """Neighbours N_i in a phase, by its index in ``phases``.
+        """Agents coupled to an agent in a phase (an index into ``phases``): N_i.
 
         Source:
             [clot] IV-B.1.
@@ -86,21 +87,19 @@ class Couplings(Record):
 
     @property
     def components(self) -> tuple[frozenset[int], ...]:
-        """Components of agents that depend on each other in any phase, directly or indirectly.
-
-        By lowest agent.
-        """
+        """Components of agents that depend on each other in any phase, directly or indirectly, ordered by lowest
+        agent."""
         groups: dict[int, set[int]] = {}
         for agent, part in enumerate(self.whole.part):
             groups.setdefault(part, set()).add(agent)
         return tuple(frozenset(group) for group in groups.values())
 
     def may_follow(self, planned: Collection[int], agent: int) -> bool:
-        """Return whether a sequence stays valid if the agent is planned after these.
+        """Return true if a sequence stays valid if ``agent`` is planned after the ``planned`` agents.
 
-        It must be coupled to a planned agent, and to one in each phase that couples it. The paper's condition is
-        undefined if a phase's graph is not connected; here the first agent of a component is free, in each phase and in
-        the whole.
+        The agent must be coupled to a planned agent, and to a planned agent in each phase that couples it. The paper's
+        condition is undefined if a phase's graph is not connected; here the first agent of a component is always
+        allowed, in each phase and in the whole graph.
 
         Source:
             [clot] IV-B.1, the condition below (5) and its strengthened form.
@@ -112,9 +111,9 @@ class Couplings(Record):
     def next_agents(self, planned: frozenset[int]) -> tuple[int, ...]:
         """Agents that may be planned next, in mission order; empty only if all are planned.
 
-        Without planned agents in a component, these are all its agents from which a valid sequence covers it. A started
-        component is finished first. If no agent of it suits every phase, no valid sequence continues, and those that
-        suit the most are offered.
+        If no agent of a component is planned, the result contains all its agents from which a valid sequence covers the
+        component. A component that was started is finished first. If no agent of that component is allowed in every
+        phase, no valid sequence continues, and the agents allowed in the most phases are returned.
 
         Source:
             [clot] IV-C.1 (II), N_ext, among the valid sequences of (5).
@@ -127,9 +126,8 @@ class Couplings(Record):
         return tuple(agent for agent, count in zip(near, met, strict=True) if count == max(met))
 
     def valid_agents(self, planned: frozenset[int]) -> tuple[int, ...]:
-        """Agents of ``next_agents`` that keep the sequence valid; all if their component has no valid one.
-
-        All if their component has no valid one.
+        """Agents of ``next_agents`` that keep the sequence valid; all of ``next_agents`` if their component has no
+        valid sequence.
 
         Source:
             [clot] IV-B.1, the strengthened condition below (5).
@@ -141,9 +139,10 @@ class Couplings(Record):
         return valid if any(map(self._leads_on, component)) else offered
 
     def _leads_on(self, first: int) -> bool:
-        """Return whether a valid sequence covers an agent's component from that agent on.
+        """Return true if a valid sequence that starts with ``first`` covers the component of ``first``.
 
-        An agent that may follow some agents may follow more of the component too, so each is taken as soon as possible.
+        An agent that may follow some agents may also follow more agents of the component, so each is added as soon as
+        possible.
         """
         left = {agent for agent, part in enumerate(self.whole.part) if part == self.whole.part[first]} - {first}
         planned = {first}
@@ -153,7 +152,8 @@ class Couplings(Record):
         return not left
 
     def breadth_first(self, first: int) -> tuple[int, ...]:
-        """One sequence from this agent on: always the neighbour of the earliest planned agent.
+        """Breadth-first sequence of all agents from ``first`` on: each time the neighbour of the earliest planned
+        agent.
 
         Source:
             [clot] (5), κ, for the ablation with a fixed sequence (FSOT).
@@ -173,7 +173,7 @@ class Couplings(Record):
             chosen = min(offered, key=earliest)
 
     def parent(self, agent: int, planned: Collection[int], positions: Array) -> int | None:
-        """Nearest planned agent that this one is coupled to in some phase; None without one.
+        """Nearest planned agent that is coupled to ``agent`` in some phase; None without such an agent.
 
         Args:
             positions: positions of all agents, (agents, dim), metres.
@@ -190,13 +190,13 @@ class Couplings(Record):
 def couplings(mission: Mission, kernel: Kernel, positions: Array, nearest: bool = False) -> Couplings:
     """Dependency graph of a mission's requirements.
 
-    An edge belongs to every step at which the truth of its formula can matter, windows nested and judged at step 0.
+    An edge belongs to every step at which the truth of its formula can matter, with nested windows evaluated at step 0.
     Preferences couple no agents.
 
     Args:
-        positions: positions for links, usually the starts, (agents, dim), metres.
-                If a graph is not connected there, its nearest agents are coupled until it is.
-        nearest: True if a formation couples only pairs with one agent nearest to the other, not all edges.
+        positions: positions for links, usually the starts, (agents, dim), metres. If a graph is not connected there,
+            its nearest agents are coupled until the graph is connected.
+        nearest: True if a formation couples only pairs in which one agent is nearest to the other, not all edges.
 
     Source:
         [clot] IV-B.1, the dependency graph and its phases; III-C, the neighbouring robots of a formation.
@@ -231,7 +231,8 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array, nearest: bool 
 
 
 def _one_at_a_time(shaped: list[tuple[frozenset[Edge], Flags]]) -> Iterator[tuple[int, int, frozenset[Edge]]]:
-    """Phases of formations that compete with others of the same agents at the same steps."""
+    """Yield a phase (first step, last step, edges) for each formation that competes with others of the same agents at
+    the same steps."""
     members = [frozenset(agent for edge in edges for agent in edge) for edges, _ in shaped]
     nobody: frozenset[Edge] = frozenset()
     for number, (edges, at) in enumerate(shaped):
@@ -244,7 +245,7 @@ def _one_at_a_time(shaped: list[tuple[frozenset[Edge], Flags]]) -> Iterator[tupl
 
 
 def of_phases(phases: Iterable[tuple[int, int, Collection[Edge]]], agents: int) -> Couplings:
-    """Couplings of ``agents`` agents from the first step, last step and edges of each phase.
+    """Dependency graph of ``agents`` agents from the first step, last step and edges of each phase.
 
     Source:
         [clot] IV-B.1, {G_s}.
@@ -255,7 +256,7 @@ def of_phases(phases: Iterable[tuple[int, int, Collection[Edge]]], agents: int) 
 
 
 def communication(graph: Graph, positions: Array) -> frozenset[Edge]:
-    """Pairs linked at these positions; parts of a disconnected graph are joined by the nearest pairs.
+    """Pairs of agents linked at these positions; the nearest pairs are added until the graph is connected.
 
     Args:
         positions: positions of all the mission's agents, (agents, dim), metres.
@@ -271,7 +272,7 @@ def communication(graph: Graph, positions: Array) -> frozenset[Edge]:
 
 
 def in_order(sequence: Sequence[int]) -> Offers:
-    """Offer the agents in this order only.
+    """Function that offers the agents in this order only.
 
     Source:
         [clot] V-A.3, FSOT.
@@ -280,7 +281,7 @@ def in_order(sequence: Sequence[int]) -> Offers:
 
 
 def in_any_order(agents: int) -> Offers:
-    """Offer all unplanned agents, coupled or not.
+    """Function that offers all unplanned agents, coupled or not.
 
     Source:
         [clot] Remark 2, random orderings.
@@ -289,7 +290,11 @@ def in_any_order(agents: int) -> Offers:
 
 
 def _coupled_by(predicate: Predicate, where: Flags) -> Iterator[tuple[frozenset[Edge], Flags]]:
-    """Pairs that a predicate couples, with the steps, (steps + 1,); ``where`` as in ``relevance``."""
+    """Yield the pairs of agents that a predicate couples, with the steps, (steps + 1,).
+
+    Args:
+        where: agents and steps at which the predicate matters, (agents, steps + 1), as in ``relevance``.
+    """
     for agent in np.flatnonzero(where.any(axis=1)).tolist():
         for first, second in predicate.pairs_of(agent):
             if first != second:
@@ -297,7 +302,7 @@ def _coupled_by(predicate: Predicate, where: Flags) -> Iterator[tuple[frozenset[
 
 
 def _nearest(formation: Formation) -> frozenset[Edge]:
-    """Edges that are the shortest of one of their agents."""
+    """Edges of a formation that are the shortest edge of at least one of their agents."""
     metres = {_edge(each.first, each.second): float(np.linalg.norm(each.target)) for each in formation.edges}
     least = {
         agent: min((far for edge, far in metres.items() if agent in edge), default=inf) for agent in formation.agents
@@ -316,7 +321,7 @@ def _edge(first: int, second: int) -> Edge:
 
 
 def _runs(by_step: list[frozenset[Edge]]) -> Iterator[tuple[int, int, frozenset[Edge]]]:
-    """Runs of consecutive steps with the same edges: first step, last step and edges."""
+    """Yield runs of consecutive steps with the same edges: first step, last step and edges."""
     first = 0
     for edges, run in groupby(by_step):
         length = len(list(run))

@@ -1,4 +1,4 @@
-"""Regular polytopes with random rotations: their corners are the probe directions of a waypoint.
+"""Regular polytopes with random rotations: their corners are the probing directions of a waypoint.
 
 Source:
     [clot] Algorithm 1, line 4.
@@ -17,7 +17,7 @@ from missionc.backends.clot.settings import Polytope
 
 
 def directions(polytope: Polytope, dim: int) -> Tensor:
-    """Corners as unit vectors, (directions, dim), dimensionless, float64; ``dim`` is at least 1."""
+    """Corners of a polytope as unit vectors, (directions, dim), dimensionless, float64; ``dim`` is at least 1."""
     match polytope:
         case Polytope.SIMPLEX:
             # The unit vectors of dim + 1 axes, projected to the hyperplane across their mean (the rows of Helmert's
@@ -37,11 +37,10 @@ def directions(polytope: Polytope, dim: int) -> Tensor:
 
 
 def rotations(shape: tuple[int, ...], dim: int, generator: torch.Generator) -> Tensor:
-    """Independent uniform rotations (from the Haar measure).
+    """Independent uniform random rotations (from the Haar measure).
 
     Returns:
-        (*shape, dim, dim), dimensionless, float32, on the generator's device: orthogonal, of
-        determinant 1.
+        (*shape, dim, dim), dimensionless, float32, on the generator's device: orthogonal matrices with determinant 1.
     """
     if dim == 2:
         return _turns(torch.rand(shape, generator=generator, device=generator.device) * (2 * math.pi))
@@ -56,14 +55,15 @@ def rotations(shape: tuple[int, ...], dim: int, generator: torch.Generator) -> T
 
 
 def _turns(angle: Tensor) -> Tensor:
-    """Plane rotations by angles (...), rad: (..., 2, 2)."""
+    """Rotation matrices of the plane by angles (...), rad: (..., 2, 2), dimensionless."""
     cos, sin = angle.cos(), angle.sin()
     return torch.stack([cos, -sin, sin, cos], dim=-1).reshape(*angle.shape, 2, 2)
 
 
 def _quaternions(gaussian: Tensor) -> Tensor:
-    """Space rotations, (..., 3, 3), dimensionless, from directions (..., 4): a uniform direction gives a uniform
-    rotation.
+    """Rotation matrices of space, (..., 3, 3), dimensionless, from quaternions of any length, (..., 4).
+
+    A uniform direction of the quaternion gives a uniform rotation.
     """
     length: Tensor = torch.linalg.vector_norm(gaussian, dim=-1, keepdim=True)
     w, x, y, z = (gaussian / length).unbind(-1)

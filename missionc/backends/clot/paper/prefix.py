@@ -1,15 +1,17 @@
-"""Robustness of goals with some agents planned: an optimistic bound, and a reading for the team so far.
+"""Robustness of goals if only some agents are planned: an optimistic bound, and the value with these agents as the
+team.
 
-*Optimistic*, for discarding candidates: other agents count as the best possible.
-Negations are at the leaves, so
-    the value cannot decrease if every margin that reads an unplanned agent is infinite. A goal that still fails cannot
-    be satisfied by planning the others; only then is a partial team discarded.
-    *As a whole*, for guiding and comparing candidates: the planned agents are the team, so *some agent* means one of
-    them. "In the region, or some agent outside it" holds for any partial team by the first reading, since a later agent
-    may be outside; the second requires the planned agents to be in the region.
-    One exception in both: ``connected`` applies to the planned agents among themselves, which the sequence makes
-    possible and a bound could not guide. Predicates of the past, resources and flags, are left to the polish: a moved
-    waypoint has no separate value for them.
+*Optimistic*, to discard candidates: other agents count as the best possible. Negations are at the leaves, so the value
+cannot decrease if every margin that reads an unplanned agent is infinite. A goal that still fails cannot be satisfied
+by planning the others; only then is a partial team discarded.
+
+*As a whole*, to guide and compare candidates: the planned agents are the team, so *some agent* means a planned agent.
+Consider the goal "in the region, or some agent outside the region". The optimistic bound satisfies it for any partial
+team, since a later agent may be outside. The value as a whole requires the planned agents to be in the region.
+
+One exception in both: ``connected`` applies to the planned agents among themselves, which the sequence makes possible
+and a bound could not guide. Predicates of the past (resources and flags) are left to the local optimisation, since they
+have no separate value for a moved waypoint.
 
 Source:
     [clot] IV-B.2, Γ_ℓ in (6), and IV-D.1 for partial teams.
@@ -48,7 +50,7 @@ HOLDS = YES
 """Formula that no planned agent can violate."""
 
 KNOWN, UNKNOWN = -1, -2
-"""Rows of agents that need not be distinguished: planned ones, and the others."""
+"""Row numbers of agents that need not be distinguished: planned agents, and the others."""
 
 
 def about(
@@ -58,13 +60,13 @@ def about(
     newest: int | None = None,
     as_whole: bool = False,
 ) -> tuple[Node, ...]:
-    """Goals for these agents only, without those that they cannot violate.
+    """Goals restricted to the planned agents, without goals that these agents cannot violate.
 
     Args:
-        choices: decisions of a witness, which replace the alternatives.
-        as_whole: True to restrict *some agent* to planned ones, unless there are none.
-        newest: planned agent that is being moved: ``connected`` becomes its link to any
-                other, which is much cheaper and equivalent if the others are connected.
+        choices: choices of a witness, which replace the disjunctions.
+        newest: planned agent that is being moved: ``connected`` becomes its link to any other, which is much cheaper
+            and equivalent if the others are connected.
+        as_whole: True to restrict *some agent* to planned agents, unless there are none.
     """
     return tuple(form for _, form in asked(goals, planned, choices, newest, as_whole))
 
@@ -76,17 +78,18 @@ def asked(
     newest: int | None = None,
     as_whole: bool = False,
 ) -> tuple[tuple[Node, Node], ...]:
-    """The same goals, each after its original."""
+    """Goals of ``about``, each preceded by the original goal."""
     roots = tuple(goals)
     made = _Prefix(postorder(roots), roots, planned, choices, newest, as_whole).made
     return tuple((root, form) for root in roots if (form := made[root]) is not HOLDS)
 
 
 def spelled_out(goals: tuple[Node, ...], steps: int) -> tuple[Node, ...]:
-    """The goals without ``until``: some time has the end, and the hold applies at every time before.
+    """Goals with ``until`` expanded: at some time ``end`` is true, and ``hold`` is true at every time before.
 
-    In the rules for a moved waypoint, the mean is then of these two, not of one step and all that follow, which would
-    halve the end's value at each step. An ``until`` evaluated at a later time up to the last step stays unchanged.
+    In the rules for a moved waypoint, the mean is then of these two parts, not of one step and all that follow, which
+    would halve the end's value at each step. An ``until`` evaluated at a later time with a window up to the last step
+    stays unchanged.
 
     Args:
         steps: number of steps of the mission.
@@ -178,7 +181,8 @@ class _Prefix:
                 assert_never(node)
 
     def _asked(self, node: Any, parts: tuple[Node, ...]) -> tuple[Node, ...]:
-        """Parts of a disjunction without those about agents outside the team."""
+        """Parts of a disjunction without those about agents outside the planned team; all parts if none would
+        remain."""
         if not self.as_whole:
             return parts
         each = zip(children(node), parts, strict=True)
@@ -188,8 +192,12 @@ class _Prefix:
         return isinstance(part, At) and part.agent not in self.planned
 
     def _windowed(self, node: WindowNode | UntilNode, parts: tuple[Node, ...], only: int | None) -> Node:
-        """A window; ``only`` is the number of steps ahead at which a witness has the end of ``Eventually`` or
-        ``Until``.
+        """Restricted form of a window operator.
+
+        Args:
+            parts: restricted children.
+            only: number of steps ahead at which a schedule's witness satisfies ``Eventually`` or ``Until``; None
+                without a witness.
         """
         *hold, end = parts
         if only is None or node.every:
@@ -202,7 +210,8 @@ class _Prefix:
         return row == KNOWN or row in self.planned
 
     def _leaf(self, node: Node, row: int) -> Node:
-        """A predicate or negation if all its agents are planned; for several agents, its restriction to those."""
+        """Predicate (or negation) if all its agents are planned; for several agents, its restriction to the planned
+        agents."""
         predicate, holds = signed_predicate(node)
         if predicate.reads_past or (predicate.reads_oneself(3) and not self._is_planned(row)):
             return HOLDS

@@ -1,4 +1,4 @@
-"""Feasibility of one agent's candidates among those planned before it: every hard constraint, exactly.
+"""Feasibility of one agent's candidates among the agents planned before: every hard constraint, exactly.
 
 Source:
     [clot] IV-D.1: only candidates that satisfy all constraints by the standard semantics enter the tree.
@@ -37,16 +37,16 @@ def prefix_margins(
 
     Args:
         candidates: (batch, steps, dim), metres.
-        others: mission indices of the planned agents; ``planned``: their motions,
-            (batch or 1, others, steps, dim), metres.
-        goals: ``prefix.about`` the planned agents and this one.
-        around: surroundings, with the number of obstacle checks per step.
+        others: mission indices of the planned agents; ``planned``: their trajectories, (batch or 1, others, steps,
+            dim), metres.
+        goals: goals restricted to the planned agents and this agent (``prefix.about``).
+        around: obstacles and bounds, with the number of obstacle checks per step.
         as_flown: True to use the accelerations of the spline that an agent with momentum flies from rest to rest
-                (``control_points.Splines.through``) instead of the candidate's second differences.
+            (``control_points.Splines.through``) instead of the candidate's second differences.
 
     Returns:
-        (1 + goals, batch), metres; speed and acceleration in the metres they move in a step. Positive if all
-            hold.
+        (1 + goals, batch), metres; speed and acceleration in the metres they move in a step. All are positive if the
+        candidate is feasible.
 
     Source:
         [clot] IV-D.1; II-B for the goals.
@@ -60,7 +60,9 @@ def goal_margins(
 ) -> Tensor:
     """Robustness of each goal by the standard semantics: (goals, batch), metres.
 
-    Arguments as for ``prefix_margins``.
+    Args:
+        candidates: (batch, steps, dim), metres.
+        planned: trajectories of ``others``, (batch or 1, others, steps, dim), metres.
     """
     if not goals:
         return candidates.new_zeros(0, len(candidates))
@@ -73,12 +75,13 @@ def goal_margins(
 
 
 def left_open(choice: Any, known: Any, team: Team, agents: tuple[int, ...], planned: Tensor) -> Any:
-    """A disjunction without the parts that are violated for any other agents; unchanged if none remains.
+    """Disjunction without the parts that are violated whatever other agents do; unchanged if no part would remain.
 
     Args:
-        known: the same parts about the planned agents only; or ``choice`` itself if only the parts independent of
-                other agents are known. A part that fails in the whole batch is violated.
-        agents: mission indices of the planned agents; ``planned``: their motions, (batch, agents, steps, dim), metres.
+        known: the same parts restricted to the planned agents; or ``choice`` itself if only the parts independent of
+            other agents are known. A part that fails in the whole batch is violated.
+        agents: mission indices of the planned agents; ``planned``: their trajectories, (batch, agents, steps, dim),
+            metres.
     """
     parts, same = _parts(choice), _parts(known)
     if len(parts) != len(same):
@@ -135,24 +138,20 @@ def _body_margin(
 
 
 def _spline(candidates: Tensor) -> Tensor:
-    """Control points of the flown splines: (batch, steps, dim) -> (batch, steps + 1, dim), metres.
-
-    Shape: (batch, steps, dim) -> (batch, steps + 1, dim), metres.
-    """
+    """Control points of the splines that an agent flies: (batch, steps, dim), metres -> (batch, steps + 1, dim),
+    metres."""
     begin, end = candidates[:, :1], candidates[:, -1:]
     halves = (candidates[:, 1:] + candidates[:, :-1]) / 2
     return torch.cat([begin, begin, halves[:, 1:-1], end, end], dim=1)
 
 
 def _approach(one: Tensor, other: Tensor, factors: Tensor) -> Tensor:
-    """Least distance within each step of points in straight motion.
+    """Least distance of two points that move straight within each step.
 
-    Shape: (..., steps, dim) -> (..., steps - 1), metres.
-
-    Shape: (..., steps, dim) -> (..., steps - 1).
+    Shape: (..., steps, dim) twice, metres -> (..., steps - 1), metres.
 
     Args:
-        factors: (..., dim), factor of each axis of a difference.
+        factors: factor on each axis of a difference, (..., dim).
     """
     apart = (other - one) * factors
     change = apart.diff(dim=-2)

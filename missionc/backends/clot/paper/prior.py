@@ -1,7 +1,7 @@
 """Gaussian process prior over waypoints, for sampling candidates, and the kernel that smooths their steps.
 
 Waypoints are positions at the mission's steps. Their second differences are white noise, so that likely trajectories
-turn and accelerate gently. Known values (ends, places to pass through) hold exactly.
+turn and accelerate gently. Samples satisfy known values (ends, positions to pass) exactly.
 """
 
 from __future__ import annotations
@@ -15,28 +15,27 @@ from missionc.base.late_dataclass import Record
 
 
 class Fixed(Record, eq=False):
-    """A given end: ``position`` is (dim,) or (batch, dim), metres; at rest, or at any velocity."""
+    """Prescribed end of a trajectory: ``position`` is (dim,) or (batch, dim), metres; at rest, or at any velocity."""
 
     position: Tensor
     at_rest: bool = True
 
 
 class Free(Record):
-    """A free end, at any place and velocity."""
+    """Free end of a trajectory, at any position and velocity."""
 
 
 End: TypeAlias = Fixed | Free
 
 
 class Prior(Record, eq=False):
-    """A distribution over trajectories, one for each candidate.
+    """Gaussian distribution over trajectories, one for each candidate.
 
     Args:
-        mean: (batch, steps, dim), metres, float32: the trajectory of least
-            acceleration through the pinned waypoints.
+        mean: (batch, steps, dim), metres, float32: the trajectory of least acceleration through the pinned waypoints.
         pinned: (batch, steps), bool: waypoints equal to the mean in every sample.
-        root: (batch, steps, steps), float64: lower Cholesky factor of the
-            precision (1/m²), identity in the pinned rows.
+        root: (batch, steps, steps), float64: lower Cholesky factor of the precision (1/m²), identity in the pinned
+            rows.
     """
 
     mean: Tensor
@@ -44,10 +43,10 @@ class Prior(Record, eq=False):
     root: Tensor
 
     def sample(self, generator: torch.Generator, scale: float = 1.0) -> Tensor:
-        """Sample a trajectory for each candidate.
+        """Random trajectory for each candidate.
 
         Args:
-            scale: factor of the deviation from the mean; 0 gives the mean.
+            scale: factor on the deviation from the mean; 0 gives the mean.
 
         Returns:
             (batch, steps, dim), metres, float32.
@@ -59,25 +58,22 @@ class Prior(Record, eq=False):
 
 
 def prior(steps: int, start: End, finish: End, acceleration: float, via_steps: Tensor, via_positions: Tensor) -> Prior:
-    """Prior of a batch of candidates.
+    """Prior distribution of a batch of candidates.
 
     Args:
         steps: number of waypoints of a trajectory, including its ends; at least 3.
-        acceleration: standard deviation of a second difference in each
-            coordinate, metres per step²; more than 0.
-        via_steps: (batch, places), int64: step at which a candidate passes a place,
-                from 0 to ``steps - 1``. If a step occurs twice, the last place counts, and a
-                fixed end has priority.
-        via_positions: (batch, places, dim), metres: the places; (batch, 0, dim) for
-                none.
+        acceleration: standard deviation of a second difference in each coordinate, metres per step²; more than 0.
+        via_steps: (batch, places), int64: step at which a candidate passes a position, from 0 to ``steps - 1``. If a
+            step occurs twice, the last position counts, and a fixed end has priority.
+        via_positions: (batch, places, dim), metres: the positions to pass; (batch, 0, dim) for none.
 
     Raises:
-        ValueError: too little is known for a proper distribution: a candidate
-            needs two pinned waypoints, or one that is an end at rest.
+        ValueError: too little is known for a proper distribution: a candidate needs two pinned waypoints, or one that
+            is an end at rest.
 
     Source:
-        [clot] IV-B.3, step (I), with positions for states: the velocities of
-        the paper's prior are free of the positions, and no motion has both.
+        [clot] IV-B.3, step (I), with positions for states: the velocities of the paper's prior are independent of the
+        positions, so that no trajectory has both.
     """
     device = via_positions.device
     batch, places, dim = via_positions.shape
@@ -112,15 +108,14 @@ def prior(steps: int, start: End, finish: End, acceleration: float, via_steps: T
 
 
 def smoother(fixed: Tensor, width: float) -> Tensor:
-    """Matrix that spreads a step of one waypoint over its neighbours in time.
+    """Matrix that spreads a displacement of one waypoint over its neighbours in time.
 
-    It is a Gaussian kernel with rows of sum 1, faded out towards fixed waypoints. No waypoint therefore moves further
-    than the longest step, and fixed waypoints neither move nor have influence.
+    The matrix is a Gaussian kernel with rows of sum 1, faded out towards fixed waypoints. No waypoint therefore moves
+    further than the longest displacement, and fixed waypoints neither move nor have influence.
 
     Args:
         fixed: (steps,) or (batch, steps), bool.
-        width: standard deviation of the kernel, and the reach of the fading,
-            steps; more than 0.
+        width: standard deviation of the kernel, and the reach of the fading, steps; more than 0.
 
     Returns:
         (steps, steps) or (batch, steps, steps), dimensionless weights, float32.
@@ -138,10 +133,8 @@ def _rests(end: End) -> bool:
 
 
 def _second_differences(steps: int, rests_first: bool, rests_last: bool) -> Tensor:
-    """Second differences, (steps - 2 … steps, steps), dimensionless, float64.
-
-    An end at rest continues for one more step.
-    """
+    """Matrix of second differences, (steps - 2 … steps, steps), dimensionless, float64; an end at rest continues for
+    one more step."""
     rows = torch.zeros(steps, steps, dtype=torch.float64)
     rows.diagonal().fill_(-2.0)
     rows.diagonal(1).fill_(1.0)

@@ -1,8 +1,8 @@
-"""Probe cost of entropic transport: an agent's cost with one of its waypoints moved to each probe.
+"""Probe cost of entropic transport: an agent's cost with one of its waypoints moved to each probe position.
 
-    obstacles, moving ones and bounds     g_obs, at the waypoint and half-way to both its neighbours
+    static and moving obstacles, bounds    g_obs, at the waypoint and half-way to both its neighbours
     separation to the nearest planned     g_int, likewise
-    robustness of the goals               by the paper's rules, on the planned agents and this one
+    robustness of the goals               by the paper's rules, on the planned agents and this agent
     speed, acceleration, smoothness       (2), in closed form
 
 Source:
@@ -33,7 +33,7 @@ from missionc.ir.kernel.nodes import Node
 
 
 def kept_from(mission: Mission, agent: int, others: Sequence[int], like: Tensor) -> tuple[Tensor, Tensor]:
-    """Required horizontal distance of centres, (others,), metres, and factors of the axes, (others, dim)."""
+    """Required horizontal distance from each other agent, (others,), metres, and factors on the axes, (others, dim)."""
     spacing, pair = SpacingTable.of(mission), (np.array(agent), np.array(others))
     metric = spacing.metric(*pair)
     factors = torch.ones(len(others), mission.dimension) if metric is None else torch.from_numpy(metric)
@@ -41,16 +41,16 @@ def kept_from(mission: Mission, agent: int, others: Sequence[int], like: Tensor)
 
 
 PLACES = ((1.0, 0), (0.5, -1), (0.5, 1))
-"""Places of a moved waypoint's evaluation: itself, half-way to the previous and to the next; with weights."""
+"""Points at which a moved waypoint is evaluated, with weights: the waypoint, and half-way to both neighbours."""
 
 
 class ProbeCost(Record, eq=False):
-    """``Cost`` of ``transport`` for one agent.
+    """Cost function of ``transport`` for one agent.
 
     Args:
         others: mission indices of the planned agents.
-        goals: ``prefix.about`` these and this one.
-        around: surroundings with two parts per step.
+        goals: goals restricted to the planned agents and this agent (``prefix.about``).
+        around: obstacles and bounds with two parts per step.
         reward: weight of a metre of the goals' mean robustness against a metre of a goal's shortfall.
         shares: weight of each goal's shortfall; 1 if not given.
         capped: True if robustness beyond the target does not count, for goals and parts.
@@ -79,12 +79,12 @@ class ProbeCost(Record, eq=False):
         object.__setattr__(self, "counts", counts.to(self.team.radius))
 
     def __call__(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
-        """Cost of each probe: (batch, steps, probes), metres times weights.
+        """Cost of each probe position: (batch, steps, probes), metres times weights.
 
         Args:
             waypoints: waypoints of the agent, (batch, steps, dim), metres.
             probes: (batch, steps, probes, dim), metres.
-            planned: motions of ``others``, (batch or 1, others, steps, dim), metres.
+            planned: trajectories of ``others``, (batch or 1, others, steps, dim), metres.
         """
         before = torch.cat([waypoints[:, :1], waypoints[:, :-1]], dim=1)[:, :, None]
         after = torch.cat([waypoints[:, 1:], waypoints[:, -1:]], dim=1)[:, :, None]
@@ -96,7 +96,7 @@ class ProbeCost(Record, eq=False):
         )
 
     def _bodies(self, waypoints: Tensor, places: tuple[Tensor, ...], planned: Tensor) -> Tensor:
-        """Cost of bodies, g_obs and g_int: (batch, steps, probes); waypoints in metres.
+        """Cost of obstacles, bounds and separation, g_obs and g_int: (batch, steps, probes), metres times weights.
 
         Source:
             [clot] III-B.
@@ -135,9 +135,10 @@ class ProbeCost(Record, eq=False):
         return cost
 
     def _motion(self, waypoints: Tensor, probes: Tensor) -> Tensor:
-        """Cost of speed, acceleration and bends: (batch, steps, probes); ends are extrapolated.
+        """Cost of speed, acceleration and bends: (batch, steps, probes); trajectories are extrapolated beyond their
+        ends.
 
-        Waypoints in metres.
+        ``waypoints`` is (batch, steps, dim), metres.
 
         Source:
             [clot] (2).
@@ -163,7 +164,8 @@ class ProbeCost(Record, eq=False):
         return cost + self.weights.bend * ((slope[:, :, None] * moved).sum(dim=-1) + 3 * square)
 
     def _task(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
-        """Cost of each goal's shortfall, and a share of -ρ̂, their mean: (batch, steps, probes), metres.
+        """Cost of each goal's shortfall, and a share of -ρ̂, the negative mean of the goals' robustness: (batch, steps,
+        probes), metres.
 
         Source:
             [clot] IV-A.2, (6).
@@ -181,9 +183,9 @@ class ProbeCost(Record, eq=False):
 
 
 def _shifted(values: Tensor, by: int) -> Tensor:
-    """Values one step later (1) or earlier (-1), 0 beyond the ends.
+    """Values of the next step (``by`` 1) or of the previous step (-1), 0 beyond the ends.
 
-    Shape: (batch, steps, dim) -> same shape and unit (metres).
+    Shape: (batch, steps, dim), metres -> (batch, steps, dim), metres.
     """
     nothing = torch.zeros_like(values[:, :1])
     return torch.cat([values[:, 1:], nothing] if by == 1 else [nothing, values[:, :-1]], dim=1)

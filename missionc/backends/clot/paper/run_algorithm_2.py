@@ -46,16 +46,16 @@ def run_algorithm_2(
     keep: Callable[[Searching], None],
     resume: Searching | None,
 ) -> Searched:
-    """Result of the search.
+    """Joint trajectories that Algorithm 2 finds for a preset, and its progress.
 
-    Each motion is feasible by the preset's own check, up to its slack; the caller decides whether it is a plan.
+    Each trajectory is feasible by the preset's own check, up to its slack; the caller decides if it is a plan.
 
     Args:
-        attempt: index for the listener, from 1.
+        attempt: index of the attempt for progress reports, from 1.
         device: device of Algorithm 1's batches.
         processes: number of processes that plan the pieces of a round in parallel.
-        keep: receives the search's progress before each round.
-        resume: progress at an interruption.
+        keep: receives the state of the search before each round.
+        resume: state of an interrupted search; None to start from the beginning.
 
     Raises:
         UnusableSnapshot: ``resume`` is not a state of this search.
@@ -115,7 +115,8 @@ def run_algorithm_2(
     search.ranks = tuple(-round(float(ways[agent])) if agent in targets else 0 for agent in range(agents))
 
     def stop() -> bool:
-        """Return whether to end; otherwise save the state, since an interrupted round is not part of it."""
+        """Return true to end the search; otherwise save its state, since an interrupted round is not part of the
+        state."""
         if not go_on():
             return True
         keep(Searching(*to_arrays(search), most, best))
@@ -128,7 +129,11 @@ def run_algorithm_2(
 
 
 def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
-    """Offers of next agents; a fixed sequence begins nearest to the middle of all starts, (agents, dim), metres."""
+    """Function that offers the next agents for a preset; a fixed sequence begins nearest to the mean of all starts.
+
+    Args:
+        starts: (agents, dim), metres.
+    """
     if preset.order is SequenceChoice.SEARCHED:
         return coupled.valid_agents if preset.search.printed else coupled.next_agents
     middle = np.linalg.norm(starts - starts.mean(axis=0), axis=1)
@@ -136,6 +141,6 @@ def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
 
 
 def _targets(begun: WarmStart, mission: Mission) -> frozenset[int]:
-    """Agents that must be somewhere, or in a formation, until the end."""
+    """Agents that must be in a region or in a formation until the end."""
     visits = [each.visit for each in begun.schedule.appointments if each.step + each.visit.lasts >= mission.steps]
     return frozenset().union(*(visit.agents for visit in visits if visit.lasts > 0))

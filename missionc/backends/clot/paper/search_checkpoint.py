@@ -1,7 +1,4 @@
-"""Checkpoints of the tree search as plain arrays and a JSON text. ``run_state`` has the run.
-
-``run_state`` has the run.
-"""
+"""Checkpoints of the tree search as plain arrays and a JSON text; ``run_state`` stores the rest of the run."""
 
 from __future__ import annotations
 
@@ -22,16 +19,15 @@ COUNTERS = ("rounds", "expansions", "pruned", "first")
 
 
 def to_arrays(search: TreeSearch) -> tuple[dict[str, Array], str]:
-    """State of a search between two rounds.
+    """State of a search between two rounds, as arrays and a JSON text.
 
     Returns:
-        ``parent``, ``agent``, ``cost``, ``earned``, ``visits``: (nodes,);
-        ``motion``: (nodes - 1, steps + 1, dim), metres, without the root;
-        ``tried``: (rows, 3), a node, an agent and a count. The JSON text has
-        the counters, the settings and the generator's state.
+        ``parent``, ``agent``, ``cost``, ``earned``, ``visits``: values of each node, (nodes,); ``motion``: trajectory
+            of each node but the root, (nodes - 1, steps + 1, dim), metres; ``tried``: (rows, 3), a node, an agent and a
+            count. The JSON text contains the counters, the settings and the generator's state.
 
     Raises:
-        ValueError: the generator is not numpy's default one.
+        ValueError: the generator is not numpy's default generator.
 
     Source:
         [clot] Algorithm 2, (V, →) with the scores of (11).
@@ -57,14 +53,14 @@ def to_arrays(search: TreeSearch) -> tuple[dict[str, Array], str]:
 def from_arrays(
     arrays: Mapping[str, Array], text: str, agents: int, offers: Offers, expand: Expand, settings: SearchSettings
 ) -> TreeSearch:
-    """Restore the search saved by ``to_arrays``; it continues as if uninterrupted.
+    """Search that ``to_arrays`` saved; it continues as if uninterrupted.
 
     Args:
         arrays: arrays in the shapes and units of ``to_arrays``, such as (nodes,) and metres.
 
     Raises:
-        ValueError: they are not such a state, or belong to a search with other agents or settings
-            (``expansions`` and ``improvement`` may differ).
+        ValueError: the arrays are no such state, or belong to a search with other agents or settings (``expansions``
+            and ``improvement`` may differ).
 
     Source:
         [clot] Algorithm 2.
@@ -85,7 +81,7 @@ def from_arrays(
 
 
 def _question(search: TreeSearch) -> dict[str, object]:
-    """Values that identify a state's search; the length of the run is free."""
+    """Values that a state and a search must have in common; the length of the search may differ."""
     settings = {name: value for name, value in asdict(search.settings).items() if name not in BUDGET}
     return {"agents": search.agents, "settings": settings}
 

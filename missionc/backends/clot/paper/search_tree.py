@@ -1,4 +1,4 @@
-"""Tree of partial joint motions of Algorithm 2, with its values."""
+"""Search tree of Algorithm 2: partial joint trajectories with their values."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from missionc.base.trace import Array
 
 
 class Node(Record, eq=False):
-    """Planned agents with their motions.
+    """Planned agents with their trajectories, a node of the search tree.
 
     ``planned`` is in the order of planning; ``trajectories`` are in the same order, (planned, steps + 1, dim), metres.
-    ``cost`` is the sum of the motions' costs.
+    ``cost`` is the sum of the trajectories' costs.
 
     Source:
         [clot] IV-C.1, ν = (N_ν, Γ_ν).
@@ -29,7 +29,7 @@ class Node(Record, eq=False):
 
 @dataclass(slots=True)
 class Tree:
-    """Nodes by index, parents before children.
+    """Search tree; its nodes have indices, parents before children.
 
     Source:
         [clot] IV-C.1, 𝔗 = (V, →).
@@ -39,29 +39,29 @@ class Tree:
     agent: list[int] = field(default_factory=lambda: [-1])
     cost: list[float] = field(default_factory=lambda: [0.0])
     earned: list[float] = field(default_factory=lambda: [0.0])
-    """Sum of the discounted outcomes below a node."""
+    """Sum of the discounted outcomes below each node."""
     visits: list[int] = field(default_factory=lambda: [0])
-    """Number of outcomes below a node."""
+    """Number of outcomes below each node."""
     tries: list[dict[int, int]] = field(default_factory=lambda: [{}])
-    """Number of expansions of the node by an agent."""
+    """Number of expansions of each node, by agent."""
     planned: list[frozenset[int]] = field(default_factory=lambda: [frozenset()])
     motions: list[dict[int, Array]] = field(default_factory=lambda: [{}])
-    """Motions by agent in the order of planning, (steps + 1, dim), metres; shared with the parent except the last."""
+    """Trajectories of each node by agent in planning order, (steps + 1, dim), metres; only the last is the node's
+    own."""
     _alike: dict[frozenset[int], list[int]] = field(default_factory=lambda: {frozenset(): [0]})
 
     def __len__(self) -> int:
         return len(self.parent)
 
     def add(self, parent: int, agent: int, trajectory: Array, cost: float) -> int:
-        """Add a child by (10): one more agent.
+        """Add a child with one more planned agent, by (10), and return its index.
 
         Args:
-            trajectory: motion of the agent, (steps + 1, dim), metres.
-            cost: cost added by the motion.
+            trajectory: trajectory of the agent, (steps + 1, dim), metres.
+            cost: cost of the trajectory.
 
         Raises:
-            ValueError: the agent is already planned, the motion has a different shape, or
-                    a number is not finite.
+            ValueError: the agent is already planned, the trajectory has a different shape, or a number is not finite.
 
         Source:
             [clot] (10).
@@ -86,11 +86,11 @@ class Tree:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of one motion, (steps + 1, dim); (0, 0) before there is one."""
+        """Shape of one trajectory, (steps + 1, dim); (0, 0) before there is one."""
         return self.motions[1][self.agent[1]].shape if len(self) > 1 else (0, 0)
 
     def leaves(self, agents: int) -> tuple[int, ...]:
-        """Nodes with all agents planned.
+        """Indices of the nodes with all agents planned.
 
         Source:
             [clot] IV-C.1 (IV), V̄*.
@@ -98,7 +98,7 @@ class Tree:
         return tuple(self._alike.get(frozenset(range(agents)), ()))
 
     def node(self, index: int) -> Node:
-        """Node of that index with all its motions.
+        """Node with this index, with all its trajectories.
 
         Source:
             [clot] IV-C.1.
@@ -108,10 +108,11 @@ class Tree:
         return Node(index, tuple(motions), joint, self.cost[index])
 
     def similar(self, parent: int, agent: int, trajectory: Array, delta: float) -> list[int]:
-        """Nodes with the same agents as this child of ``parent`` and all motions closer than ``delta``.
+        """Indices of the nodes that are similar to a new child of ``parent``: the same agents, and a distance below
+        ``delta`` metres.
 
-        The distance of two joint motions is the largest distance between an agent's two places over agents and steps,
-        metres; ``trajectory`` is the agent's, (steps + 1, dim), metres.
+        The distance of two joint trajectories is the largest distance between an agent's two positions over agents and
+        steps; ``trajectory`` is the agent's, (steps + 1, dim), metres.
 
         Source:
             [clot] IV-C.2, ‖Γ_ν - Γ_ν'‖ < δ.
@@ -121,7 +122,8 @@ class Tree:
         return [others[place] for place in similar_nodes(mine, [self.motions[other] for other in others], delta)]
 
     def twins(self, index: int, delta: float) -> list[int]:
-        """Other nodes with the same agents and all motions closer than ``delta``.
+        """Indices of the other nodes that are similar to a node: the same agents, and a distance below ``delta``
+        metres.
 
         Source:
             [clot] IV-C.2.
@@ -133,7 +135,7 @@ class Tree:
         ]
 
     def back_propagate(self, index: int, outcome: float, gamma: float) -> None:
-        """Add an outcome just below a node to it and all its ancestors, with a factor ``gamma`` per edge.
+        """Add an outcome just below a node to the node and all its ancestors, with a factor ``gamma`` per edge.
 
         Source:
             [clot] (11), with d(ν, ν⁺) from 1 at the node that was expanded.
@@ -145,7 +147,7 @@ class Tree:
             index = self.parent[index]
 
     def psi(self, reward: float) -> list[float]:
-        """Value ψ of every node: the mean of its outcomes and of its parent's ψ as one more.
+        """Value ψ of every node: the mean of its outcomes and of its parent's ψ, which counts as one more outcome.
 
         The sum in (11) grows without bound for visited nodes and ignores failures; a mean over both does not. The
         parent's ψ (``reward`` at the root) is a prior for unvisited nodes, so that failures of siblings count too.
@@ -160,9 +162,9 @@ class Tree:
 
 
 def similar_nodes(mine: dict[int, Array], others: Sequence[dict[int, Array]], delta: float) -> list[int]:
-    """Indices of joint motions less than ``delta`` from this one of the same agents, metres.
+    """Indices of the joint trajectories that are less than ``delta`` metres from ``mine``, for the same agents.
 
-    A joint motion has each agent's, (steps + 1, dim), metres.
+    A joint trajectory contains the trajectory of each agent, (steps + 1, dim), metres.
 
     Source:
         [clot] IV-C.2, ‖Γ_ν - Γ_ν'‖ < δ.

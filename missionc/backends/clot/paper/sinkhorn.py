@@ -1,8 +1,8 @@
-"""Entropic optimal transport (Sinkhorn): mass of each waypoint in each direction.
+"""Entropic optimal transport (Sinkhorn): the mass that each waypoint assigns to each direction.
 
-CPU time of one thread for 48 waypoints, 4 directions and regulariser 0.08: for 32 candidates 0.2 ms by softmax and 9 ms
-by Sinkhorn's iteration, for 800 candidates 4 ms and 220 ms. On random costs the two differ by a tenth of the mass, but
-no difference was seen over the iterations of a plan (figures in ``transport``).
+CPU time of one thread, for 48 waypoints, 4 directions and regulariser 0.08: 32 candidates take 0.2 ms by softmax and 9
+ms by Sinkhorn's iteration. 800 candidates take 4 ms and 220 ms. On random costs the two methods differ by a tenth of
+the mass, but no difference was seen over the iterations of a plan (numbers in ``transport``).
 
 Source:
     [clot] equation (7), a problem for each candidate.
@@ -20,7 +20,7 @@ CHECKED_EVERY = 5
 
 
 def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: int = 200, shares: int = 1) -> Tensor:
-    """Plan of least cost minus entropy with uniform marginals.
+    """Transport plan of least cost minus entropy with uniform marginals.
 
     Sinkhorn's iteration scales rows and columns of exp(-costs / regulariser), on logarithms in case of underflow. Each
     share of the batch stops independently.
@@ -28,15 +28,14 @@ def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: 
     Args:
         costs: (batch, steps, directions), finite.
         regulariser: weight of the entropy, in units of cost; more than 0.
-        tolerance: stop when the total error of the directions' masses is at most this
-                in every candidate; the whole mass is 1.
+        tolerance: the iteration stops when the total error of the directions' masses is at most this in every
+            candidate; the total mass is 1.
         limit: maximum number of rounds.
         shares: number of equal shares of the batch.
 
     Returns:
-        (batch, steps, directions), at least 0: a waypoint's weights sum to
-        1/steps, up to rounding; a direction's sum to 1/directions, up to ``tolerance``
-            unless ``limit`` was reached.
+        (batch, steps, directions), at least 0: a waypoint's weights sum to 1/steps, up to rounding; a direction's sum
+            to 1/directions, up to ``tolerance`` unless ``limit`` was reached.
     """
     # Costs that differ by more regularisers than this are scaled as logarithms; exp(-40) squared is still a float32.
     least_exponent = 40.0
@@ -76,7 +75,7 @@ def _by_logarithms(kernel: Tensor, tolerance: float, limit: int, shares: int = 1
 
 
 def _settled(received: Tensor, tolerance: float, shares: int) -> Tensor:
-    """Flags of candidates whose whole share is done: (batch, 1, 1), boolean.
+    """Return true for each candidate whose entire share of the batch has converged: (batch, 1, 1).
 
     Args:
         received: mass of each direction, (batch, directions).
@@ -91,7 +90,7 @@ def _advanced(before: Tensor, after: Tensor, settled: Tensor | None) -> Tensor:
 
 
 def row_softmax(costs: Tensor, regulariser: float) -> Tensor:
-    """The same plan without limits on directions: each waypoint chooses independently.
+    """Transport plan without constraints on the directions' masses: each waypoint chooses independently.
 
     Args:
         costs: (batch, steps, directions), finite.

@@ -1,7 +1,8 @@
 """Sparsity pattern of robustness: values of a formula that change if one waypoint of one agent moves.
 
-A leaf at a step reads the agents there (a speed also their next places), and a window reads its steps. The value of a
-formula at a step therefore changes only for waypoints at small offsets, and only those are recomputed.
+A leaf at a step reads the agents at that step (a speed also their next positions), and a window reads its steps. The
+value of a formula at a step therefore changes only for waypoints at small offsets, and only those values are
+recomputed.
 """
 
 from __future__ import annotations
@@ -28,10 +29,9 @@ class NodePattern(Record, eq=False):
     """Sparsity pattern of one formula: its values that a moved waypoint can change.
 
     Args:
-        first: first step at which its value is needed.
-        low: first offset: the waypoint's step minus the value's.
-        nonzero: (rows, steps, offsets), True if a value reads the waypoint; 1 for
-                rows if they are None.
+        first: first step at which the formula's value is needed.
+        low: first offset: the waypoint's step minus the value's step.
+        nonzero: (rows, steps, offsets), True if a value reads the waypoint; 1 row if ``rows`` is None.
     """
 
     rows: Rows
@@ -45,7 +45,7 @@ class NodePattern(Record, eq=False):
 
     @property
     def high(self) -> int:
-        """Last offset."""
+        """Last offset of the pattern."""
         return self.low + int(self.nonzero.shape[2]) - 1
 
 
@@ -56,7 +56,7 @@ class SparsityPattern(Record, eq=False):
         order: every formula below the goals once, children first.
         needed: first and last step at which each formula's value is needed.
         of: patterns of the formulas that can change.
-        leaves: formulas of one time, and those over links.
+        leaves: formulas of one time, and formulas over links.
     """
 
     goals: tuple[Node, ...]
@@ -68,7 +68,7 @@ class SparsityPattern(Record, eq=False):
 
 
 def sparsity_pattern(goals: Iterable[Node], agent: int, agents: int, steps: int) -> SparsityPattern:
-    """Sparsity pattern of these goals at step 0, for the waypoints of an agent.
+    """Sparsity pattern of goals at step 0 for the waypoints of an agent.
 
     Raises:
         ValueError: a goal looks past the last step.
@@ -97,10 +97,10 @@ def _leaves(order: Sequence[Node]) -> frozenset[Node]:
 
 
 def _needed(goals: tuple[Node, ...], order: Sequence[Node], steps: int) -> dict[Node, tuple[int, int]]:
-    """Steps at which each formula's value is laid out.
+    """First and last step at which each formula's value is needed.
 
-    A window is laid out for every step between the first and the last needed one, also unneeded ones. A window past the
-    mission's end is cut there.
+    A window is computed for every step from the first to the last needed step. A window past the mission's end is
+    truncated there.
     """
     needed: dict[Node, tuple[int, int]] = dict.fromkeys(goals, (0, 0))
     latest: dict[Node, int] = dict.fromkeys(goals, 0)
@@ -142,7 +142,8 @@ def _pattern(
 
 
 def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: int, steps: int) -> NodePattern | None:
-    """Pattern of a leaf; ``rows`` are the agents whose value reads the moved agent."""
+    """Sparsity pattern of a predicate, whose rows are the agents whose value reads the moved agent; None if no value
+    reads the moved agent."""
     rows: Rows
     if agent in predicate.others:
         rows = None if predicate.about_team else tuple(range(agents))
@@ -173,7 +174,7 @@ def _union(agents: int, team: bool, parts: list[NodePattern]) -> Rows:
 
 
 def _row(part: NodePattern, agent: int) -> NodePattern:
-    """Pattern of a formula for one agent."""
+    """Sparsity pattern of a formula for one agent."""
     if part.rows is None:
         return part
     row = part.rows.index(agent)
@@ -181,7 +182,7 @@ def _row(part: NodePattern, agent: int) -> NodePattern:
 
 
 def _over(parts: list[tuple[Ask, NodePattern]], rows: Rows, first: int, count: int, steps: int) -> NodePattern | None:
-    """Pattern of a formula that reads its own row of its parts, at the steps of a window ahead."""
+    """Sparsity pattern of a formula whose row reads the same row of its parts, at the steps of a window ahead."""
     reads = []
     for ask, part in parts:
         last = steps - 1 - first - ask.before_last if ask.high is None else ask.high
@@ -199,7 +200,8 @@ def _over(parts: list[tuple[Ask, NodePattern]], rows: Rows, first: int, count: i
 def _of_links(
     graph: Graph, rows: tuple[int, ...], first: int, count: int, parts: list[NodePattern], agent: int
 ) -> NodePattern | None:
-    """Pattern of a formula over links and its parts at other agents: a change in one row affects all."""
+    """Sparsity pattern of a formula over links, whose parts are read at other agents: a change in one row affects all
+    rows."""
     parts = [part for part in parts if part.rows is None or set(part.rows) & set(rows)]
     linked = agent in graph.agents
     if not parts and not linked:
@@ -215,7 +217,7 @@ def _of_links(
 
 
 def mark(nonzero: Flags, rows: Rows, part: NodePattern, first: int) -> None:
-    """Mark the part's pattern in (rows, steps, offsets), from step ``first`` on."""
+    """Set the flags of the part's pattern in ``nonzero``, (rows, steps, offsets), from step ``first`` on."""
     here = part.nonzero[:, first - part.first : first - part.first + nonzero.shape[1]]
     if rows is None or part.rows is None:
         nonzero |= here

@@ -34,8 +34,8 @@ from missionc.base.memory import reserve
 
 Cost: TypeAlias = Callable[[Tensor, Tensor], Tensor]
 """Function from waypoints (batch, steps, dim) and probes (batch, steps, probes, dim), metres, to the trajectory's cost
-with only that waypoint moved to that probe: (batch, steps, probes), finite. Terms that no probe changes may be left
-out. Costs of fixed waypoints are ignored."""
+with only that waypoint moved to that probe: (batch, steps, probes), finite. Terms that no probe changes may be omitted.
+Costs of fixed waypoints are ignored."""
 
 
 def transport(
@@ -46,16 +46,16 @@ def transport(
     generator: torch.Generator | Sequence[torch.Generator],
     done: Callable[[Tensor], bool] | None = None,
 ) -> Tensor:
-    """Waypoints after the iterations of Algorithm 1.
+    """Waypoints of a batch of trajectories after the iterations of Algorithm 1.
 
     Inside an iteration only ``done`` and ``Coupling.SINKHORN`` wait for the device.
 
     Args:
         waypoints: (batch, steps, dim), metres; not modified.
         fixed: (steps,) or (batch, steps), bool: waypoints that stay bitwise equal.
-        cost: see ``Cost``. It may differ from call to call.
+        cost: see ``Cost``. The costs may differ from call to call.
         generator: equal seeds give equal bytes on one kind of device. Several generators serve one equal share of the
-                batch each, which moves independently.
+            batch each, which moves independently.
         done: test of the waypoints, also at the beginning; True ends the run.
 
     Returns:
@@ -65,12 +65,11 @@ def transport(
         MemoryError: there is not enough memory for the trajectories.
 
     Source:
-        [clot] Algorithm 1, with these differences. Every waypoint has a separate
-            rotation: with a shared one, uniform marginals would fix the mean of a
-            trajectory. Costs are scaled for each waypoint, so that one bad candidate
-            cannot flatten the others. The update is smoothed over time: probes move a
-            single waypoint, which would tear it from its neighbours. It ends by
-            ``done``, not when waypoints come to rest, which also happens in bad places.
+        [clot] Algorithm 1, with these differences. Every waypoint has a separate rotation: with a shared one, uniform
+        marginals would fix the mean of a trajectory. Costs are scaled for each waypoint, so that one bad candidate
+        cannot flatten the others. The update is smoothed over time: probes move a single waypoint, which would tear it
+            from its neighbours. The iteration ends by ``done``, not when waypoints come to rest, which also happens at
+            bad positions.
     """
     arrays = 12  # approximate arrays of all probes in memory at once
     batch, steps, dim = waypoints.shape
@@ -101,16 +100,15 @@ def transport(
 
 
 def _schedule(settings: TransportSettings, iteration: int) -> tuple[float, float]:
-    """Radius, metres, and width, steps, of an iteration."""
+    """Probing radius, metres, and width of the smoothing kernel, steps, in an iteration."""
     part = iteration / max(1, settings.iterations - 1)
     radius = settings.first_radius * (settings.last_radius / settings.first_radius) ** part
     return radius, settings.first_width + (settings.last_width - settings.first_width) * part
 
 
 def _scaled(costs: Tensor, least: float) -> Tensor:
-    """Costs of each waypoint scaled to [0, 1], 0 the best; the divisor is at least ``least``: (batch,
-    steps, probes).
-    """
+    """Costs of each waypoint scaled to [0, 1], 0 the best: (batch, steps, probes); the divisor is at least
+    ``least``."""
     above = costs - costs.amin(-1, keepdim=True)
     return above / above.amax(-1, keepdim=True).clamp(min=least)
 

@@ -1,7 +1,7 @@
-"""Algorithm 2: a search over planning sequences and joint motions at once.
+"""Algorithm 2: a search over planning sequences and joint trajectories at once.
 
 in   two functions: the possible next agents, and the planning of one agent
-out  joint motions of all agents, best first, and the reason for the end
+out  joint trajectories of all agents, best first, and the reason for the end
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from missionc.base.trace import Array
 
 
 class Candidate(Record, eq=False):
-    """Motion of one agent, (steps + 1, dim), metres.
+    """Candidate trajectory of one agent, (steps + 1, dim), metres.
 
-    ``cost`` is its cost beside those of the previous motions, (6) and (2). ``feasible`` is True if it violates no
-    checked hard constraint.
+    ``cost`` is the cost that the candidate adds to the cost of the agents planned before, (6) and (2). ``feasible`` is
+    true if it violates no checked hard constraint.
 
     Source:
         [clot] IV-C.1 (II), τ^k.
@@ -39,11 +39,11 @@ class Candidate(Record, eq=False):
 
 
 class Expand(Protocol):
-    """Planner of one more agent at each of several nodes, by Algorithm 1.
+    """Interface of the planner of one more agent at each of several nodes, by Algorithm 1.
 
-    The answer has a list for each piece of work, in order. A list without a feasible candidate is a failure. Random
-    draws follow from ``seed``, so that a resumed search repeats them. ``samples`` is the number of trajectories to
-    optimise for each piece.
+    The answer has a list of candidates for each piece of work, in order. A list without a feasible candidate is a
+    failure. Random draws follow from ``seed``, so that a resumed search repeats them. ``samples`` is the number of
+    trajectories to optimise for each piece.
 
     Source:
         [clot] Algorithm 2, lines 4 to 8.
@@ -65,7 +65,7 @@ class Ending(Enum):
 
 
 class Solution(Record, eq=False):
-    """Joint motion of all agents.
+    """Joint trajectory of all agents.
 
     ``sequence`` is the order of planning; ``trajectories`` are in mission order, (agents, steps + 1, dim), metres.
 
@@ -79,9 +79,7 @@ class Solution(Record, eq=False):
 
 
 class TreeSearchResult(Record):
-    """Solutions, pairwise further apart than ``delta``, the cheapest first.
-
-    An empty result proves nothing.
+    """Solutions of a search, pairwise further apart than ``delta``, the cheapest first; an empty result proves nothing.
 
     Source:
         [clot] Algorithm 2, lines 13 to 15.
@@ -95,10 +93,14 @@ class TreeSearchResult(Record):
 class TreeSearch:
     """State of Algorithm 2 between two rounds.
 
-    ``agents`` is the number of agents. ``rounds`` counts selections, ``expansions`` local optimisations, and ``pruned``
-    the exclusions of an agent at a node because a similar node failed with it. ``first`` is the number of expansions at
-    the first solution, None before it. ``ranks`` has a number for each agent: of the least tried ones, the lowest is
-    next; empty if all are equal.
+    Args:
+        agents: number of agents.
+        rounds: number of selections so far.
+        expansions: number of local optimisations so far.
+        pruned: number of exclusions of an agent at a node because a similar node failed with it.
+        first: number of expansions at the first solution; None before it.
+        ranks: priority of each agent: of the least tried agents, the lowest rank is next; empty if all agents have
+            equal priority.
 
     Source:
         [clot] Algorithm 2.
@@ -118,14 +120,15 @@ class TreeSearch:
     _offered: dict[frozenset[int], tuple[int, ...]] = field(default_factory=dict)
 
     def run(self, deadline: float = math.inf, stop: Callable[[], bool] = lambda: False) -> TreeSearchResult:
-        """Search until the budget or the improvement after the first solution is used, or no work is left.
+        """Solutions found until no work is left, or until the budget, or the share for improvement after a first
+        solution, is used up.
 
         Limits are checked between rounds, and no round is cut short. A search that ended by ``TIME`` or ``STOPPED``
         continues when run again, as if uninterrupted.
 
         Args:
-            deadline: on the clock of ``time.monotonic``, seconds.
-            stop: returns whether to end now.
+            deadline: time on the clock of ``time.monotonic``, seconds.
+            stop: function that returns true to end the search.
 
         Raises:
             ValueError: an expansion gives an invalid answer.
@@ -143,10 +146,10 @@ class TreeSearch:
             self._expand(work)
 
     def values(self) -> Array:
-        """Value χ of every node, (nodes,), a dimensionless number: progress, minus the weighted cost, plus ψ.
+        """Value χ of every node, (nodes,), dimensionless: progress, minus the weighted cost, plus ψ.
 
         Source:
-            [clot] (9), with ξ the cost of the motions so far; normalised like progress, unless ``printed``.
+            [clot] (9), with ξ the cost of the trajectories so far; normalised like progress, unless ``printed``.
         """
         planned = np.array([len(planned) for planned in self.tree.planned])
         cost, psi = np.array(self.tree.cost), np.array(self.tree.psi(self.settings.reward))
@@ -156,10 +159,11 @@ class TreeSearch:
         return values
 
     def select(self) -> list[tuple[int, int]]:
-        """Nodes to expand next, each with its agent; several for few nodes unless ``printed``.
+        """Nodes to expand next, each with its agent; a node may occur several times if there are few, unless
+        ``printed``.
 
-        The best nodes by (9); for each node the least tried agent, then the lowest of ``ranks``, then a random one. The
-        number of nodes goes from ``wide`` to ``narrow`` with the progress of the best one.
+        The nodes are the best by (9); the agent of a node is the least tried, then the lowest in ``ranks``, then a
+        random one. The number of nodes goes from ``wide`` to ``narrow`` with the progress of the best node.
 
         Source:
             [clot] IV-C.1 (I), IV-C.2, Algorithm 2 lines 3 to 7.
@@ -173,10 +177,10 @@ class TreeSearch:
         return list(islice(self._turns(chain((best,), ranked)), size))
 
     def solutions(self) -> tuple[Solution, ...]:
-        """Leaves, best first, without those within ``delta`` of a better one.
+        """Solutions of the leaves, best first, without leaves within ``delta`` of a better leaf.
 
-        The best is the cheapest; with ``printed``, the one of the highest value: all leaves have the same progress, and
-        the ψ of a leaf is its parent's.
+        The best leaf is the cheapest; with ``printed``, the leaf of the highest value: all leaves have the same
+        progress, and the ψ of a leaf is its parent's.
 
         Source:
             [clot] IV-C.1 (IV).
@@ -216,7 +220,8 @@ class TreeSearch:
         return any(self._may(node, agent) for agent in self._offers(node))
 
     def _turns(self, ranked: Iterable[int]) -> Iterator[tuple[int, int]]:
-        """Every node with one agent; unless ``printed``, then every node with a second one, and so on."""
+        """Yield every node with one agent to expand it by. Unless ``printed``, then yield every node with a second
+        agent, and so on."""
         queues: dict[int, list[int]] = {}
         for node in ranked:
             agents = [agent for agent in self._offers(node) if self._may(node, agent)]
@@ -232,12 +237,12 @@ class TreeSearch:
         return self.tree.tries[node].get(agent, 0), self.ranks[agent] if self.ranks else 0
 
     def _between(self, at_root: int, at_end: int, node: int) -> int:
-        """Interpolate between two numbers by the progress of a node that is not a leaf."""
+        """Number interpolated between two numbers by the progress of a node that is not a leaf."""
         progress = len(self.tree.planned[node]) / max(1, self.agents - 1)
         return round(at_root + (at_end - at_root) * progress)
 
     def _expand(self, work: list[tuple[int, int]]) -> None:
-        """One round: expand all nodes together, then back-propagate all together."""
+        """Run one round: expand all selected nodes together, then back-propagate all outcomes."""
         settings = self.settings
         samples = self._between(settings.few_samples, settings.many_samples, work[0][0])
         seed = int(self.generator.integers(2**63))
@@ -253,7 +258,7 @@ class TreeSearch:
             self.first = self.expansions
 
     def _outcome(self, node: int, agent: int, candidates: Sequence[Candidate]) -> float:
-        """Add the children of an expansion and return its reward; without a new one, it is a failure."""
+        """Outcome of an expansion, after its children are added to the tree; a failure without a new child."""
         tries = self.tree.tries[node]
         tries[agent] = tries.get(agent, 0) + 1
         feasible = sorted((candidate for candidate in candidates if candidate.feasible), key=lambda one: one.cost)
@@ -269,17 +274,17 @@ class TreeSearch:
         return self.settings.reward if children else -self.settings.reward
 
     def _is_new(self, node: int, agent: int, candidate: Candidate) -> bool:
-        """Return whether no similar node is at least as cheap."""
+        """Return true if no similar node is at least as cheap as this candidate's node."""
         cost = self.tree.cost[node] + candidate.cost
         similar = self.tree.similar(node, agent, candidate.trajectory, self.settings.delta)
         return all(self.tree.cost[other] > cost for other in similar)
 
     def _prune(self, node: int, agent: int) -> None:
-        """Exclude this agent at nodes similar to a failed one; with ``printed``, all agents.
+        """Exclude this agent at nodes similar to a node that failed with it; with ``printed``, exclude all agents.
 
         Source:
             [clot] IV-C.2, which removes the nodes; unless ``printed``, only the failed expansion is removed, since
-                another agent may succeed.
+            another agent may succeed.
         """
         barred = range(self.agents) if self.settings.printed else (agent,)
         for other in self.tree.twins(node, self.settings.delta):

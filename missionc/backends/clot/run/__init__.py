@@ -1,1 +1,1 @@
-"""A run of the trajectory optimiser: its settings, its state between attempts, and attempts in child processes."""
+"""Run of the trajectory optimiser: presets, state between attempts, and attempts in child processes."""

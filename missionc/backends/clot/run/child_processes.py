@@ -1,7 +1,7 @@
-"""Pool of forked child processes, each a copy of this one at its start.
+"""Pool of forked child processes, each a copy of this process at the time of the fork.
 
-A copy costs milliseconds and has all data built so far, so that only pieces of work and answers go through private
-pipes. A child does one piece at a time, leaves Ctrl-C to this process, and always ends with it.
+A fork costs milliseconds and contains all data built so far, so that only pieces of work and answers pass through
+private pipes. A child works on one piece at a time, leaves Ctrl-C to this process, and always ends with it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Say: TypeAlias = Callable[[Progress], None]
 
 
 class Children(Generic[Piece, Answer]):
-    """Working child processes; ``children`` starts and ends them."""
+    """Pool of child processes; the context ``children`` starts and ends them."""
 
     def __init__(self, work: Callable[[Piece, Say], Answer], listen: Say) -> None:
         self._work, self._listen = work, listen
@@ -36,13 +36,13 @@ class Children(Generic[Piece, Answer]):
     def answers(
         self, pieces: Iterable[Piece], enough: Callable[[], bool] = lambda: False
     ) -> Iterator[tuple[int, Answer]]:
-        """Yield the answer to each piece, with its index from 0, in the order of arrival.
+        """Yield the answer to each piece of work, with the index of the piece from 0, in the order of arrival.
 
-        The next piece is taken when a child is idle. Unfinished pieces are dropped when ``enough``.
+        The next piece is taken when a child is idle. Unfinished pieces are dropped when ``enough`` returns true.
 
         Raises:
             MemoryError: a child had too little memory, or the system killed it.
-            RuntimeError: a child failed; the message gives the error.
+            RuntimeError: a child failed; the message describes the error.
         """
         look = 0.2  # seconds between two checks of the deadline
         left = enumerate(pieces)
@@ -63,7 +63,7 @@ class Children(Generic[Piece, Answer]):
                     self._listen(content)
 
     def start(self, count: int) -> None:
-        """Start the children.
+        """Start ``count`` child processes.
 
         Raises:
             MemoryError: there is not enough memory.
@@ -84,7 +84,7 @@ class Children(Generic[Piece, Answer]):
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def end(self) -> None:
-        """Kill all children, and wait for their end."""
+        """Kill all child processes, and wait until they have ended."""
         for child in self._all.values():
             child.kill()
         for pipe, child in self._all.items():
@@ -119,12 +119,13 @@ class Children(Generic[Piece, Answer]):
 
 @contextmanager
 def children(count: int, work: Callable[[Piece, Say], Answer], listen: Say) -> Iterator[Children[Piece, Answer]]:
-    """Child processes for this work within the context, as many as the memory limit allows.
+    """Context with a pool of child processes for one kind of work, as many as the memory limit allows.
 
     Args:
-        work: function of a child, on its own copy of all data. Pieces and answers are of types that
-                ``multiprocessing`` supports.
-        listen: receives their progress messages.
+        count: number of child processes.
+        work: function that a child calls for each piece, on its own copy of all data. Pieces and answers have types
+            that ``multiprocessing`` supports.
+        listen: receives the progress messages of the children.
 
     Raises:
         MemoryError: there is not enough memory.

@@ -1,11 +1,12 @@
-"""Initial guesses of the trajectory optimiser: schedule and first motion of each attempt.
+"""Initial guesses of the trajectory optimiser: schedule and initial trajectory of each attempt.
 
     in   Outline, the index of an attempt
     out  WarmStart
 
-Agents tied by a formation or by links share key frames; all others make tours. Agents on separate tours may also
-satisfy links. The first attempt uses tours if these satisfy the links and key frames would leave tasks out, such as
-recurrences. Later attempts use them occasionally, since polish can close small gaps in links.
+Agents coupled by a formation or by links share joint waypoints; all other agents make tours. Agents on separate tours
+may satisfy links by chance. The first attempt uses tours if these satisfy the links and joint waypoints would omit
+tasks, such as recurrences. Later attempts use tours occasionally, since local optimisation can close small gaps in
+links.
 """
 
 from __future__ import annotations
@@ -31,13 +32,13 @@ from missionc.verification.monitoring.monitor import monitor
 
 
 class InitialGuesses(Record, eq=False):
-    """Initial guesses of attempts at a mission.
+    """Source of initial guesses for the attempts at a mission.
 
     Args:
         graph: cost graph of the kernel.
         asked: outline of the cost graph.
-        in_time: returns whether to continue.
-        made: called for each first motion.
+        in_time: function that returns true while time is left.
+        made: called after each initial trajectory.
     """
 
     mission: Mission
@@ -49,7 +50,11 @@ class InitialGuesses(Record, eq=False):
     made: Callable[[], None]
 
     def begun(self, number: int, drawn: np.random.Generator) -> WarmStart:
-        """Warm start of an attempt by index; the generator is that of the attempt, unused."""
+        """Warm start of the attempt with index ``number``.
+
+        Args:
+            drawn: random generator of the attempt, not used before.
+        """
         scheduler = Scheduler(self.mission, self.asked, self.geodesics, drawn)
         left_out = len(scheduler.numbers) < len(self.asked.tasks)
         in_turn = number % clot_settings(self.mission).attempts.tours_every == 1
@@ -63,7 +68,7 @@ class InitialGuesses(Record, eq=False):
         return self.with_stops(number, scheduler)
 
     def with_stops(self, number: int, scheduler: Scheduler) -> WarmStart:
-        """Warm start from a scheduler, with stops for resources and flags."""
+        """Warm start from a scheduler, with stops at regions that refill resources or change flags."""
         generator = scheduler.generator
         drawn = generator.bit_generator.state
 
@@ -76,7 +81,7 @@ class InitialGuesses(Record, eq=False):
         return with_stops(self.mission, self.graph, scheduler, begin, number, self.in_time)
 
     def keeps_links(self, motion: Array) -> bool:
-        """Return whether a motion, (agents, steps + 1, dim), metres, satisfies every requirement about links."""
+        """Return true if a trajectory, (agents, steps + 1, dim), metres, satisfies every requirement about links."""
         made = splines(self.mission)
         sketched = trace(self.mission, made, control_after(self.mission, made, motion))
         verdicts = monitor(self.mission, self.kernel, sketched).requirements

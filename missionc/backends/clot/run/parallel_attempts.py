@@ -1,7 +1,7 @@
-"""Parallel attempts of a run in child processes: the same outcome as in sequence.
+"""Parallel attempts of a run in child processes, with the same outcome as in sequence.
 
 A child has the run's state at its start, makes one attempt at a time and answers with the state of a run with only that
-attempt. Answers are merged by index; the first plan, by index, ends them all.
+attempt. Answers are merged by attempt index; the first plan, by index, ends all attempts.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ MakeAttempt: TypeAlias = Callable[[int], Reached | None]
 
 
 class WorkerRun(Protocol):
-    """Interface of a run (``backend.Run``) for this module."""
+    """Interface of a run (``backend.TransportRun``) for this module."""
 
     mission: Mission
     graph: Kernel
@@ -45,12 +45,12 @@ class WorkerRun(Protocol):
 
 
 class AttemptResult(Record, eq=False):
-    """Result of an attempt from its child.
+    """Result of an attempt from its child process.
 
     Args:
         state: state of a run with only this attempt.
         come_to: evaluation of its best candidate, if that is not a plan.
-        late: True if a stage was stopped by time.
+        late: True if a stage ended because the time limit was reached.
     """
 
     state: Snapshot
@@ -62,12 +62,13 @@ class AttemptResult(Record, eq=False):
 def run_parallel_attempts(
     run: WorkerRun, numbers: range, attempt: MakeAttempt
 ) -> Generator[float, float, tuple[int, Reached | None]]:
-    """First of these attempts with a plan, and that plan; or the attempt to continue with, and None.
+    """Index of the first attempt with a plan, and the plan; without a plan, the index of the attempt to continue with,
+    and None.
 
-    It pauses after each, like a sequential run; the children continue.
+    The generator pauses after each attempt, like a sequential run; the children continue.
 
     Args:
-        numbers: independent attempts.
+        numbers: indices of independent attempts.
 
     Raises:
         MemoryError: a child had too little memory.
@@ -105,7 +106,7 @@ def run_parallel_attempts(
 
 
 def _make(run: WorkerRun, attempt: MakeAttempt, number: int, say: Say) -> AttemptResult:
-    """Make an attempt in the child."""
+    """Result of an attempt, made in a child process."""
     run.best, run.late, run.account = None, False, Account()
     run.budget = replace(
         run.budget, on_progress=ignore if run.budget.on_progress is ignore else say, on_snapshot=discard_snapshot
@@ -118,7 +119,11 @@ def _make(run: WorkerRun, attempt: MakeAttempt, number: int, say: Say) -> Attemp
 
 
 def _take_in(run: WorkerRun, made: AttemptResult, state: State) -> tuple[Reached | None, bool]:
-    """Merge a result; return the plan, if any, and whether later attempts started with the present knowledge."""
+    """Merge an attempt's result into the run.
+
+    Returns:
+        the plan of the attempt, if any; and True if the result does not change what later attempts start with.
+    """
     run.late = run.late or made.late
     run.account.add(made.account)
     if state.nearest is not None and made.come_to is not None:

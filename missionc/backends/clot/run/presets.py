@@ -1,20 +1,21 @@
-"""Presets: named planning methods that each omit or restore a part, for comparisons.
+"""Presets: named planning methods, each of which omits or restores a part, for comparisons.
 
-    sketch   schedule, key frames, one joint sketch, joint polish; every eighth attempt is a ``search``. The default.
-    search   Algorithm 2 over Algorithm 1, seeded with the sketch and its schedule; joint polish at the end.
-    paper    Algorithm 2 over Algorithm 1 as published: the four rules, exact Sinkhorn, motions from the prior, (9) and
-             the sequences as printed, no polish.
-    fsot     one fixed sequence, breadth first, one motion for each agent, without backtracking.
+    sketch   schedule, joint waypoints, one initial trajectory, local optimisation (polish); every eighth attempt is a
+             ``search``. The default.
+    search   Algorithm 2 over Algorithm 1, seeded with the initial trajectory and its schedule; polish at the end.
+    paper    Algorithm 2 over Algorithm 1 as published: the four rules, exact Sinkhorn, trajectories from the prior, (9)
+             and the sequences as printed, no polish.
+    fsot     one fixed sequence, breadth first, one trajectory for each agent, without backtracking.
     mpot     no sequence: the waypoints of all agents are transported together.
 
 ``fsot`` and ``mpot`` lack the interpretations of ``paper``: samples around a neighbour, ``until`` as a disjunction, a
 smaller weight of goals that later agents may satisfy.
 
-``paper`` keeps some of our parts: positions for states, a rotation for each waypoint, steps smoothed over time (without
-that almost nothing is found, see ``transport``), scores normalised by visits, and start and finish regions from a key
-frame, which the paper does not have.
+``paper`` retains some parts of ``search``: positions for states, a rotation for each waypoint, and scores normalised by
+visits. Steps are smoothed over time; without smoothing, almost nothing is found (see ``transport``). Positions in start
+and finish regions, which the paper does not have, come from a joint waypoint.
 
-The paper optimises 800 to 1000 trajectories at once on a GPU; ``samples`` is the number here. By default (without
+The paper optimises 800 to 1000 trajectories at once on a GPU; ``samples`` is their number here. By default (without
 ``--samples``), it is 96 on a CPU, and the paper's 800 on a GPU. ``paper`` divides them among the nodes of a round, so
 that fewer nodes have more trajectories each.
 
@@ -36,28 +37,29 @@ from missionc.ir import Mission
 
 
 class SequenceChoice(Enum):
-    """Order of planning of the agents."""
+    """Order in which the agents are planned."""
 
     TOGETHER = auto()
-    """No order: all at once."""
+    """No order: all agents are planned at once."""
     FIXED = auto()
-    """One sequence, breadth first."""
+    """One sequence of agents, breadth first."""
     SEARCHED = auto()
-    """Every valid sequence may be tried."""
+    """Every valid sequence of agents may be tried."""
 
 
 class Preset(Record):
-    """Method of making candidates.
+    """Named method of generating candidate trajectories.
 
     Args:
         local: True if Algorithm 1 is used.
-        seeded: True if candidates begin at the sketch, pass the key frames, and follow the schedule's choices.
-        polished: True if results are polished jointly.
-        slack: violation allowed for a partial team before polish, metres.
-        deviation: deviation of the prior half-way between two ends, for a world 10 m wide, metres.
+        seeded: True if candidates start from the initial trajectory, pass the joint waypoints, and use the schedule's
+            choices.
+        polished: True if results are optimised jointly.
+        slack: violation allowed for a partial team before the joint optimisation, metres.
+        deviation: standard deviation of the prior half-way between two ends, for a world 10 m wide, metres.
         settled: True if an expansion ends once enough candidates are feasible with a margin.
         reward: weight of a metre of the goals' mean robustness against a metre of a goal's shortfall.
-        published: number of trajectories in the paper's GPU batches; 0 if it has no such preset.
+        published: number of trajectories in the paper's GPU batches; 0 if the paper has no such method.
     """
 
     name: str
@@ -74,7 +76,7 @@ class Preset(Record):
     transport: TransportSettings = field(default_factory=TransportSettings)
 
     def tuned(self, mission: Mission) -> Preset:
-        """The preset with a mission's values for search and transport."""
+        """Preset with the mission's values of the ``search`` and ``transport`` settings."""
         values = {
             name: each for name, each in own_values(mission, CLOT.name) if name.startswith(("search.", "transport."))
         }
@@ -82,7 +84,7 @@ class Preset(Record):
         return replace(self, search=own.search, transport=own.transport)
 
     def with_samples(self, samples: int | None, device: str = "cpu") -> Preset:
-        """The preset with ``samples`` trajectories; by default on a GPU, as many as published."""
+        """Preset with ``samples`` trajectories; if None on a GPU, with the published number."""
         if samples is None and device != "cpu":
             samples = self.published or None
         if samples is None:
@@ -92,15 +94,15 @@ class Preset(Record):
 
 
 PAPER = SearchSettings(few_samples=200, many_samples=800, children=800, printed=True, eta=0.01)
-"""Number of trajectories of scenarios 1 and 2, divided among the nodes of a round; scenario 3 uses 1000.
+"""Numbers of trajectories of scenarios 1 and 2, divided among the nodes of a round; scenario 3 uses 1000.
 
 Source:
     [clot] V-A.1.
 """
 
 FSOT = SearchSettings(wide=1, narrow=1, children=1, tries=1)
-"""One motion for each agent without backtracking; with ``planning_sequence.in_order``, the ablation with a fixed
-sequence.
+"""Settings for one trajectory per agent without backtracking; with ``planning_sequence.in_order``, the ablation with a
+fixed sequence.
 
 Source:
     [clot] V-A.3, baseline (II).
@@ -140,10 +142,10 @@ PRESETS = {
 
 
 def preset(name: str, samples: int | None = None, device: str = "cpu") -> Preset:
-    """Preset of that name, with the given number of trajectories, or the device's default.
+    """Preset with this name, with ``samples`` trajectories or the default for the device.
 
     Raises:
-        ValueError: the preset is unknown, or the number is less than 1.
+        ValueError: the preset is unknown, or ``samples`` is less than 1.
     """
     if name not in PRESETS:
         raise ValueError(f"unknown preset `{name}`; use one of {', '.join(PRESETS)}")
@@ -153,7 +155,7 @@ def preset(name: str, samples: int | None = None, device: str = "cpu") -> Preset
 
 
 def fewer_samples(way: Preset, samples: int | None, device: str) -> str | None:
-    """Note if a preset uses fewer trajectories than the paper because no GPU was selected."""
+    """Note that a preset uses fewer trajectories than the paper because no GPU was requested; None otherwise."""
     if samples is not None or device != "cpu" or not way.published:
         return None
     return (
@@ -163,7 +165,8 @@ def fewer_samples(way: Preset, samples: int | None, device: str) -> str | None:
 
 
 def tuned_settings(mission: Mission, options: Options) -> ClotSettings:
-    """All settings of a mission; search and transport from the preset, with ``search`` for ``sketch``."""
+    """All settings of a mission, with ``search`` and ``transport`` from the preset (from ``search`` for the preset
+    ``sketch``)."""
     name = options.preset if options.preset in PRESETS and PRESETS[options.preset].local else "search"
     searching = preset(name, options.samples, options.device).tuned(mission)
     return replace(clot_settings(mission), search=searching.search, transport=searching.transport)

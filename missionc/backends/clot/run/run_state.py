@@ -1,7 +1,7 @@
-"""Checkpoints of trajectory optimisation: state of a run between two steps, to a ``Snapshot`` and back.
+"""Checkpoints of trajectory optimisation: conversion of a run's state between two steps to a ``Snapshot`` and back.
 
-All random draws follow from the seed and the attempt's index, and a sketch from these only. An attempt is therefore
-saved as its index, and the result of a sketch as the sketch's index and the motion.
+All random draws follow from the seed and the attempt's index, and an initial trajectory from these only. An attempt is
+therefore saved as its index, and a result as the index of its attempt and the trajectory.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.walk import children, graph_of, postorder, window_of
 
 UNUSABLE = (ValueError, KeyError, IndexError, TypeError, OverflowError, RecursionError)
-"""Errors that an invalid snapshot may cause."""
+"""Exceptions that reading an invalid snapshot may raise."""
 
 
 class Nearest(Record, eq=False):
-    """Best candidate: control points, shortfall in metres, and origin.
+    """Best infeasible candidate: control points, shortfall in metres, and origin.
 
-    ``sketch`` is the attempt with its schedule and key frames, and ``motion`` the first motion of its polish, (agents,
-    steps + 1, dim), metres; None if it cannot serve another search.
+    ``sketch`` is the index of the attempt with its schedule and joint waypoints, and ``motion`` the initial trajectory
+    of its optimisation, (agents, steps + 1, dim), metres; None if another search cannot use it.
     """
 
     control: Array
@@ -41,19 +41,19 @@ class Nearest(Record, eq=False):
 
 
 class RunCandidate(Record, eq=False):
-    """A motion that is not a plan, with its evaluation."""
+    """Trajectory that is not a plan, with its evaluation."""
 
     nearest: Nearest
     attempt: Attempt
 
     @property
     def rank(self) -> tuple[float, int]:
-        """Sort key; smaller is better."""
+        """Sort key of the candidate; smaller is better."""
         return self.nearest.shortfall, self.attempt.wrong
 
 
 class Searching(Record, eq=False):
-    """A search between two rounds: ``to_arrays``, and its progress (``run_algorithm_2.Searched``)."""
+    """State of a search (Algorithm 2) between two rounds, in the form of ``to_arrays``, and its progress."""
 
     arrays: Mapping[str, Array]
     text: str
@@ -62,10 +62,8 @@ class Searching(Record, eq=False):
 
 
 class Reached(Record, eq=False):
-    """A plan: control points, (agents, points, dim), metres, and choices.
-
-    ``final`` if it is not improved further.
-    """
+    """Plan as control points, (agents, points, dim), metres, and choices; ``final`` if it must not be improved
+    further."""
 
     control: Array
     choices: Choices
@@ -74,15 +72,16 @@ class Reached(Record, eq=False):
 
 
 class State(Record, eq=False):
-    """State of a run.
+    """State of a run between two steps.
 
     Args:
         number: index of the next or current attempt, from 0.
-        furthest: of searches without a joint motion, the number of planned agents and their margin, metres.
+        furthest: number of planned agents and margin, metres, of the search that planned the most agents without a
+            joint trajectory.
         notes: notes so far.
         work: work units done.
-        beside: the caller's texts, by name.
-        search, reached: progress of the attempt.
+        beside: texts of the caller, by name.
+        search: state of the current attempt's search; ``reached``: plan of the current attempt.
     """
 
     number: int = 0
@@ -96,7 +95,7 @@ class State(Record, eq=False):
 
 
 def to_snapshot(state: State, graph: Kernel) -> Snapshot:
-    """State as plain arrays and JSON."""
+    """State of a run as arrays and JSON values."""
     arrays: dict[str, Array] = {}
     words: dict[str, Any] = {
         "number": state.number,
@@ -127,10 +126,10 @@ def to_snapshot(state: State, graph: Kernel) -> Snapshot:
 
 
 def from_snapshot(snapshot: Snapshot, mission: Mission, graph: Kernel) -> State:
-    """Restore the state saved by ``to_snapshot``.
+    """State of a run that ``to_snapshot`` saved.
 
     Raises:
-        UnusableSnapshot: it is not a state of a run of this mission.
+        UnusableSnapshot: the snapshot is no state of a run of this mission.
     """
     try:
         return _read(snapshot.arrays, snapshot.words, mission, graph)
@@ -189,7 +188,7 @@ def _count(number: object) -> int:
 
 
 def _number(value: float) -> float | None:
-    """Number for JSON, which cannot represent minus infinity."""
+    """Number for JSON; None for an infinite number."""
     return float(value) if np.isfinite(value) else None
 
 

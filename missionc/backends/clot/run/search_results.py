@@ -1,4 +1,4 @@
-"""Search results: the final joint motions, and the closest infeasible candidates."""
+"""Search results of Algorithm 2: final joint trajectories, and the closest infeasible candidates."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from missionc.ir.kernel.walk import postorder
 
 
 class Searched(Record, eq=False):
-    """Joint motions, each (agents, steps + 1, dim), metres, the cheapest first; possibly empty.
+    """Result of a search: joint trajectories, each (agents, steps + 1, dim), metres, the cheapest first; possibly none.
 
     ``planned`` is the largest number of agents planned together, and ``margin`` the best margin of such a candidate,
-    metres. ``iterations`` counts local optimisations of whole rounds, ``found`` all joint motions.
+    metres. ``iterations`` counts the local optimisations of complete rounds, ``found`` all joint trajectories.
 
     Source:
         [clot] V-A.2, which reports both numbers.
@@ -30,31 +30,31 @@ class Searched(Record, eq=False):
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Sizes for the report."""
+        """Numbers of local iterations and joint trajectories, by name, for the report."""
         return {"local iterations": self.iterations, "joint motions": self.found}
 
     @property
     def rank(self) -> tuple[int, float]:
-        """Sort key; larger is further."""
+        """Sort key of the result; larger means more agents planned."""
         return self.planned, self.margin
 
 
 def near(mission: Mission) -> float:
-    """Shortfall up to which a motion is polished again, metres."""
+    """Shortfall up to which a candidate trajectory is optimised again, metres."""
     settings = clot_settings(mission).attempts
     furthest = max(agent.dynamics.top_speed for agent in mission.agents) * mission.step
     return max(settings.near, settings.near * furthest)
 
 
 def freed(choices: Choices, graph: Kernel, come_to: Attempt) -> Choices:
-    """Choices without those of violated requirements, whose times and agents are chosen again."""
+    """Choices without those of violated requirements, so that their times and agents are chosen again."""
     names = {each.name for each in come_to.violated}
     free = set(postorder(wanted.formula for wanted in graph.requirements if wanted.name in names))
     return {key: chosen for key, chosen in choices.items() if key[0] not in free}
 
 
 def failure_statement(best: Attempt | None, furthest: Searched | None, mission: Mission) -> str:
-    """Text of the best candidate's violations, or of a search's progress without one."""
+    """Text of the best candidate's violations; without a candidate, of the search's progress."""
     if best is None and furthest is not None:
         count, agents, margin = furthest.planned, len(mission.agents), furthest.margin
         return f"{count} of {agents} agents planned; the last agent lacks {-margin:.3g} m of margin"

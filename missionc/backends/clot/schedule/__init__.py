@@ -1,1 +1,1 @@
-"""Scheduling of a mission's tasks, and the key frames and sketch of a joint motion from a schedule."""
+"""Scheduling of a mission's tasks, and joint waypoints and an initial trajectory from a schedule."""

@@ -1,6 +1,7 @@
-"""Requested shapes: the formations and graphs of an outline, the agents that they tie, and formations in conflict.
+"""Required formations and graphs of an outline, the agents that they couple, and conflicts of formations.
 
-Conflicts are certain: if any pair of places satisfies a formation's edge, the agents can satisfy it.
+A conflict is reported only if it is certain: if some pair of positions satisfies a formation's edge, the agents are
+assumed to satisfy it.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from missionc.ir.kernel.walk import graph_of, postorder
 
 
 def is_denied(shape: Predicate, come: PresenceConstraints, shapes: Iterable[Predicate], goals: GoalSets) -> bool:
-    """Return whether agents cannot be in a formation at their places and in these other formations."""
+    """Return true if agents cannot be in a formation while they are at their goals and in the other formations."""
     formation = shape.formation
     assert formation is not None
     reached = {
@@ -44,7 +45,7 @@ def is_denied(shape: Predicate, come: PresenceConstraints, shapes: Iterable[Pred
 
 
 def _within(target: float | tuple[float, ...], tolerance: float, low: Array, high: Array) -> bool:
-    """Return whether an edge admits an offset in this box, (dim,) corners, metres."""
+    """Return true if an edge admits an offset in this box; corners (dim,), metres."""
     if isinstance(target, tuple):
         wanted = np.array(target)
         return bool((wanted >= low - tolerance).all() and (wanted <= high + tolerance).all())
@@ -54,7 +55,8 @@ def _within(target: float | tuple[float, ...], tolerance: float, low: Array, hig
 
 
 def _differ(one: FormationEdge, other: FormationEdge, tolerance: float) -> bool:
-    """Return whether two edges between the same agents require offsets further apart than this, metres."""
+    """Return true if two edges between the same agents require offsets that differ by more than ``tolerance``
+    metres."""
     if {one.first, one.second} != {other.first, other.second}:
         return False
     if isinstance(one.target, tuple) and isinstance(other.target, tuple):
@@ -64,10 +66,10 @@ def _differ(one: FormationEdge, other: FormationEdge, tolerance: float) -> bool:
 
 
 def tied_agents(outline: Outline, company: PresenceConstraints, *, links: bool = True) -> frozenset[int]:
-    """Agents with a formation or links at any time, and those that must always be near one of them.
+    """Agents with a formation or links at any time, and agents that must always be near such an agent.
 
     Args:
-        links: True if required links tie their agents.
+        links: True if required links count.
     """
     tied: set[int] = set()
     for node in _asked(outline):
@@ -86,18 +88,18 @@ def tied_agents(outline: Outline, company: PresenceConstraints, *, links: bool =
 
 
 def reads_links(node: Node) -> bool:
-    """Return whether a node reads the links of a graph."""
+    """Return true if the truth of a node depends on the links of a graph."""
     return graph_of(node) is not None or (isinstance(node, Atom) and node.predicate.graph is not None)
 
 
 def formations(outline: Outline) -> tuple[Predicate, ...]:
-    """Distinct formations required at any time."""
+    """Distinct formation predicates that are required at any time."""
     found = (node.predicate for node in _asked(outline) if isinstance(node, Atom))
     return tuple(dict.fromkeys(each for each in found if each.formation is not None))
 
 
 def shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
-    """Distinct formations and graphs of holds."""
+    """Yield the distinct formation and graph predicates of holds."""
     seen: set[Predicate] = set()
     for hold in holds:
         node = hold.node
@@ -107,6 +109,6 @@ def shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
 
 
 def _asked(outline: Outline) -> Iterable[Node]:
-    """Formulas of all holds, including those of events, and their subformulas."""
+    """All subformulas of the holds of an outline, including the holds of events."""
     holds = [*outline.fixed, *(hold for event in outline.events for hold in (*event.holds, *event.before))]
     return postorder(dict.fromkeys(hold.node for hold in holds))

@@ -1,16 +1,17 @@
-"""Deconflicted motions in space and time: agents avoid each other or wait, and teams pass moving obstacles.
+"""Deconfliction in space and time: agents avoid each other or wait, and teams avoid moving obstacles.
 
-    in   a joint motion between two steps
-    out  the same with fewer conflicts; for a team, its motion past moving or growing obstacles, or None
+    in   a joint trajectory between two steps
+    out  the same with fewer conflicts; for a team, its trajectory past moving or growing obstacles, or None
 
-Both are motions of least effort through cells and layers of time (``space_time_search``).
+Both are trajectories of least effort through cells and layers of time (``space_time_search``).
 
 *Agents among each other*, by prioritized planning: in a layer no agent moves further than the separation of bodies, and
-    cells are half as wide. One agent after the other, the longest path first, gets its motion around the earlier ones.
-Agents with conflicts left get another motion among all, for a few rounds. The polish resolves the rest.
+cells are half as wide. One agent after the other, the longest path first, gets its trajectory around the earlier
+agents. Agents with conflicts left get another trajectory around all others, for a few rounds. The local optimisation
+resolves the rest.
 
-*A team past obstacles*: its middle moves, and its members keep their offsets. None of them meets a static obstacle,
-    and as few as possible meet a moving one at its place at that time.
+*A team past obstacles*: its centre moves, and its members keep their offsets. No member touches a static obstacle, and
+contacts with a moving obstacle at its position at that time are minimised.
 
 Source:
     Erdmann and Lozano-Pérez, "On multiple moving objects", 1987.
@@ -40,11 +41,11 @@ ROOM = 0.05
 def deconflict_space_time(
     mission: Mission, position: Array, begin: int, alone: Sequence[int], geodesics: Geodesics
 ) -> Array:
-    """The motion with fewer conflicts of single agents: (agents, steps + 1, dim), metres.
+    """Joint trajectory after replanning single agents to avoid conflicts: (agents, steps + 1, dim), metres.
 
     Args:
         position: (agents, steps + 1, dim), metres, from step ``begin`` of the mission on; the first and last stay.
-        alone: agents that may get another motion.
+        alone: agents whose trajectory may change.
     """
     span = position.shape[1] - 1
     if span < 2 or len(alone) < 2:
@@ -56,12 +57,13 @@ def deconflict_space_time(
 
 
 class _Layers(Record):
-    """Layers of time and their grid.
+    """Layers of time and the grid of positions.
 
     Args:
         apart: required horizontal distance of bodies' centres, metres.
-        metric: factors of the axes of their difference, (dim,).
-        share: share of the time between the two steps, of each layer, (layers,).
+        metric: factors on the axes of the difference of two centres, (dim,).
+        share: time of each layer as a fraction of the time between the two steps, (layers,).
+        cell: cell size, metres.
         low: centre of the first cell, (dim,), metres.
     """
 
@@ -139,7 +141,7 @@ class _GiveWay:
         return made
 
     def _meeting(self) -> list[int]:
-        """Single agents in conflict with others."""
+        """Agents that may be replanned and are in conflict with another agent."""
         found: set[int] = set()
         for layer in range(1, self.way.shape[1] - 1):
             points = self.way[:, layer]
@@ -149,7 +151,7 @@ class _GiveWay:
         return [agent for agent in self.alone if agent in found]
 
     def _take(self, agent: int, sign: float) -> None:
-        """Add or remove an agent's occupation of cells at each layer, larger if nearer."""
+        """Add (``sign`` 1) or remove (-1) an agent's occupation of the cells in each layer, larger for nearer cells."""
         way, cell = self.way[agent], self.layers.cell
         index = np.round((way - self.layers.low) / cell).astype(np.int64)[:, None] + self.near
         inside = ((index >= 0) & (index < np.array(self.layers.shape))).all(axis=2)
@@ -171,7 +173,7 @@ class _GiveWay:
         return taken
 
     def _replan(self, agent: int) -> None:
-        """Least-effort motion of an agent around the others' motions."""
+        """Replace an agent's trajectory by the least-effort trajectory around the others."""
         one, layers = self.mission.agents[agent], self.layers
         free: Flags = self.room >= one.radius + self.mission.clearance
         first, last = (self._cell(self.way[agent, end], free) for end in (0, -1))
@@ -187,7 +189,7 @@ class _GiveWay:
         self.way[agent] = points
 
     def _cell(self, point: Array, free: Flags) -> tuple[int, ...]:
-        """Nearest free cell to a point, (dim,), metres."""
+        """Index of the free cell nearest to a point, (dim,), metres."""
         far = np.where(free, np.linalg.norm(self.points - point, axis=-1), np.inf)
         return tuple(int(each) for each in np.unravel_index(int(far.argmin()), far.shape))
 
@@ -195,12 +197,13 @@ class _GiveWay:
 def avoid_moving_obstacles(
     mission: Mission, team: list[int], around: Array, times: Array, start: Array, end: Array, geodesics: Geodesics
 ) -> Array | None:
-    """Positions of a team's middle at each step, (steps, dim), metres.
+    """Positions of a team's centre at each step, (steps, dim), metres, that avoid moving obstacles; None if none are
+    found.
 
     Args:
-        around: offsets of its members from the middle, (members, steps, dim), metres.
+        around: offsets of its members from the centre, (members, steps, dim), metres.
         times: times of the steps, (steps,), seconds; the first is one step after ``start``.
-        start, end: places of the middle, (dim,), metres.
+        start, end: positions of the centre, (dim,), metres.
     """
     ahead = 2.0  # cells that a team moves in one layer
     hurry = 1.25  # length of a path on the grid relative to that of a motion
@@ -226,9 +229,9 @@ def avoid_moving_obstacles(
 
 
 def _costs(mission: Mission, points: Array, around: Array, times: Array, radius: float, geodesics: Geodesics) -> Array:
-    """Cost of the middle being in a cell before each layer, (layers, *cells).
+    """Cost of the team's centre being in a cell before each layer, (layers, *cells).
 
-    Infinite for contact with static obstacles, 0 before the first. Lengths are in metres.
+    The cost is infinite for contact with static obstacles, and 0 before the first layer. Lengths are in metres.
     """
     room = 0.05  # metres beyond a body's need
     cost = np.zeros((len(times), *points.shape[:-1]))

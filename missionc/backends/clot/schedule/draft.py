@@ -1,4 +1,4 @@
-"""Warm start of an attempt: a schedule, its key frames, and an initial joint trajectory through them."""
+"""Warm start of an attempt: a schedule, its joint waypoints, and an initial joint trajectory through them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from missionc.ir import Mission
 
 
 class WarmStart(Record, eq=False):
-    """Beginning of planning: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
+    """Starting point of an attempt: a schedule, its joint waypoints, and a joint trajectory, (agents, steps + 1, dim),
+    metres.
 
     ``number`` is the index of the attempt that made the schedule.
     """
@@ -39,12 +40,12 @@ def draft(
     noise: float,
     go_on: Callable[[], bool],
 ) -> WarmStart:
-    """Warm start from a scheduler.
+    """Warm start from the schedule that a scheduler computes.
 
     Args:
         number: index of the attempt.
-        noise: share of the random perturbation of distances.
-        go_on: if it returns False, first guesses are used unchanged.
+        noise: relative random perturbation of distances.
+        go_on: function that returns true while time is left; without time, first guesses are not corrected.
     """
     schedule = scheduler.schedule(noise)
     loose = {agent.index for agent in mission.agents} - scheduler.tied

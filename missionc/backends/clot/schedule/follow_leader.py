@@ -1,6 +1,6 @@
-"""Follow the leader: a file of agents moves along one route, each at a fixed distance behind the first.
+"""Follow the leader: agents in single file move along one route, each at a fixed distance behind the first.
 
-in   Schedule, the agents' positions, the targets of some
+in   Schedule, the agents' positions, the targets of some agents
 out  route of every agent
 """
 
@@ -20,30 +20,30 @@ from missionc.ir.kernel.nodes import Atom
 
 
 class File(Record):
-    """Agents in a file, with each agent's distance from the previous one, metres (the first: 0)."""
+    """Agents in single file, with each agent's distance from the previous agent, metres (for the first: 0)."""
 
     agents: tuple[int, ...]
     gaps: tuple[float, ...]
 
     @property
     def behind(self) -> Array:
-        """Length of route from the first agent to each, (agents,), metres."""
+        """Distance of each agent behind the first along the route, (agents,), metres."""
         total: Array = np.cumsum(self.gaps)
         return total
 
     @property
     def turned(self) -> File:
-        """The same file with the last agent first."""
+        """Same single file in reverse order."""
         return File(self.agents[::-1], (0.0, *self.gaps[:0:-1]))
 
 
 class FormationSlot(Record):
-    """Target of some agents of a file.
+    """Target of some agents of a single file.
 
     Args:
-        holds: flags of points, (points, dim), in it: (points,).
-        nearest: its point with the shortest path from one outside, (dim,).
-        cells: flags of the geodesics' grid cells in it, (cells,).
+        holds: function from points, (points, dim), metres, to flags of the points in the target, (points,).
+        nearest: function from a point to the point of the target with the shortest path to it, (dim,), metres.
+        cells: flags of the geodesics' grid cells in the target, (cells,).
     """
 
     holds: Callable[[Array], Flags]
@@ -52,7 +52,7 @@ class FormationSlot(Record):
 
 
 def files(schedule: Schedule, low: int, high: int) -> list[File]:
-    """Files that hold at every step from ``low`` to ``high``; no agent is in two."""
+    """Files of agents that formations require at every step from ``low`` to ``high``; no agent is in two of them."""
     found: list[File] = []
     for hold in schedule.holds:
         node = hold.node
@@ -64,7 +64,7 @@ def files(schedule: Schedule, low: int, high: int) -> list[File]:
 
 
 def as_file(edges: Sequence[FormationEdge]) -> File | None:
-    """Edges as a file, with distances only between consecutive agents; None for other edges."""
+    """File of agents whose formation edges are distances between consecutive agents; None for other edges."""
     beside: dict[int, dict[int, float]] = {}
     for edge in edges:
         if isinstance(edge.target, tuple):
@@ -92,13 +92,14 @@ def led(
     geodesics: Geodesics,
     room: float,
 ) -> dict[int, Array] | None:
-    """Route of each agent of a file, (corners, dim), metres, on which the last target agent reaches a place.
+    """Route of each agent of a single file, (corners, dim), metres, on which the last target agent reaches a target.
 
-    The end that is already there leads, or the one with the shorter path. If it continues beyond the target for those
-    behind it, it turns as little as the clearance allows.
+    The leader is the end of the file that is already at the target, or else the end with the shorter path. If it must
+    continue beyond the target for the agents behind it, it turns as little as the clearance allows.
 
     Args:
         position: positions of all agents, (agents, dim), metres.
+        asked: agents of the file that must reach the target.
         room: clearance of the route from static obstacles, metres.
     """
     best: tuple[tuple[bool, float], File, Array] | None = None
@@ -125,7 +126,8 @@ def led(
 def _leaders(
     file: File, position: Array, asked: Sequence[int], place: FormationSlot, geodesics: Geodesics, room: float
 ) -> Array | None:
-    """Leader's route, (corners, dim), metres, on which the last target agent reaches a place, behind all others."""
+    """Leader's route, (corners, dim), metres, on which the last target agent reaches the target; None without such a
+    route."""
     count = 200  # points evaluated on the path from the last agent to the leader
     behind = dict(zip(file.agents, file.behind.tolist(), strict=True))
     last = max(asked, key=lambda agent: behind[agent])
@@ -147,7 +149,7 @@ def _leaders(
 
 
 def _onward(way: Array, metres: float, geodesics: Geodesics, room: float, within: Flags | None) -> Array | None:
-    """Path of length ``metres`` that continues another, (corners, dim), metres; None without one."""
+    """Path of length ``metres`` that continues the path ``way``, (corners, dim), metres; None without such a path."""
     # Cost of a radian of the leader's turn beyond its goal, relative to a metre too far or too near; each as a share of
     # the additional path.
     turns = 0.5

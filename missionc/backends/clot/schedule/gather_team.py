@@ -1,13 +1,14 @@
-"""Least-squares placement of a team in formation, or together, with its middle fixed (stress majorization).
+"""Least-squares placement of a team in formation, or within communication range, with its centre fixed (stress
+majorization).
 
-A figure with all pairwise distances is first laid flat over the team, rotated or mirrored for the smallest motion. Then
-each pair of tied agents has a target length or offset. All agents move together to the least-squares solution of these
-targets, repeatedly.
+A formation with all pairwise distances is first laid flat over the team, rotated or mirrored for the smallest motion.
+Then each pair of coupled agents has a target length or offset. All agents move together to the least-squares solution
+of these targets, repeatedly.
 
 Source:
-    de Leeuw, "Applications of convex analysis to multidimensional scaling", 1977: majorization
-    of stress; here with offsets, and with ties that have only a maximum length. Torgerson, classical scaling, 1952;
-    Schönemann, "A generalized solution of the orthogonal Procrustes problem", 1966.
+    de Leeuw, "Applications of convex analysis to multidimensional scaling", 1977: majorization of stress; here with
+    offsets, and with pairs that have only a maximum length. Torgerson, classical scaling, 1952; Schönemann, "A
+    generalized solution of the orthogonal Procrustes problem", 1966.
 """
 
 from __future__ import annotations
@@ -25,18 +26,17 @@ from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.pair_ranges import directed, range_of
 
 NEAR = 0.02
-"""Metres: accepted deviation of a tie."""
+"""Accepted deviation from a target length or offset, metres."""
 
 
 def can_be_gathered(predicate: Predicate) -> bool:
-    """Return whether ``gather_team`` supports this predicate about relative positions."""
+    """Return true if ``gather_team`` supports this predicate: a formation, or a graph with links by distance."""
     return predicate.formation is not None or (predicate.graph is not None and predicate.graph.by_distance)
 
 
 def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
-    """Positions, (agents, dim), metres, that satisfy all shapes as well as possible.
-
-    Unchanged if satisfied.
+    """Positions, (agents, dim), metres, that satisfy all formations and graphs as well as possible; unchanged if
+    satisfied.
 
     Bodies and obstacles are ignored.
 
@@ -69,9 +69,8 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
 
 
 def tree_of(graph: Graph, position: Array) -> Indices:
-    """Links of a graph's best spanning tree, (links, 2), agents, from and to.
-
-    For directed links, those of the trees in both directions.
+    """Links of a graph's maximum spanning tree, (links, 2), from agent to agent; for directed links, the links of both
+    trees.
 
     Args:
         position: positions of all the mission's agents, (agents, dim), metres.
@@ -88,7 +87,7 @@ def tree_of(graph: Graph, position: Array) -> Indices:
 
 
 def _laid(shapes: Iterable[Predicate], position: Array) -> Array:
-    """Positions, (agents, dim), metres, with each rigid figure laid over its agents."""
+    """Positions, (agents, dim), metres, with each rigid formation laid over its agents."""
     laid = position.copy()
     done: set[int] = set()
     for shape in shapes:
@@ -105,7 +104,8 @@ def _laid(shapes: Iterable[Predicate], position: Array) -> Array:
 
 
 def _figure(formation: Formation) -> Array | None:
-    """Flat formation with all pairwise distances, around its middle: (agents, 2), metres; None for others."""
+    """Positions of a flat formation with all pairwise distances, relative to its centre: (agents, 2), metres; None for
+    other formations."""
     flat = 1e-6  # squared thickness of a flat figure over its squared length
     count = len(formation.agents)
     distances = {
@@ -128,9 +128,10 @@ def _figure(formation: Formation) -> Array | None:
 
 
 def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indices, Array, Array, Array]:
-    """Ends of all ties, (ties,).
+    """Constraints on pairs of agents: both agents, (ties,) each, least and greatest distance, (ties,), metres, and
+    offset, (ties, dim).
 
-    Least and greatest length, metres, or offset, (ties, dim), NaN without one.
+    The offset is NaN for a constraint on the distance only.
     """
     dim = position.shape[1]
     first: list[int] = []
@@ -164,7 +165,7 @@ def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indice
 
 
 def _wished(apart: Array, least: Array, most: Array, offset: Array) -> Array:
-    """Nearest targets to these differences of positions, (ties, dim), metres."""
+    """Allowed differences of positions nearest to the given differences ``apart``: (ties, dim), metres."""
     length = np.linalg.norm(apart, axis=1)
     scaled = apart * (np.clip(length, least, most) / np.maximum(length, 1e-9))[:, None]
     wished: Array = np.where(np.isnan(offset), scaled, offset)
@@ -172,14 +173,15 @@ def _wished(apart: Array, least: Array, most: Array, offset: Array) -> Array:
 
 
 def _furthest(apart: Array, least: Array, most: Array, offset: Array) -> float:
-    """Largest deviation of these differences of positions, (ties, dim), from their targets, metres."""
+    """Largest deviation of the differences of positions ``apart``, (ties, dim), from their targets, metres."""
     length = np.linalg.norm(apart, axis=1)
     off = np.where(np.isnan(offset[:, 0]), np.abs(np.clip(length, least, most) - length), 0.0)
     return float(np.maximum(off, np.linalg.norm(np.nan_to_num(offset - apart), axis=1)).max())
 
 
 def turned_by(points: Array, angle: float) -> Array:
-    """Points, (points, dim), metres, rotated around the origin, in degrees, from the first axis to the second."""
+    """Points, (points, dim), metres, rotated around the origin by an angle in degrees, from the first axis to the
+    second."""
     cosine, sine = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
     turned = points.copy()
     turned[:, 0] = cosine * points[:, 0] - sine * points[:, 1]
@@ -188,12 +190,13 @@ def turned_by(points: Array, angle: float) -> Array:
 
 
 def teams_of(ties: Flags) -> list[list[int]]:
-    """Groups of tied agents, from ties, (agents, agents), boolean."""
+    """Connected groups of agents, from the flags of coupled pairs, (agents, agents)."""
     number, label = connected_components(ties, directed=False)
     return [np.flatnonzero(label == team).tolist() for team in range(number)]
 
 
 def depths_of(ties: Flags, first: int) -> Array:
-    """Number of ties between each agent and the first, (agents,); -1 without connection."""
+    """Number of couplings between each agent and agent ``first`` on the shortest chain, (agents,); -1 without a
+    chain."""
     depth = dijkstra(ties, indices=np.array([first]), unweighted=True)[0]
     return np.where(np.isfinite(depth), depth, -1.0)

@@ -1,7 +1,7 @@
 """Geodesics around static obstacles: shortest paths on a grid for a point with some clearance.
 
-Growing obstacles have their initial size. Unlike the corners of obstacles, a grid gives the distances to all cells of a
-goal at once, and paths may be slower in some cells (``slowness``).
+Growing obstacles have their initial size. Unlike a visibility graph, a grid gives the distances from all cells to a
+goal at once, and its cells may have speed limits (``slowness``).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 
 class Geodesics:
-    """Geodesics between points, straight or bent, with clearance to obstacles and the world's bounds in metres.
+    """Shortest paths between points with a clearance to obstacles and the world's bounds, on a grid.
 
     Args:
         figure: offsets of the moving body's parts from its reference point, (parts, dim), metres.
@@ -53,9 +53,8 @@ class Geodesics:
         return self.room_at(self.points)
 
     def room_at(self, points: Array) -> Array:
-        """Clearance at points, of the part with the least: metres to static obstacles and bounds, (...,
-        dim) -> (...).
-        """
+        """Clearance at points: least distance of the body's parts from static obstacles and bounds, (..., dim), metres
+        -> (...), metres."""
         together = 1 << 18  # points in one array
         size = max(1, together // (points.size // points.shape[-1]))
         parts = self.figure.reshape(-1, *(1,) * (points.ndim - 1), points.shape[-1])
@@ -64,10 +63,8 @@ class Geodesics:
         return room
 
     def room_near(self, points: Array) -> Array:
-        """Clearance at the centre of a point's cell, metres, (..., dim) -> (...).
-
-        Minus infinity outside the grid.
-        """
+        """Clearance at the centre of the cell that contains a point: (..., dim), metres -> (...), metres; -inf outside
+        the grid."""
         flat = points.reshape(-1, points.shape[-1])
         room: Array = self.room[tuple(self._cell(flat).T)].reshape(points.shape[:-1])
         outside = ((points < self.low) | (points > np.array(self.mission.world.high))).any(axis=-1)
@@ -89,13 +86,13 @@ class Geodesics:
         avoid: Array | None = None,
         slowness: Array | None = None,
     ) -> Array | None:
-        """Path from start to end, (dim,) each: its corners, (corners, dim), metres; None without one.
+        """Shortest path from start to end, (dim,) each, as corners, (corners, dim), metres; None without a path.
 
         Args:
-            wanted: clearance along the path, metres, if both ends have it; less if necessary.
+            wanted: target clearance along the path, metres; less if the detour would be too long.
             least: minimum clearance between the ends, metres.
             avoid: points of paths to avoid, (points, dim), metres.
-            slowness: cost of a metre in each cell, (grid,), for the fastest path; None for 1.
+            slowness: cost per metre in each cell, (grid,), for the fastest path; None for 1.
         """
         shortest = self._with(start, end, least, avoid, slowness)
         if shortest is None:
@@ -108,10 +105,10 @@ class Geodesics:
         return shortest
 
     def paced(self, way: Array, share: Array, slowness: Array | None) -> Array:
-        """Points of a path at shares, (points,), of its duration: (points, dim), metres.
+        """Points of a path at fractions, (points,), of its duration: (points, dim), metres.
 
         Args:
-            slowness: cost of a metre in each cell, (grid,); None for 1.
+            slowness: cost per metre in each cell, (grid,); None for 1.
         """
         if slowness is None:
             return at_shares(way, share)
@@ -126,7 +123,7 @@ class Geodesics:
         return length(way) if slowness is None else float(self._efforts(self._fine(way), slowness).sum())
 
     def _efforts(self, fine: Array, slowness: Array) -> Array:
-        """Cost of each piece of a path, (pieces,), in weighted metres; no piece is longer than half a cell."""
+        """Cost of each segment of a path, (pieces,), in weighted metres; no segment is longer than half a cell."""
         cell = self._cell((fine[1:] + fine[:-1]) / 2)
         efforts: Array = norm(np.diff(fine, axis=0)) * slowness.reshape(self.shape)[tuple(cell.T)]
         return efforts
@@ -140,24 +137,25 @@ class Geodesics:
         return np.concatenate([*pieces, way[-1:]])
 
     def lengths(self, start: Array, room: float) -> Array:
-        """Path length from a point, (dim,), to each cell, (cells,), metres, with this clearance; or infinite."""
+        """Path length from a point, (dim,), to each cell with this clearance, (cells,), metres; infinite without a
+        path."""
         first = self._free(start, room)
         return np.asarray(dijkstra(self._graph(room), directed=True, indices=np.array(first)))
 
     def _with(self, start: Array, end: Array, room: float, avoid: Array | None, slowness: Array | None) -> Array | None:
-        """Path with this clearance, (corners, dim), metres, straight if possible."""
+        """Shortest path with this clearance, (corners, dim), metres, straight if possible; None without a path."""
         if avoid is None and slowness is None and self._clear(start, end, room):
             return np.stack([start, end])
         return self._around(start, end, room, avoid, slowness)
 
     def _open(self, way: Array, room: float) -> bool:
-        """Return whether each piece of a path, (corners, dim), metres, is clear: the nearest free cell may be behind a
-        wall.
-        """
+        """Return true if each segment of a path, (corners, dim), metres, is clear; the nearest free cell may be behind
+        a wall."""
         return all(self._clear(here, there, room) for here, there in pairwise(way))
 
     def _clear(self, start: Array, end: Array, room: float) -> bool:
-        """Return whether the straight path is clear, apart from what its ends, (dim,), metres, lack."""
+        """Return true if the straight path is clear, except for clearance that is already missing near its ends,
+        (dim,), metres."""
         count = max(2, int(np.ceil(float(np.linalg.norm(end - start)) / (self.cell / 2))) + 1)
         share = np.linspace(0.0, 1.0, count)[:, None]
         points = start * (1 - share) + end * share
@@ -187,7 +185,7 @@ class Geodesics:
         return self._pulled(np.concatenate([start[None], path, end[None]]), room, slowness)
 
     def _graph(self, room: float) -> sparse.csr_matrix:
-        """Moves to neighbouring cells, weighted by their length, metres."""
+        """Graph of moves between neighbouring free cells, weighted by their length, metres."""
         if room not in self.graphs:
             free = self.room >= room
             number = np.pad(np.where(free, np.arange(free.size).reshape(self.shape), -1), 1, constant_values=-1)
@@ -204,7 +202,7 @@ class Geodesics:
         return cells_of(points, self.low, self.cell, self.shape)
 
     def _free(self, point: Array, room: float) -> int:
-        """Index of the nearest cell with this clearance to a point, (dim,), metres."""
+        """Index of the cell with this clearance that is nearest to a point, (dim,), metres."""
         free = np.flatnonzero(self.room >= room)
         if len(free) == 0:
             return int(np.ravel_multi_index(tuple(self._cell(point)), self.shape))
@@ -241,23 +239,21 @@ def middles(low: Array, cell: float, shape: tuple[int, ...]) -> Array:
 
 
 def cells_of(points: Array, low: Array, cell: float, shape: tuple[int, ...]) -> Indices:
-    """Cells of such a grid that contain, or are nearest to, points, metres.
-
-    Shape: (..., dim) -> (..., dim), indices.
-    """
+    """Indices of the cells that contain, or are nearest to, points: (..., dim), metres -> (..., dim)."""
     index: Indices = np.clip(np.floor((points - low) / cell).astype(np.int64), 0, np.array(shape) - 1)
     return index
 
 
 def slowed(moves: sparse.csr_matrix, slowness: Array) -> sparse.csr_matrix:
-    """Moves between cells, weighted by their length, metres, times the mean slowness of both cells, (grid,)."""
+    """Graph of moves with each length, metres, multiplied by the mean slowness of its two cells, (grid,)."""
     row = np.repeat(np.arange(moves.shape[0]), np.diff(moves.indptr))
     lengths = moves.data * (slowness[row] + slowness[moves.indices]) / 2
     return sparse.csr_matrix((lengths, moves.indices, moves.indptr), shape=moves.shape)
 
 
 def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array:
-    """Shares of a path at shares of its time, (points,) each: from rest to rest if time suffices, else constant speed.
+    """Fractions of a path's length at fractions of its time, (points,) each: from rest to rest if time suffices,
+    otherwise at constant speed.
 
     Args:
         way: (corners, dim), metres.

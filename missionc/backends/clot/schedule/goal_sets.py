@@ -1,10 +1,11 @@
-"""Goal sets and their cost-to-go: grid cells at which a formula holds for an agent, and geodesics to them.
+"""Goal sets and their cost-to-go: grid cells at which a formula is true for an agent, and geodesics to them.
 
     in   Mission, a formula without temporal operators
     out  GoalSet
 
-Every formula that one agent's place decides has a goal set: a region, a compared coordinate or distance, and their
-combinations with *and*, *or* and *not*. Paths go around static obstacles, and stay in the agent's permanent region.
+Every formula that one agent's position decides has a goal set: a region, a compared coordinate or distance, and their
+combinations with *and*, *or* and *not*. Paths avoid static obstacles, and stay in the region that the agent must never
+leave.
 """
 
 from __future__ import annotations
@@ -31,22 +32,23 @@ from missionc.ir.kernel.evaluate import evaluate
 from missionc.ir.kernel.nodes import Atom, Node
 
 DETOUR = 0.1
-"""Weight of a second on the path against a second of delay for all, in meetings."""
+"""Weight of a second of travel against a second of delay of the meeting, when a meeting point is chosen."""
 
 BEYOND = 1.5
-"""Ratio of an assumed path to the straight line, if the grid has no path."""
+"""Assumed ratio of the path length to the straight line, if the grid has no path."""
 
 
 class GoalSet(Record, eq=False):
-    """Goal set of one formula.
+    """Goal set of a formula for an agent, with the distance to it.
 
     Args:
+        cells: flags of its cells, (grid,).
         points: target point of each of its cells, (cells, dim), metres.
-        nearest: for each cell of the grid, the index of the nearest of these, (grid,).
-        length: path length to it, (grid,), metres; infinite without a path. A metre with a speed limit counts as the
-            distance at top speed in that time.
-        share: its share of the free cells.
-        open: True if it can hold at an allowed place of the agent.
+        nearest: for each cell of the grid, the index of the nearest target point, (grid,).
+        length: path length to the goal set, (grid,), metres; infinite without a path. A metre with a speed limit counts
+            as the distance at top speed in that time.
+        share: size as a fraction of the free cells.
+        open: True if the formula can be true at an allowed position of the agent.
     """
 
     cells: Indices
@@ -59,9 +61,10 @@ class GoalSet(Record, eq=False):
 
 @dataclass(slots=True)
 class FreeCells:
-    """Allowed cells of agents of one size, ``cells``, (grid,), paths between them, and the nearest of them, (grid,).
+    """Allowed cells of agents of one size, (grid,), moves between them, and for each cell the nearest allowed one,
+    (grid,).
 
-    ``slowness``: time per metre there relative to top speed, (grid,); None for 1 everywhere.
+    ``slowness``: time per metre relative to that at top speed, (grid,); None for 1 everywhere.
     """
 
     cells: Flags
@@ -72,10 +75,10 @@ class FreeCells:
 
 
 class GoalSets:
-    """Goal sets of a mission's formulas, each computed once.
+    """Cache of the goal sets of a mission's formulas.
 
     Args:
-        kept: permanent requirements of each agent.
+        kept: requirements of each agent that apply at all times.
     """
 
     def __init__(self, mission: Mission, geodesics: Geodesics, kept: Sequence[Iterable[Node]]) -> None:
@@ -90,14 +93,15 @@ class GoalSets:
         self._moved: dict[object, Array] = {}
 
     def of(self, agent: int, nodes: Sequence[Node]) -> GoalSet | None:
-        """Goal set of all these formulas for an agent; None if places do not decide it."""
+        """Goal set of the conjunction of formulas for an agent; None if positions do not decide it."""
         key = frozenset(nodes), self._kind(agent)
         if key not in self._sets:
             self._sets[key] = self._made(agent, nodes)
         return self._sets[key]
 
     def way(self, goal: GoalSet, agent: int, here: Array) -> tuple[Array, float, bool]:
-        """Target of an agent here, (dim,), for a goal, (dim,), the path length, metres, and whether it is reachable."""
+        """Target point for an agent at ``here``, (dim,), metres, the path length to the point, metres, and true if a
+        path is known."""
         roaming = self.roaming(agent)
         cell = int(roaming.nearest[self._cell(here)])
         there = goal.points[goal.nearest[cell]]
@@ -110,7 +114,7 @@ class GoalSets:
         return there, max(straight, length), goal.open
 
     def lengths(self, agent: int, here: Array) -> Array:
-        """Path length from here, (dim,), to every cell, metres, (grid,); infinite without a path."""
+        """Path length from a position, (dim,), to every cell, metres, (grid,); infinite without a path."""
         roaming = self.roaming(agent)
         cell = int(roaming.nearest[self._cell(here)])
         if cell not in roaming.lengths:
@@ -127,15 +131,16 @@ class GoalSets:
         goals: Sequence[GoalSet | None],
         onward: Sequence[GoalSet | None],
     ) -> tuple[Array, Array]:
-        """Meeting points of agents with the earliest last arrival, (members, dim), and path lengths, metres.
+        """Meeting points of agents with the earliest last arrival, (members, dim), metres, and path lengths,
+        (members,), metres.
 
         Args:
-            here: (members, dim), metres.
-            free: delay of each after the earliest meeting time, (members,), seconds.
-            pace: speed of each, (members,), m/s.
-            reach: greatest distance between any two, metres.
-            goals: additional goal of each.
-            onward: next goal of each.
+            here: current positions, (members, dim), metres.
+            free: time at which each agent is free, after the earliest one, (members,), seconds.
+            pace: speed of each agent, (members,), m/s.
+            reach: greatest distance between any two agents, metres.
+            goals: additional goal of each agent.
+            onward: next goal of each agent.
         """
         key = (
             tuple(agents),
@@ -182,13 +187,13 @@ class GoalSets:
     def moved_on(
         self, agents: Sequence[int], points: Array, seconds: float, pace: Array, goals: Sequence[GoalSet | None]
     ) -> Array:
-        """Positions of agents that stay near each other after some time, (members, dim), metres.
+        """Positions after a time of agents that stay near each other, (members, dim), metres.
 
         Args:
-            points: present positions, (members, dim), metres.
+            points: current positions, (members, dim), metres.
             seconds: duration.
-            pace: speed of each, (members,), m/s.
-            goals: next goal of each; the furthest ones determine the direction.
+            pace: speed of each agent, (members,), m/s.
+            goals: next goal of each agent; the furthest goals determine the direction.
         """
         key = tuple(agents), points.tobytes(), seconds, pace.tobytes(), tuple(map(id, goals))
         if key in self._moved:
@@ -205,9 +210,8 @@ class GoalSets:
         return self._moved[key]
 
     def _parted(self, agents: Sequence[int], points: Array, here: Array, within: float) -> Array:
-        """Meeting points, (members, dim), metres, with coinciding agents separated in the directions of
-        their arrival.
-        """
+        """Meeting points, (members, dim), metres, with coinciding agents separated in the directions from which they
+        arrive."""
         middle = points.mean(axis=0)
         needed = SpacingTable.of(self.mission).among(np.array(agents)) / 2
         parted = points.copy()
@@ -222,7 +226,7 @@ class GoalSets:
         return parted
 
     def roaming(self, agent: int) -> FreeCells:
-        """Allowed cells of an agent, by its size and its permanent requirements."""
+        """Allowed cells of an agent, by its size and the requirements that apply at all times."""
         key = self._kind(agent)
         if key not in self._roaming:
             room = self.mission.agents[agent].radius + self.mission.clearance
@@ -246,17 +250,16 @@ class GoalSets:
         return self._roaming[key]
 
     def margin(self, agent: int, nodes: Sequence[Node], points: Array) -> Array | None:
-        """Least margin of formulas of an agent at points, (points, dim) -> (points,), metres; None if unknown."""
+        """Least margin of formulas of an agent at points: (points, dim), metres -> (points,), metres; None if
+        undecided."""
         values = evaluate(nodes, PointMargins(self.mission, agent, points))
         known = [value for node in nodes if (value := values[node]) is not None]
         return np.min(np.broadcast_arrays(*known), axis=0) if known else None
 
     def apart(self, agent: int, one: Predicate, other: Predicate) -> float:
-        """Lower bound of an agent's distance between the sets of two predicates, metres; 0 if unknown.
+        """Lower bound of an agent's distance between the goal sets of two predicates, metres; 0 if unknown.
 
-        0 if unknown.
-
-        Halfway between the two, both margins are half of it, and a cell has them up to half of its size.
+        Halfway between the two sets, both margins are minus half of the distance, up to half of a cell.
         """
         key = self._kind(agent), one, other
         if key not in self._apart:
@@ -267,7 +270,7 @@ class GoalSets:
         return self._apart[key]
 
     def _kind(self, agent: int) -> object:
-        """Key of agents with the same allowed places."""
+        """Key that is equal for agents with the same allowed positions."""
         each = self.mission.agents[agent]
         return each.radius, each.altitude, each.dynamics, frozenset(self.kept[agent])
 
@@ -297,7 +300,8 @@ class GoalSets:
         return GoalSet(cells, points, nearest, length, len(cells) / max(1, int(roaming.cells.sum())), best >= 0)
 
     def _finer(self, agent: int, nodes: Sequence[Node], points: Array) -> tuple[Array, float]:
-        """Best nearby point for the formulas for each of these, (cells, dim), metres, and the largest margin."""
+        """For each point, the nearby point with the best margin of the formulas, (cells, dim), metres, and the largest
+        margin, metres."""
         finer = 7  # points along each side of a cell, if no cell centre satisfies the requirement
         dim = points.shape[1]
         line = (np.arange(finer) / (finer - 1) - 0.5) * self.grid.cell * 2

@@ -1,4 +1,5 @@
-"""Initial configurations of a team at a step: the previous one moved, packed into a region, in formation, in file."""
+"""Initial configurations of a team at a step: the previous configuration moved, packed into a region, in formation, or
+in file."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ Guess: TypeAlias = tuple[Array, Routes]
 
 
 class FirstGuesses:
-    """First guesses of a schedule's configurations."""
+    """Generator of first guesses for the configurations of a schedule."""
 
     def __init__(
         self,
@@ -70,11 +71,10 @@ class FirstGuesses:
             yield self._packed(position, places, pitch), {}
 
     def _under_way(self, before: KeyFrame, step: int) -> Array:
-        """Previous or meeting places of all agents, (agents, dim), metres.
+        """Positions of all agents, (agents, dim), metres: previous or meeting positions; idle agents are on the path to
+        their next goal.
 
-        Idle agents are on the path to their next goal.
-
-        Agents tied by a formation or links until then move together if none of them has a goal.
+        Agents coupled by a formation or links until then move together if none of them has a goal.
         """
         position = before.position.copy()
         met = self._met(step)
@@ -112,7 +112,7 @@ class FirstGuesses:
         }
 
     def _met(self, step: int) -> dict[int, Array]:
-        """Scheduled meeting places at a step, (dim,), metres, by agent."""
+        """Scheduled meeting positions at a step, (dim,), metres, by agent."""
         return {
             place.agent: place.point
             for appointment in self.schedule.appointments
@@ -122,7 +122,7 @@ class FirstGuesses:
         }
 
     def _shapes(self, low: int, high: int) -> Iterator[Predicate]:
-        """Formations and graphs that hold at some step from ``low`` to ``high``."""
+        """Yield the formation and graph predicates that are required at some step from ``low`` to ``high``."""
         for hold in self.schedule.holds:
             if (
                 hold.low <= high
@@ -133,7 +133,8 @@ class FirstGuesses:
                 yield hold.node.predicate
 
     def _following(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Guess | None:
-        """Files that hold since the previous frame, each behind its leader; None if none moves."""
+        """Positions in which single files of agents, which persist since the previous joint waypoint, have followed
+        their leaders; None if no file moves."""
         routes: dict[int, Array] = {}
         for file in files(self.schedule, before.step, step):
             routes.update(self._led(file, before.position, places) or {})
@@ -145,7 +146,8 @@ class FirstGuesses:
         return guess, routes
 
     def _led(self, file: File, position: Array, places: dict[Region, list[int]]) -> Routes | None:
-        """Routes of a file, (corners, dim), metres, with targets for some of its agents."""
+        """Routes of the agents of a single file, (corners, dim), metres, to targets of some of them; None without a
+        target."""
         radius = max(self.mission.agents[agent].radius for agent in file.agents)
         room = radius + self.mission.clearance + clot_settings(self.mission).guess.clearance
         found: Routes | None = None
@@ -161,7 +163,7 @@ class FirstGuesses:
         return found
 
     def _place(self, region: Region, depth: float, room: float) -> FormationSlot:
-        """A region as the target of a file, with depth and clearance in metres."""
+        """Region as the target of agents in single file, with required depth and clearance, metres."""
         cells = -np.asarray(signed_distance(np, region.shape, self.geodesics.points)).ravel()
         deep = min(depth, 0.9 * float(cells.max()))
 
@@ -174,7 +176,7 @@ class FirstGuesses:
         return FormationSlot(holds, nearest, cells >= deep)
 
     def _nearest(self, region: Region, start: Array, depth: float, room: float) -> Array:
-        """Nearest point of a region by path with this clearance and depth, (dim,), metres."""
+        """Point of a region with the shortest path from ``start``, with this clearance and depth: (dim,), metres."""
         points = self.geodesics.points.reshape(-1, len(start))
         free = self.geodesics.room.ravel() >= room
         deep = -np.asarray(signed_distance(np, region.shape, points))
@@ -186,10 +188,8 @@ class FirstGuesses:
         return nearest
 
     def _formed(self, step: int, before: Array, formed: Array, places: dict[Region, list[int]]) -> Array:
-        """Each team in formation with clearance, in its places, with a short longest path.
-
-        Shape: (agents, dim), metres.
-        """
+        """Positions with each team in formation, in its regions, with clearance and a short longest path: (agents,
+        dim), metres."""
         turns = (0.0, 90.0, 45.0, 135.0)  # degrees
         guess = before.copy()
         ties, _ = self._ties(step)
@@ -216,7 +216,7 @@ class FirstGuesses:
         others: Array,
         places: dict[Region, list[int]],
     ) -> Array:
-        """Best placement of a figure, (members, dim) around its middle: (members, dim), metres."""
+        """Best placement of a formation ``figure``, (members, dim) relative to its centre: (members, dim), metres."""
         settings = clot_settings(self.mission).guess
         lacking_cost = 1e3  # cost of a metre of missing clearance, in metres travelled
         cells = self.geodesics.points.reshape(-1, before.shape[1])
@@ -258,7 +258,7 @@ class FirstGuesses:
         return best[1]
 
     def _turned(self, step: int) -> set[int]:
-        """Agents of formations with a given orientation."""
+        """Agents of formations with a prescribed orientation."""
         return {
             agent
             for shape in self._shapes(step, step)
@@ -269,7 +269,7 @@ class FirstGuesses:
         }
 
     def _places(self, step: int) -> dict[Region, list[int]]:
-        """Regions in which agents must be at a step, by the decisions."""
+        """Regions in which agents must be at a step because of the schedule's choices, with the agents."""
         places: dict[Region, list[int]] = {}
         regions: dict[int, Region] = {}
         for appointment in self.schedule.appointments:
@@ -287,10 +287,8 @@ class FirstGuesses:
         return places
 
     def _moved(self, step: int, before: Array, places: dict[Region, list[int]], turn: float) -> Array:
-        """Previous places with the agents of each region moved there together, and tied ones along.
-
-        Shape: (agents, dim), metres.
-        """
+        """Previous positions with the agents of each region moved into it together, and agents coupled to them carried
+        along: (agents, dim), metres."""
         guess = before.copy()
         shift = np.zeros_like(before)
         carried: set[int] = set()
@@ -310,9 +308,8 @@ class FirstGuesses:
         return guess
 
     def _trailing(self, step: int, before: Array, places: dict[Region, list[int]]) -> Iterator[Array]:
-        """For a region of one agent, the others behind it on the path, at the distance of ties: (agents,
-        dim), metres.
-        """
+        """Yield positions with one agent in its region and the agents coupled to it behind it on its path: (agents,
+        dim), metres."""
         ties, spacing = self._ties(step)
         for region, agents in places.items():
             if len(agents) != 1 or not ties[agents[0]].any():
@@ -337,7 +334,7 @@ class FirstGuesses:
             yield guess
 
     def _busy(self, step: int) -> set[int]:
-        """Agents with a goal at a step, or already at their required places."""
+        """Agents that have a goal at a step, or must stay where they are."""
         places = {
             hold.agent
             for hold in self.schedule.holds
@@ -346,7 +343,8 @@ class FirstGuesses:
         return places | {agent for agents in self._places(step).values() for agent in agents} | set(self._exact(step))
 
     def _ties(self, step: int) -> tuple[Flags, float]:
-        """Ties between agents by the conditions at a step, (agents, agents), and their length, metres."""
+        """Pairs of agents coupled by the conditions at a step, (agents, agents), and the distance of coupled agents,
+        metres."""
         count = len(self.mission.agents)
         ties = np.zeros((count, count), dtype=np.bool_)
         spacing: list[float] = []
@@ -364,10 +362,8 @@ class FirstGuesses:
         return ties, min(spacing, default=0.0)
 
     def _packed(self, before: Array, places: dict[Region, list[int]], pitch: float = 1.0) -> Array:
-        """Agents of each region in slots around its middle, with the least total motion.
-
-        Shape: (agents, dim), metres.
-        """
+        """Positions with the agents of each region in slots around its centre, with the least total motion: (agents,
+        dim), metres."""
         guess = before.copy()
         for region, agents in places.items():
             slots = self.places.slots(region, agents, pitch)

@@ -4,9 +4,9 @@
     out  positions of all agents at some of the steps
 
 A configuration satisfies all conditions of its step: regions, formations, links, separation. It is the smallest change
-of the previous one that the holds allow, from several first guesses: the team translated, rotated, or packed into slots
-of the region. A team that changes into a formation is placed where all of it has clearance and the longest path is
-short. A continuing file follows its leader.
+of the previous configuration that the conditions allow, from several first guesses: the team translated, rotated, or
+packed into slots of the region. A team that changes into a formation is placed where all of it has clearance and the
+longest path is short. A continuing file follows its leader.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ def joint_waypoints(
     go_on: Callable[[], bool] = lambda: True,
     toured: Mapping[int, Array] = NO_TOURS,
 ) -> tuple[KeyFrame, ...]:
-    """Key frames of a schedule, in order, including the first and the last step.
+    """Joint waypoints of a schedule, in order, including the first and the last step.
 
     Args:
-        go_on: if it returns False, first guesses are used unchanged.
+        go_on: function that returns true while time is left; without time, first guesses are not corrected.
         toured: positions, (steps + 1, dim), metres, of agents on separate tours.
     """
     kept = replace(schedule, holds=tuple(_kept_to_the_event(schedule)))
@@ -61,7 +61,8 @@ def joint_waypoints(
 
 
 def _kept_to_the_event(schedule: Schedule) -> Iterator[Hold]:
-    """Holds, with formations up to an event extended to it, since agents are still in them one step before.
+    """Yield the holds of a schedule, with formations before an event extended to it, since agents are still in them one
+    step before.
 
     The exception is an event with another formation of the same agents.
     """
@@ -104,7 +105,7 @@ class _KeyFrames(FirstGuesses):
         return tuple(frames[step] for step in sorted(frames))
 
     def _matters(self, appointment: Appointment) -> bool:
-        """Return whether it is about agents other than those on tours."""
+        """Return true if the appointment concerns agents other than those on tours."""
         visit = appointment.visit
         return (
             not visit.agents
@@ -113,16 +114,16 @@ class _KeyFrames(FirstGuesses):
         )
 
     def _is_toured(self, hold: Hold) -> bool:
-        """Return whether the positions of agents on tours decide it."""
+        """Return true if the positions of agents on tours decide the hold."""
         whom = agents_of(hold.agent, hold.node) if self.toured else None
         return whom is not None and whom <= self.toured.keys()
 
     def _holds(self) -> list[Hold]:
-        """Holds about agents not on tours."""
+        """Holds about agents that are not on tours."""
         return [hold for hold in self.schedule.holds if not self._is_toured(hold)]
 
     def _frame(self, step: int, guesses: Iterator[Guess], before: KeyFrame | None) -> KeyFrame:
-        """First guess that can be corrected, or the nearest result."""
+        """Joint waypoint from the first guess that can be corrected, or the best result if none can."""
         demand = self._demand(step)
         pinned = self._pinned(step)
         costs = Costs(self.mission, self._still(pinned), clot_settings(self.mission).weights, spare(self.mission), step)
@@ -139,7 +140,7 @@ class _KeyFrames(FirstGuesses):
     def _tries(
         self, step: int, guesses: Iterator[Guess], before: KeyFrame | None, costs: Costs, demand: Demand
     ) -> Iterator[tuple[Polished, Routes]]:
-        """Polished results of each guess; then of it and its result with relays along the required links.
+        """Yield the optimised result of each guess, then the optimised results with relays along the required links.
 
         Relays on bent paths come first, since the ends of links across obstacles may be far apart.
         """
@@ -167,7 +168,7 @@ class _KeyFrames(FirstGuesses):
     # --------------------------------------------------------- conditions
 
     def _demand(self, step: int) -> Demand:
-        """All conditions at a step, and the start and finish regions."""
+        """Conditions at a step, including the start and finish regions."""
         here = [hold for hold in self._holds() if hold.timeless and hold.low <= step <= hold.high]
         roots = [At(hold.agent, hold.node) for hold in here]
         for agent, place in self.mission.ends_at(step):
@@ -186,10 +187,11 @@ class _KeyFrames(FirstGuesses):
     # --------------------------------------------------------------- guesses
 
     def _relayed(self, guess: Array, step: int, demand: Demand, *, round_corners: bool) -> Iterator[Array]:
-        """For links that are too long: agents without a place, evenly along them: (agents, dim), metres.
+        """Yield positions with agents without a goal spread evenly along links that are too long: (agents, dim),
+        metres.
 
         Args:
-            round_corners: True to follow paths around static obstacles if they bend; else straight lines.
+            round_corners: True to follow paths around static obstacles if they bend; False for straight lines.
         """
         busy = self._busy(step)
         links = [
@@ -218,7 +220,7 @@ class _KeyFrames(FirstGuesses):
                 yield relayed
 
     def _ways(self, graph: Graph, ends: Indices, guess: Array, *, round_corners: bool) -> list[Array]:
-        """Path along each link, (corners, dim), metres: straight, or for long ones around static obstacles."""
+        """Path along each link, (corners, dim), metres: straight, or for long links around static obstacles."""
         far, _ = _stretched(graph, ends, guess, PITCHES[0])
         return [
             self._way(graph.agents, *guess[pair]) if round_corners and too_far else guess[pair]
@@ -226,9 +228,11 @@ class _KeyFrames(FirstGuesses):
         ]
 
     def _links(self, guess: Array, step: int, demand: Demand) -> Iterator[tuple[Graph, Indices]]:
-        """Required links of each graph, (links, 2), agents; for a connected graph, a spanning tree.
+        """Yield the required links of each graph, (links, 2), agents; for a connected graph, the links of a spanning
+        tree.
 
-        Positions in metres.
+        Args:
+            guess: (agents, dim), metres.
         """
         active = demand.active(guess[:, None], np.zeros_like(guess)[:, None])
         for graph, lists in active.joined.items():
@@ -240,16 +244,14 @@ class _KeyFrames(FirstGuesses):
                 yield whole, tree_of(whole, guess)
 
     def _way(self, agents: tuple[int, ...], start: Array, end: Array) -> Array:
-        """Path around static obstacles for the widest of these agents, (corners, dim), metres.
-
-        Straight if none exists.
-        """
+        """Path around static obstacles for the widest of the agents, (corners, dim), metres; straight if no such path
+        exists."""
         room = max(self.mission.agents[agent].radius for agent in agents) + self.mission.clearance
         way = self.geodesics.way(start, end, room + clot_settings(self.mission).guess.clearance, room)
         return np.stack([start, end]) if way is None else way
 
     def _spreading(self, step: int, before: KeyFrame | None, position: Array) -> Routes:
-        """Routes of agents linked by a graph from the previous frame, (corners, dim), metres, for spreading teams."""
+        """Routes from the previous joint waypoint of agents that a graph links, (corners, dim), metres."""
         linked = [shape.restricted.agents for shape in self._shapes(step, step) if shape.restricted is not None]
         if before is None:
             return {}
@@ -260,9 +262,6 @@ class _KeyFrames(FirstGuesses):
 
 
 def _stretched(graph: Graph, ends: Indices, position: Array, share: float) -> tuple[Flags, Array]:
-    """Flags of links, (links, 2), agents, longer than this share of their graph's range.
-
-    The second result is that length, metres.
-    """
+    """Links, (links, 2), longer than a fraction of their graph's range: flags, and the range of each link, metres."""
     reach = np.array([range_of(graph, *pair) for pair in ends.tolist()])
     return np.linalg.norm(np.diff(position[ends], axis=1)[:, 0], axis=-1) > share * reach, reach

@@ -1,8 +1,8 @@
-"""Mutually exclusive literals of holds: a literal and its opposite, and more at once than a capacity.
+"""Mutually exclusive literals of holds, and capacities: limits on the number of literals that are true at once.
 
-A literal states that a predicate holds for an agent, or fails. It and its opposite are *mutex*, and so are two
-predicates without a common place (``altitude <= 20 m`` and ``altitude >= 40 m``). ``always not (at least 3 truck:
-weigh)`` is a *capacity* of two, and ``always not (a and b)`` a capacity of one.
+A literal states that a predicate is true, or false, for an agent. A literal and its opposite are *mutex*, and so are
+two predicates without a common position (``altitude <= 20 m`` and ``altitude >= 40 m``). ``always not (at least 3
+truck: weigh)`` is a *capacity* of two, and ``always not (a and b)`` a capacity of one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from missionc.ir import Predicate
 from missionc.ir.kernel.nodes import Any, At, AtLeast, Atom, Node, Not
 
 Literal: TypeAlias = tuple[int, Predicate, bool]
-"""A literal: an agent, or -1 for the team; a predicate; and its truth."""
+"""Literal: an agent (-1 for the team), a predicate and its truth."""
 
 TEAM = -1
 
@@ -29,9 +29,9 @@ ROUNDING = 1e-6
 
 
 class TimedLiterals(Record):
-    """Literals that a hold requires at all times from ``low`` to ``high``, both included; seconds.
+    """Literals that a hold requires at all times from ``low`` to ``high`` seconds, both included.
 
-    ``gap``: seconds before and after in which they also hold.
+    ``gap``: time before and after, seconds, in which the literals are also true.
     """
 
     literals: frozenset[Literal]
@@ -43,7 +43,7 @@ class TimedLiterals(Record):
         return TimedLiterals(self.literals, self.low + by, self.high + by, self.gap)
 
     def mutex_time(self, other: TimedLiterals) -> float | None:
-        """Seconds for which it is mutex with the other; None if never, 0 for a single time."""
+        """Duration, seconds, for which these literals are mutex with the others; None if never, 0 for a single time."""
         both = min(self.high + self.gap, other.high + other.gap) - max(self.low - self.gap, other.low - other.gap)
         if both < 0 or _opposites(self.literals).isdisjoint(other.literals):
             return None
@@ -56,9 +56,9 @@ def _opposites(literals: frozenset[Literal]) -> frozenset[Literal]:
 
 
 class Capacity(Record):
-    """At most ``most`` of some literals hold at once from ``low`` to ``high``, seconds.
+    """At most ``most`` of some literals may be true at once from ``low`` to ``high`` seconds.
 
-    ``passing``: seconds before and after one of them in which it may also hold.
+    ``passing``: time before and after, seconds, in which a literal may also be true.
     """
 
     literals: frozenset[Literal]
@@ -68,7 +68,7 @@ class Capacity(Record):
     passing: float
 
     def until(self, one: TimedLiterals, others: Iterable[TimedLiterals]) -> float | None:
-        """Earliest time at which one has room among others, seconds; None if it has."""
+        """Earliest time, seconds, at which ``one`` fits into the capacity beside others; None if it already fits."""
         mine = self.literals & one.literals
         if not mine or one.low > self.high or one.high < self.low:
             return None
@@ -88,7 +88,12 @@ class Capacity(Record):
 
 
 def capacities(holds: Iterable[Hold], step: float, passing: float) -> tuple[Capacity, ...]:
-    """Capacities from holds; ``step`` and ``passing`` are seconds."""
+    """Capacities that holds imply.
+
+    Args:
+        step: duration of a step, seconds.
+        passing: time before and after a literal, seconds, in which it may also be true.
+    """
     found: list[Capacity] = []
     for hold in holds:
         if isinstance(hold.node, Any | AtLeast):
@@ -101,16 +106,16 @@ def capacities(holds: Iterable[Hold], step: float, passing: float) -> tuple[Capa
 
 
 Denials: TypeAlias = dict[Literal, dict[Literal, float]]
-"""For exclusive literals, the implied literals (themselves or opposites of excluded ones), with the seconds before and
-after in which they also hold."""
+"""For each literal that others may exclude, the literals that it implies (itself, or opposites of excluded literals),
+with the seconds before and after in which they are also true."""
 
 
 def denials(outline: Outline, apart: Callable[[int, Predicate, Predicate], float]) -> Denials:
-    """Literals of an outline that others in it may exclude.
+    """Literals of an outline that other literals in it may exclude.
 
     Args:
-        apart: least seconds of an agent between the sets of two predicates. It is used if one of them must hold for a
-                while.
+        apart: function to the least travel time of an agent between the sets of two predicates, seconds. The function
+            is used if one of the predicates must be true for a while.
     """
     visits = [hold for event in outline.events for hold in event.holds]
     lasting = [*outline.fixed, *(hold for event in outline.events for hold in event.before)]
@@ -133,7 +138,11 @@ def denials(outline: Outline, apart: Callable[[int, Predicate, Predicate], float
 
 
 def timed_literals(holds: Iterable[Hold], denied: Denials, step: float) -> tuple[TimedLiterals, ...]:
-    """Exclusive literals implied by holds; ``step`` and the results' times are in seconds."""
+    """Literals that holds imply and others may exclude, with their times in seconds.
+
+    Args:
+        step: duration of a step, seconds.
+    """
     timed: list[TimedLiterals] = []
     for hold in holds if denied else ():
         said: dict[float, set[Literal]] = {}
@@ -153,10 +162,7 @@ def earliest_time(
     capacities: Iterable[Capacity],
     step: float,
 ) -> float:
-    """Earliest time from ``begin`` on without exclusion of the literals by certain ones; seconds.
-
-    Seconds.
-    """
+    """Earliest time from ``begin`` on, seconds, at which certain literals exclude none of the literals ``says``."""
     while True:
         later: list[float] = []
         for each in says:
@@ -176,13 +182,13 @@ def earliest_time(
 
 
 def mutex_seconds(one: TimedLiterals, others: Iterable[TimedLiterals], step: float) -> float:
-    """Seconds for which one is mutex with others."""
+    """Duration, seconds, for which literals are mutex with others."""
     denied = [one.mutex_time(other) for other in others]
     return sum(each + step for each in denied if each is not None)
 
 
 def _literal(agent: int, node: Node) -> Literal | None:
-    """The single literal equivalent to a formula for an agent; None for other formulas."""
+    """Literal that is equivalent to a formula for an agent; None for other formulas."""
     while isinstance(node, At):
         agent, node = node.agent, node.body
     if isinstance(node, Atom | Not) and len(said := list(literals(agent, node))) == 1:
@@ -191,7 +197,7 @@ def _literal(agent: int, node: Node) -> Literal | None:
 
 
 def literals(agent: int, node: Node) -> Iterator[Literal]:
-    """Literals that a formula for an agent requires."""
+    """Yield the literals that a formula for an agent implies."""
     for who, part in conjuncts(agent, node):
         if isinstance(part, Atom | Not) and isinstance(leaf := part.body if isinstance(part, Not) else part, Atom):
             yield TEAM if leaf.predicate.about_team else who, leaf.predicate, isinstance(part, Atom)

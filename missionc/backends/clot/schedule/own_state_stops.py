@@ -1,11 +1,12 @@
 """Stops for own state: additional visits if a resource runs out, or a flag has the wrong value.
 
-    in   a first motion of a schedule
-    out  the same; or one of a schedule with more visits, on which conditions on own states fail later or not at all
+    in   an initial trajectory of a schedule
+    out  the same; or that of a schedule with more visits, in which conditions on own states fail later or not at all
 
-A schedule does not model an agent's resources or flags. Therefore the first motion is examined. At the first failing
-condition on own state, a visit to a suitable region is inserted between two visits of the agent, as late as it helps.
-This is repeated while time allows (lazy refinement guided by counterexamples), and judged only on the motions.
+A schedule does not model an agent's resources or flags. Therefore the initial trajectory is examined. At the first
+failing condition on own state, a visit to a suitable region is inserted between two visits of the agent, as late as it
+helps. This is repeated while time allows (lazy refinement guided by counterexamples), and evaluated only on the
+trajectories.
 
 Source:
     Clarke, Grumberg, Jha, Lu and Veith, "Counterexample-guided abstraction refinement", 2000; Froger, Mendoza, Jabali
@@ -37,11 +38,11 @@ from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.margins.resources import levels_along
 
 ROUNDING = 1e-6
-"""Seconds of rounding."""
+"""Rounding tolerance of times, seconds."""
 
 
 class UnmetResource(Record, eq=False):
-    """First failing condition on an agent's own state: the condition, and its step."""
+    """First violated condition on an agent's own state: the condition, the agent, and the step."""
 
     leaf: Node
     agent: int
@@ -49,14 +50,14 @@ class UnmetResource(Record, eq=False):
 
 
 class _Draft(Record, eq=False):
-    """A first motion, its scheduler, and its failing conditions by agent."""
+    """Initial trajectory with its scheduler, and the first violated condition on own state of each agent."""
 
     scheduler: Scheduler
     begun: WarmStart
     lacks: dict[int, UnmetResource]
 
     def visits(self, agent: int) -> list[Appointment]:
-        """Visits of an agent in the order of time."""
+        """Visits of an agent, sorted by time."""
         whose = [
             (each, each.visit.agents | {hold.agent for hold in each.visit.event.holds})
             for each in self.begun.schedule.appointments
@@ -65,14 +66,15 @@ class _Draft(Record, eq=False):
 
     @property
     def last_stop(self) -> int:
-        """Step of the last inserted stop."""
+        """Step of the stop that was inserted last."""
         number = len(self.scheduler.outline.tasks) - 1
         return next(each.step for each in self.begun.schedule.appointments if each.visit.key[0] == number)
 
     def progress(self, agent: int, tasks: int, late: float) -> tuple[bool, float, float]:
-        """Progress of an agent, larger is better: its last visit of the tasks, and the step.
+        """Progress of an agent, as a sort key; larger is better.
 
-        The first criterion is a delay of at most ``late`` seconds.
+        The criteria are: delay of at most ``late`` seconds, number of the tasks' visits before the first violation, and
+        its step.
         """
         in_time, lack = self.begun.schedule.late <= late + ROUNDING, self.lacks.get(agent)
         if lack is None:
@@ -89,10 +91,10 @@ def with_stops(
     number: int,
     go_on: Callable[[], bool],
 ) -> WarmStart:
-    """Warm start of an attempt, with stops while these increase an agent's progress.
+    """Warm start of an attempt, with stops inserted while they increase an agent's progress.
 
     Args:
-        begin: deterministic warm start of a scheduler.
+        begin: function from a scheduler to its (deterministic) warm start.
         number: index of the attempt.
     """
     # Shares of a full resource that may be missing on a first motion, which is longer and slower than necessary: of the
@@ -147,7 +149,7 @@ def _most(mission: Mission, leaf: Node) -> float:
 def _lacks(
     mission: Mission, roots: tuple[Node, ...], allowed: Mapping[Node, float], begun: WarmStart
 ) -> dict[int, UnmetResource]:
-    """First failing condition on each agent's own state; agents without one are left out."""
+    """First violated condition on own state by agent; agents without a violation are omitted."""
     made = splines(mission)
     states = made.states(made.through(begun.motion))
     demand = Demand.of(mission, roots, begun.schedule.choices, mission.steps)
@@ -196,7 +198,8 @@ def _mended(
 
 
 def _gaps(visits: list[Appointment], step: int) -> Iterator[tuple[Key | None, Key | None]]:
-    """Gaps between two visits of an agent for a stop that must help at a step, the latest first."""
+    """Yield pairs of consecutive visits of an agent between which a stop helps at a step, the latest first; None is the
+    start or the end."""
     gaps = 4  # number of gaps tried for a stop, the latest first
     keys = [None, *(each.visit.key for each in visits), None]
     last = next((number for number, each in enumerate(visits) if each.step >= step), len(visits))
@@ -205,10 +208,10 @@ def _gaps(visits: list[Appointment], step: int) -> Iterator[tuple[Key | None, Ke
 
 
 def _stops(mission: Mission, lack: UnmetResource, motion: Array) -> Iterator[tuple[Option, ...]]:
-    """Stays that may help, the longest first; of equal ones, one for each region.
+    """Yield stays that may repair a violation, the longest first; of equal stays, one for each region.
 
     Args:
-        motion: motion of its agent, (steps + 1, dim), metres.
+        motion: trajectory of the agent, (steps + 1, dim), metres.
     """
     # Shares of the time for a full refill, for shorter stops if time is short.
     shares = (1.0, 0.5, 0.25)
@@ -228,9 +231,10 @@ def _stops(mission: Mission, lack: UnmetResource, motion: Array) -> Iterator[tup
 def _fills(
     mission: Mission, predicate: Predicate, holds: bool, lack: UnmetResource, motion: Array
 ) -> Iterator[tuple[Region, int]]:
-    """Regions that fill a comparison's resource, with the steps for a full refill.
+    """Yield the regions that refill the resource of a comparison, with the number of steps for a full refill.
 
-    Motion (steps + 1, dim), metres.
+    Args:
+        motion: trajectory of the agent, (steps + 1, dim), metres.
     """
     for weight, feature in predicate.terms if isinstance(predicate, Compare) else ():
         if isinstance(feature, Level) and (weight > 0) is holds:
@@ -243,7 +247,7 @@ def _fills(
 
 
 def _stay(mission: Mission, agent: int, region: Region, steps: int) -> Option:
-    """An agent in a region for ``steps`` steps, at any time."""
+    """Task option of an agent staying in a region for ``steps`` steps, at any time."""
     there = Atom(Inside(region, False))
     last = max(0, mission.steps - steps)
     stay = (Hold(agent, there, 0, min(steps, mission.steps), True),)

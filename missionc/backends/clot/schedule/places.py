@@ -1,4 +1,4 @@
-"""Places: the part of the world in which a condition on an agent holds, for regions and comparisons.
+"""Regions in which a condition on an agent is true, for region predicates and comparisons.
 
 in   Mission, a formula without operators
 out  Region
@@ -24,16 +24,16 @@ from missionc.ir.predicates.features import DistanceTo
 
 @dataclass(slots=True)
 class Places:
-    """Places of a mission's formulas, each computed once."""
+    """Cache of the regions in which a mission's conditions are true."""
 
     mission: Mission
     made: dict[SignedPredicate | tuple[Region, Region], Region | None] = field(default_factory=dict)
     deepest: dict[Region, Array] = field(default_factory=dict)
 
     def of(self, node: Node) -> Region | None:
-        """Place in which an atom, or its negation, holds for an agent; None for others.
+        """Region in which an atom, or its negation, is true for an agent; None for other formulas.
 
-        It is a region, one side of a line or plane, or the surroundings of a beacon or region.
+        The result is a region of the mission, one side of a line or plane, or the surroundings of a beacon or region.
         """
         if not isinstance(node, Atom | Not) or (isinstance(node, Not) and not isinstance(node.body, Atom)):
             return None
@@ -46,7 +46,7 @@ class Places:
         return self.made[asked]
 
     def both(self, one: Region, other: Region) -> Region:
-        """Intersection of two places; the second if it is empty."""
+        """Intersection of two regions; the second region if the intersection is empty."""
         if one is other:
             return one
         if (one, other) not in self.made:
@@ -58,7 +58,7 @@ class Places:
         return made
 
     def centre(self, place: Region) -> Array:
-        """A deep point of a place, (dim,), metres."""
+        """Point deep inside a region, (dim,), metres."""
         if place not in self.deepest:
             world = self.mission.world
             count = clot_settings(self.mission).schedule.samples
@@ -69,7 +69,7 @@ class Places:
         return self.deepest[place]
 
     def toward(self, region: Region, middle: Array, extent: float) -> Array:
-        """Target of a team's middle in a region, (dim,), metres: no deeper than it needs for its extent."""
+        """Target of a team's centre in a region, (dim,), metres: no deeper than the team's extent requires."""
         centre = self.centre(region)
         deepest = -float(signed_distance(np, region.shape, centre))
         wanted = min(extent + 0.1, deepest * 0.95)
@@ -82,7 +82,7 @@ class Places:
         return target
 
     def slots(self, region: Region, agents: list[int], pitch: float) -> Array:
-        """Slots in a region, one per agent, on a grid, nearest to its middle first: (agents, dim), metres."""
+        """Positions in a region, one per agent, on a grid, nearest to its centre first: (agents, dim), metres."""
         widest = max(self.mission.agents[agent].radius for agent in agents)
         apart = SpacingTable.of(self.mission).among(np.array(agents)) + 0.3 * pitch
         centre = self.centre(region)
@@ -116,10 +116,8 @@ class Places:
         return None if shape is None else Region("comparison", shape, self.mission.world.span)
 
     def _half_space(self, weights: Array, constant: float) -> Shape | None:
-        """Part of the world with ``weights @ point + constant >= 0``, weights (dim,), metres.
-
-        None if not a shape.
-        """
+        """Part of the world with ``weights @ point + constant >= 0``, weights (dim,), metres; None if no shape
+        describes it."""
         low, high = list(self.mission.world.low), list(self.mission.world.high)
         axes = np.flatnonzero(weights)
         if len(axes) == 1:
@@ -144,7 +142,7 @@ class Places:
         return Polygon(corners, Prism(low[2], high[2]) if len(low) == 3 else None)
 
     def _near(self, feature: DistanceTo, radius: float) -> Shape | None:
-        """Surroundings of a beacon; for surroundings of a region, the region itself."""
+        """Points within ``radius`` metres of a beacon; for a region as the target, the region itself."""
         match feature.target:
             case Beacon(position=position):
                 return Disc(position, radius) if len(position) == 2 else Ball(position, radius)

@@ -1,10 +1,11 @@
-"""Presence constraints: which agents a formula requires at which places, and near which others.
+"""Presence constraints: agents that a formula requires at goals, or near other agents.
 
     in   Hold
     out  PresenceConstraints
 
-A formula without temporal operators is decomposed. A part that one agent's place decides is a goal of that agent; a
-maximum distance between two agents is a meeting. If a number of several agents is required, the choice is open.
+A formula without temporal operators is decomposed. A part that one agent's position decides is a goal of that agent; a
+maximum distance between two agents is a meeting. If a number of several agents is required, the choice of agents is
+open.
 """
 
 from __future__ import annotations
@@ -35,21 +36,28 @@ from missionc.ir.language.margins.predicate_margins import of_pair
 
 
 class Meeting(Record):
-    """All of these agents must be within ``reach``, metres, of each other."""
+    """Meeting of agents, which must all be within ``reach`` metres of each other."""
 
     agents: tuple[int, ...]
     reach: float
 
 
 class CardinalityGoal(Record):
-    """``count`` of these goals, each of one agent, must be reached."""
+    """Constraint that ``count`` of these goals, each of one agent, must be reached."""
 
     count: int
     goals: tuple[tuple[int, tuple[Node, ...]], ...]
 
 
 class PresenceConstraints(Record):
-    """``goals``: conditions on each agent's own place. ``apart``: pairs and their least distance, metres."""
+    """Constraints on the positions of agents at one time.
+
+    Args:
+        goals: conditions on each agent's own position.
+        meetings: agents that must be near each other.
+        some: numbers of goals that must be reached.
+        apart: pairs of agents and their least distance, metres.
+    """
 
     goals: tuple[tuple[int, tuple[Node, ...]], ...] = ()
     meetings: tuple[Meeting, ...] = ()
@@ -58,13 +66,13 @@ class PresenceConstraints(Record):
 
     @property
     def agents(self) -> set[int]:
-        """Agents that may have to move for it."""
+        """Agents that may have to move to satisfy the constraints."""
         named = {agent for agent, _ in self.goals} | {agent for each in self.meetings for agent in each.agents}
         return named | {agent for each in self.some for agent, _ in each.goals}
 
     @property
     def moves_on(self) -> bool:
-        """True if it requires agents to be near each other but at no place."""
+        """True if the constraints require agents to be near each other, but at no particular position."""
         return bool(self.meetings) and not (self.goals or self.some)
 
     def __bool__(self) -> bool:
@@ -75,7 +83,7 @@ NOBODY = PresenceConstraints()
 
 
 def attendance(mission: Mission, holds: Iterable[Hold]) -> PresenceConstraints:
-    """Presence constraints of these holds, as far as places decide them."""
+    """Presence constraints of holds, as far as positions decide the holds."""
     goals: dict[int, list[Node]] = {}
     pairs: dict[tuple[int, int], float] = {}
     some: list[CardinalityGoal] = []
@@ -99,7 +107,8 @@ def attendance(mission: Mission, holds: Iterable[Hold]) -> PresenceConstraints:
 
 
 def implied(holds: Iterable[Hold], always: Iterable[Hold]) -> Iterator[Hold]:
-    """Further implied holds, if only one part of a permanent one remains possible (unit propagation)."""
+    """Yield further holds that follow because only one part of a hold that always applies remains possible (unit
+    propagation)."""
     sure = {literal for hold in holds if hold.timeless for literal in literals(hold.agent, hold.node)}
     for hold in always if sure else ():
         for agent, node in conjuncts(hold.agent, hold.node):
@@ -116,7 +125,7 @@ def _denied(agent: int, node: Node, sure: set[Literal]) -> bool:
 
 
 def agents_of(agent: int, node: Node) -> set[int] | None:
-    """Agents whose own places decide a formula; None if other things matter."""
+    """Agents whose own positions decide a formula; None if anything else matters."""
     whom: set[int] = set()
     stack = [(agent, node)]
     while stack:
@@ -136,13 +145,13 @@ def agents_of(agent: int, node: Node) -> set[int] | None:
 
 
 def reads_past(node: Node) -> bool:
-    """Return whether it is a predicate of the past, or its negation."""
+    """Return true if a node is a predicate of the past, or its negation."""
     leaf = node.body if isinstance(node, Not) else node
     return isinstance(leaf, Atom) and leaf.predicate.reads_past
 
 
 def _bare(node: Node) -> Node:
-    """Formula without redundant agent operators."""
+    """Formula without surrounding ``At`` operators."""
     while isinstance(node, At):
         node = node.body
     return node
@@ -161,9 +170,10 @@ def _some(mission: Mission, agent: int, node: AtLeast | Any) -> Iterator[Cardina
 
 
 def _pair(mission: Mission, agent: int, node: Node) -> tuple[int, int, float, float] | None:
-    """Two agents with the least and the greatest distance at which a formula about them holds.
+    """Two agents with the least and the greatest distance, metres, at which a formula about them is true; None for
+    other formulas.
 
-    The greatest is infinite without a bound.
+    The greatest distance is infinite without a bound.
     """
     leaf = node.body if isinstance(node, Not) else node
     if not isinstance(leaf, Atom) or leaf.predicate.formation or leaf.predicate.graph or leaf.predicate.reads_speed:
@@ -186,7 +196,8 @@ def _pair(mission: Mission, agent: int, node: Node) -> tuple[int, int, float, fl
 def _by_distance(
     mission: Mission, predicate: Predicate, agent: int, first: int, second: int
 ) -> tuple[Array, Array] | None:
-    """Margins of a predicate by the distance of two agents, (lengths,) each, metres; None for other kinds."""
+    """Margins of a predicate as a function of the distance of two agents: distances and margins, (lengths,) each,
+    metres; None for other predicates."""
     lengths = 240  # distances at which a comparison of two places is evaluated, up to the world's diagonal
     low, high = np.array(mission.world.low), np.array(mission.world.high)
     length = np.geomspace(1e-2, float(np.linalg.norm(high - low)), lengths)
@@ -201,7 +212,7 @@ def _by_distance(
 
 
 def _meetings(pairs: dict[tuple[int, int], float]) -> Iterator[Meeting]:
-    """Connected groups of agents from pairs, with the least reach of any pair."""
+    """Yield a meeting for each connected group of agents, with the least reach of any of its pairs."""
     left = dict(pairs)
     while left:
         (first, second), reach = left.popitem()

@@ -1,9 +1,10 @@
-"""Task scheduling (vehicle routing with time windows): times, options and agents, by insertion and repair.
+"""Task scheduling (vehicle routing with time windows): times, disjuncts and agents, by insertion and repair.
 
-Every task's options are tried at every position of the current order, and the one with the earliest arrivals is kept.
-Then some tasks are removed and reinserted differently while this improves the order. Paths go around static obstacles
-(``goal_sets``). Without a place, agents move to the required formation or graph. Mutually exclusive conditions wait for
-each other. Several schedules of a mission result from perturbed distances, and from delays of events without a place.
+Every task's options are tried at every position of the current order, and the option with the earliest arrivals is
+selected. Then some tasks are removed and reinserted differently while this improves the order. Paths avoid static
+obstacles (``goal_sets``). Without a goal region, agents move to the required formation or graph. Mutually exclusive
+conditions wait for each other. Several schedules of a mission result from perturbed distances, and from delays of
+events without a goal region.
 
 Source:
     Rosenkrantz, Stearns and Lewis, cheapest insertion, 1977; Shaw, large neighbourhoods, 1998; Dechter, Meiri and
@@ -32,6 +33,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
 )
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.presence import NOBODY, PresenceConstraints, attendance, implied
+from missionc.backends.clot.schedule.responses import with_responses
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option, Outline, Task
 from missionc.backends.clot.schedule.timed_paths import TimedPaths
 from missionc.backends.clot.schedule.timetable import (
@@ -49,20 +51,20 @@ from missionc.ir import InitialSet, Mission, Predicate, Region
 from missionc.ir.kernel.nodes import Node
 
 VAST = 0.5
-"""Share of the world above which a place gives no target: an agent may leave its nearest point."""
+"""Size of a goal set, as a fraction of the world, above which the set gives no target: an agent may leave a point."""
 
 UNHURRIED = 0.5, 0.0, 1.0
-"""Relative time of a visit between its earliest and latest possible time: first, and in other schedules, which draw
-from these."""
+"""Time of a visit between its earliest (0) and latest (1) possible time: the first value in the first schedule, a
+random value in others."""
 
 
 class Scheduler(Timetable):
-    """Schedules of a mission. Distances are in metres, times in seconds.
+    """Scheduler of a mission's tasks. Distances are in metres, times in seconds.
 
-    ``tied``: agents tied by a formation or links at some time; all others move separately.
+    ``tied``: agents coupled by a formation or links at some time; all others move separately.
 
     Args:
-        links: True if links tie agents; otherwise the motion is responsible for them.
+        links: True if links couple agents; otherwise the trajectories must satisfy them by chance.
     """
 
     def __init__(
@@ -87,6 +89,7 @@ class Scheduler(Timetable):
         self.company = attendance(mission, self.always)
         self.tied = tied_agents(outline, self.company, links=links)
         self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
+        self.outline = outline = with_responses(outline, self.goals)
         self.timed = TimedPaths(self.goals)
         fixed = [hold for hold in outline.holds if not self._whole(hold)]
         self.closures = [self.timed.closures(agent.index, fixed) for agent in mission.agents]
@@ -106,7 +109,7 @@ class Scheduler(Timetable):
         self.waits = {}
 
     def with_stop(self, options: tuple[Option, ...], after: Key | None, before: Key | None) -> Scheduler:
-        """The last order with one more task of one visit, after and before the given ones."""
+        """Scheduler with the last order and one more task of one visit, inserted between the given visits."""
         more, number = copy(self), len(self.outline.tasks)
         more.outline = replace(self.outline, tasks=(*self.outline.tasks, Task("stop", options)))
         more.numbers = [*self.numbers, number]
@@ -116,11 +119,11 @@ class Scheduler(Timetable):
         return more
 
     def _seconds_apart(self, agent: int, one: Predicate, other: Predicate) -> float:
-        """Least seconds of an agent between the sets of two predicates; 0 if unknown."""
+        """Least travel time of an agent between the goal sets of two predicates, seconds; 0 if unknown."""
         return self.goals.apart(agent, one, other) / float(self.pace[agent])
 
     def schedule(self, noise: float) -> Schedule:
-        """Compute a schedule; ``noise`` is the share of random perturbation of distances, for variety."""
+        """Schedule of the mission; ``noise`` is the relative random perturbation of distances, for variety."""
         perturbed = PerturbedDistances(noise, self.generator)
         self.unhurried = float(self.generator.choice(UNHURRIED)) if noise else UNHURRIED[0]
         settings = clot_settings(self.mission).schedule
@@ -159,7 +162,7 @@ class Scheduler(Timetable):
     def _put(
         self, draft: _Draft, number: int, perturbed: PerturbedDistances, options: Sequence[Option] | None = None
     ) -> None:
-        """Add a task to the order, with the option (of all or of these) and positions of least cost."""
+        """Add a task to the order, with the option (of ``options``, or of all) and the positions of least cost."""
         noise = perturbed.noise
         cheapest: tuple[float, list[Visit], Option] | None = None
         for option in options or self.outline.tasks[number].options:
@@ -177,7 +180,7 @@ class Scheduler(Timetable):
     def _inserted(
         self, draft: _Draft, visits: tuple[Visit, ...], perturbed: PerturbedDistances, fixed: list[TimedLiterals]
     ) -> tuple[float, list[Visit]]:
-        """Cheapest order with these visits, inserted one by one with the least effect each."""
+        """Cost and order of visits after these visits are inserted one by one, each at least cost."""
         order, cost = draft.order, draft.cost
         if not visits:
             return self._run(order, perturbed, fixed).cost, order
@@ -194,7 +197,8 @@ class Scheduler(Timetable):
         return cost, order
 
     def _places(self, order: list[Visit], visit: Visit) -> Iterator[int]:
-        """Positions in an order that make a difference for a visit, after the one that it counts from."""
+        """Yield the positions in an order that make a difference for a visit, after the visit from which its window
+        counts."""
         mine, wary = visit.agents, bool(visit.says or visit.before)
         begin, end = self._bounds(order, visit)
         for place in range(begin, end + 1):
@@ -206,7 +210,7 @@ class Scheduler(Timetable):
                 yield place
 
     def _bounds(self, order: list[Visit], visit: Visit) -> tuple[int, int]:
-        """First and last position of a visit in an order."""
+        """First and last allowed position of a visit in an order."""
         if visit.after is None and self.unstopped is None:
             return 0, len(order)
         place = {each.key: number for number, each in enumerate(order)}
@@ -215,10 +219,8 @@ class Scheduler(Timetable):
         return begin, len(order) if before is None else max(begin, place[before])
 
     def _visits(self, task: int, events: Iterable[Event], holds: Iterable[Hold]) -> tuple[Visit, ...]:
-        """Events and their successors as visits, each after the one it counts from.
-
-        Conditions at fixed steps are included.
-        """
+        """Visits for events and their successors, each after the visit from which its window counts; conditions at
+        fixed steps are included."""
         visits: list[Visit] = []
         stack: list[tuple[Event, Key | None]] = [(event, None) for event in reversed(tuple(events))]
         while stack:
@@ -248,7 +250,8 @@ class Scheduler(Timetable):
         return tuple(visits)
 
     def _repaired(self, draft: _Draft, numbers: list[int], perturbed: PerturbedDistances) -> _Draft:
-        """Reinsert these tasks in other orders while this improves the draft and work is left."""
+        """Order of visits after tasks were removed and reinserted in other orders, while this reduces the cost and work
+        is left."""
         settings = clot_settings(self.mission).schedule
         best, work, vain = draft, 0, 0
         numbers = sorted(numbers)
@@ -266,7 +269,7 @@ class Scheduler(Timetable):
         return best
 
     def _with_exchanges(self, draft: _Draft, numbers: list[int], perturbed: PerturbedDistances) -> _Draft:
-        """Exchange any two agents while this improves the draft and work is left."""
+        """Order of visits after exchanges of two agents, while this reduces the cost and work is left."""
         best, work = draft, 0
         for pair in combinations(range(len(self.mission.agents)), 2):
             if work >= clot_settings(self.mission).schedule.work:
@@ -280,7 +283,8 @@ class Scheduler(Timetable):
     def _exchanged(
         self, draft: _Draft, numbers: list[int], pair: tuple[int, int], perturbed: PerturbedDistances
     ) -> _Draft:
-        """Exchange two agents in all tasks that one of them does alone and the other may."""
+        """Order of visits with two agents exchanged in all tasks that one of the two does alone and the other may
+        do."""
         whose = {number: set[int]().union(*(visit.agents for visit in draft.visits(number))) for number in numbers}
         out = [number for number in numbers if whose[number] in ({pair[0]}, {pair[1]})]
         tried = draft.without(out)
@@ -291,20 +295,20 @@ class Scheduler(Timetable):
         return tried
 
     def _whose(self, option: Option) -> set[int]:
-        """Agents of an option's events."""
+        """Agents that take part in an option's events."""
         return set[int]().union(*(visit.agents for visit in self._visits(-1, option.events, ())))
 
     # ------------------------------------------------------------------ timing
 
     def _fixed(self, options: list[Option]) -> tuple[list[TimedLiterals], float]:
-        """Conditions at fixed times for any order, and the seconds for which they exclude each other."""
+        """Conditions at fixed times, and the seconds for which they exclude each other."""
         holds = [*self.outline.holds, *(hold for option in options for hold in option.holds)]
         fixed = timed_literals(holds, self.denied, self.mission.step)
         amiss = sum(mutex_seconds(one, fixed[:number], self.mission.step) for number, one in enumerate(fixed))
         return list(fixed), amiss
 
     def _settled(self, draft: _Draft, perturbed: PerturbedDistances) -> Schedule:
-        """Steps of all visits: as relaxed as windows and horizon allow."""
+        """Schedule with the steps of all visits, as late as windows and horizon allow in proportion."""
         step, visits, options = self.mission.step, draft.order, list(draft.options.values())
         fixed, _ = self._fixed(options)
         run = self._run(visits, replace(perturbed, noise=0.0), fixed)
@@ -321,13 +325,13 @@ class Scheduler(Timetable):
         return replace(made, company=self.company, escorts=tuple(self._escorts(options)))
 
     def _accompanied(self, come: PresenceConstraints) -> PresenceConstraints:
-        """The constraints with permanent companions, each near one other agent."""
+        """Presence constraints with the meetings of permanent companions added."""
         whose = {agent for agent, _ in come.goals}
         pairs = [pair for pair in self.company.meetings if len(pair.agents) == 2 and not whose.isdisjoint(pair.agents)]
         return replace(come, meetings=tuple(dict.fromkeys((*come.meetings, *pairs)))) if pairs else come
 
     def _escorts(self, options: Iterable[Option]) -> Iterator[Escort]:
-        """Escorts at fixed steps, whose agents also move on."""
+        """Yield meetings at fixed steps whose agents continue to move meanwhile."""
         for hold in (*self.outline.holds, *(hold for option in options for hold in option.holds)):
             come = attendance(self.mission, (hold,)) if hold.timeless and not self._whole(hold) else NOBODY
             for meeting in come.meetings if come.moves_on else ():
@@ -336,7 +340,7 @@ class Scheduler(Timetable):
     # ------------------------------------------------------------------ places
 
     def _kept(self, geodesics: Geodesics) -> list[list[Node]]:
-        """Permanent conditions on each agent's place."""
+        """Conditions on each agent's position that apply at all times."""
         kept: list[list[Node]] = [[] for _ in self.mission.agents]
         for agent, nodes in self.company.goals:
             kept[agent].extend(nodes)
@@ -354,7 +358,7 @@ class Scheduler(Timetable):
         return hold.timeless and hold.low == 0 and hold.high >= whole * self.mission.steps
 
     def _passing(self, holds: Iterable[Hold]) -> Iterator[Hold]:
-        """Conditions at fixed steps, not permanent, that require an agent to move."""
+        """Yield conditions at fixed steps, not all steps, that require an agent to move."""
         for hold in holds:
             if hold.timeless and not self._whole(hold):
                 come = attendance(self.mission, (hold,))
@@ -365,7 +369,7 @@ class Scheduler(Timetable):
                     yield hold
 
     def _scheduled(self, task: Task) -> bool:
-        """Return whether events are decided here; not for a recurrence without places."""
+        """Return true if the scheduler decides the task's events; false for a recurrence without goal regions."""
         events = [event for option in task.options for event in option.all_events]
         if not any(event.again for event in events):
             return True
@@ -379,7 +383,7 @@ class Scheduler(Timetable):
         return np.array(place.point) if place.region is None else self.places.centre(place.region)
 
     def _regions(self, holds: tuple[Hold, ...]) -> dict[int, Region]:
-        """Regions of agents in holds about places."""
+        """Region of each agent in holds about positions."""
         regions: dict[int, Region] = {}
         for hold in holds:
             place = self.places.of(hold.node)

@@ -1,4 +1,4 @@
-"""Sketch: initial joint trajectory through key frames, teams together, along geodesics around static obstacles."""
+"""Initial joint trajectory through joint waypoints: teams move together, along geodesics around static obstacles."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def sketch(
     detour: float,
     toured: Mapping[int, Array] = NO_TOURS,
 ) -> Array:
-    """Positions at the steps, (agents, steps + 1, dim), metres.
+    """Initial joint trajectory: positions at the steps, (agents, steps + 1, dim), metres.
 
     Args:
         detour: probability of a path other than the shortest for a team.
@@ -53,7 +53,7 @@ def sketch(
 
 
 class _Teams:
-    """Sketches of teams between two key frames; ``figures``: geodesics of earlier teams."""
+    """Initial trajectories of teams between two joint waypoints; ``figures``: geodesics of earlier teams."""
 
     def __init__(self, mission: Mission, geodesics: Geodesics, generator: np.random.Generator) -> None:
         self.mission, self.geodesics, self.generator = mission, geodesics, generator
@@ -61,10 +61,8 @@ class _Teams:
         self.figures: list[Geodesics] = []
 
     def by_routes(self, team: list[int], earlier: KeyFrame, later: KeyFrame, other_way: bool) -> Array:
-        """Motion along given routes unless it meets moving obstacles: (agents, steps, dim), metres.
-
-        Shape: (agents, steps, dim).
-        """
+        """Trajectory of a team along given routes, unless it collides with moving obstacles: (agents, steps, dim),
+        metres."""
         share = _share(earlier, later)
         routed = {
             number: at_shares(
@@ -88,7 +86,8 @@ class _Teams:
         return beside if met_beside <= met else made
 
     def together(self, team: list[int], earlier: KeyFrame, later: KeyFrame, other_way: bool) -> Array:
-        """Motion of a team's middle around obstacles with constant offsets: (agents, steps, dim), metres."""
+        """Trajectory of a team whose centre avoids obstacles while its members keep their offsets: (agents, steps,
+        dim), metres."""
         bend_cost = 0.02  # cost of a metre of detour, in metres within an obstacle
         settings = clot_settings(self.mission).guess
         mission, geodesics, share = self.mission, self.geodesics, _share(earlier, later)
@@ -127,12 +126,12 @@ class _Teams:
         return bent
 
     def of_figure(self, figure: Array) -> Geodesics:
-        """Geodesics on which no member meets a static obstacle if all keep their offsets.
+        """Geodesics on which no member touches a static obstacle if all keep their offsets.
 
-        They may be those of an earlier figure if the grid does not show the difference.
+        Geodesics of an earlier formation are reused if the grid does not resolve the difference.
 
         Args:
-            figure: offsets of its members from its middle, (members, dim), metres.
+            figure: offsets of the members from the team's centre, (members, dim), metres.
         """
         for each in self.figures:
             near = each.figure.shape == figure.shape
@@ -142,7 +141,8 @@ class _Teams:
         return self.figures[-1]
 
     def meeting(self, team: list[int], earlier: KeyFrame, later: KeyFrame, moved: Array) -> float:
-        """Penetration of a team's motion, (agents, steps, dim), into moving obstacles and out of the world, metres."""
+        """Total penetration of a team's trajectory, (agents, steps, dim), into moving obstacles and out of the world,
+        metres."""
         movers = Obstacles(self.mission, self.movers, _times(self.mission, earlier, later))
         return float(_blocked(movers, moved[None], self.radius(team))[0])
 
@@ -152,20 +152,22 @@ class _Teams:
 
 
 def _share(earlier: KeyFrame, later: KeyFrame) -> Array:
-    """Share of the time between two key frames at each step after the first, (steps,), dimensionless."""
+    """Fraction of the time between two joint waypoints at each step after the first, (steps,), dimensionless."""
     span = later.step - earlier.step
     return np.arange(1, span + 1, dtype=np.float64) / span
 
 
 def _times(mission: Mission, earlier: KeyFrame, later: KeyFrame) -> Array:
-    """Times of the steps after one key frame up to the next, (steps,), seconds."""
+    """Times of the steps after one joint waypoint up to the next, (steps,), seconds."""
     return np.arange(earlier.step + 1, later.step + 1, dtype=np.float64) * mission.step
 
 
 def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:
-    """Detours from a path and back, the first of them none: (steps, dim), metres, each.
+    """Detours from a path and back, the first of them zero: (steps, dim), metres, each.
 
-    Shares are (steps,).
+    Args:
+        share: (steps,), dimensionless.
+        length: path length, metres.
     """
     bends, least_bend = 24, 0.5  # detours tried, and their least size in metres
     shape = np.sin(np.pi * share)[:, None]
@@ -175,10 +177,8 @@ def _bends(share: Array, length: float, dimension: int, generator: np.random.Gen
 
 
 def _blocked(obstacles: Obstacles, position: Array, radius: float) -> Array:
-    """Penetration of motions, (motions, agents, steps, dim), into obstacles or out of the world.
-
-    Shape: (motions,), metres.
-    """
+    """Total penetration of trajectories into obstacles or out of the world: (motions, agents, steps, dim), metres ->
+    (motions,), metres."""
     room = 0.05  # metres beyond a body's need
     world = Box(obstacles.mission.world.low, obstacles.mission.world.high)
     total: Array = np.maximum(signed_distance(np, world, position), 0.0).sum(axis=(1, 2))
@@ -191,7 +191,7 @@ def _blocked(obstacles: Obstacles, position: Array, radius: float) -> Array:
 
 
 def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[list[int]]:
-    """Agents tied by a formation or a connected graph between two steps."""
+    """Groups of agents coupled by a formation or a connected graph between two steps."""
     pairs: list[tuple[int, int]] = []
     for hold in schedule.holds:
         node = hold.node

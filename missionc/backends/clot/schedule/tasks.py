@@ -1,14 +1,14 @@
-"""Tasks: open choices of a mission from its cost graph, as holds, events and options.
+"""Tasks: open choices of a mission's cost graph, as holds, events and options.
 
     in   Kernel, as a cost graph
     out  Outline
 
-A condition at fixed steps is a ``Hold``. A condition at some step of a window is an ``Event``, and a recurrent one is a
-chain of them. If one of several conditions suffices, a ``Task`` has several ``Option``s. A choice that is made at every
-step of a window stays one ``Hold`` and is left to the motion.
+A condition at fixed steps is a ``Hold``. A condition at some step of a window is an ``Event``, and a recurrent
+condition is a chain of events. If one of several conditions suffices, a ``Task`` has several ``Option``s. A choice that
+is made at every step of a window stays one ``Hold`` and is left to the trajectory.
 
 Source:
-    The branching of [clot]'s disjunctions and windows, decided before the motion instead of by it.
+    The branching of [clot]'s disjunctions and windows, decided before the trajectory instead of by it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from math import comb, prod
 import numpy as np
 
 from missionc.base.late_dataclass import Record
-from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, WindowNode
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Eventually, Kernel, Node, Not, WindowNode
 from missionc.ir.kernel.walk import bottom_up, children, window_of
 
 MOST_OPTIONS = 256
@@ -29,9 +29,9 @@ MOST_OPTIONS = 256
 
 
 class Hold(Record):
-    """``node`` holds for ``agent`` at every step from ``low`` to ``high``, counted from the event or from step 0.
+    """Condition ``node`` for ``agent`` at every step from ``low`` to ``high``, counted from the event or from step 0.
 
-    ``timeless`` if it has no temporal operator, so that one configuration decides it.
+    ``timeless`` is true if the condition has no temporal operator, so that one configuration decides it.
     """
 
     agent: int
@@ -42,7 +42,7 @@ class Hold(Record):
 
 
 class Decision(Record):
-    """A chosen part, by index, of a node at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
+    """Selected part, by index, of a node for an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
 
     node: Node
     agent: int
@@ -52,13 +52,16 @@ class Decision(Record):
 
 
 class Event(Record):
-    """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``.
+    """Conditions that must be satisfied from some step in the window ``low`` to ``high`` on.
 
-    ``before`` holds at each step up to it.
-
-    ``chooser`` at ``agent`` is the formula with this window, evaluated at ``step``, counted from the enclosing event
-    (or step 0); so is the window. ``not_before`` counts from step 0. ``again``: it is part of a recurrence, and the
-    motion decides which of them each step awaits.
+    Args:
+        chooser: formula with this window, for ``agent``, evaluated at ``step``. Step and window count from the
+            enclosing event, or from step 0.
+        holds: conditions from the event's step on.
+        before: conditions at each step up to the event.
+        then: events that follow.
+        not_before: earliest step, counted from step 0.
+        again: True if the event belongs to a recurrence; the trajectory then decides which event each step awaits.
     """
 
     chooser: Node
@@ -81,7 +84,7 @@ class Option(Record):
 
     @property
     def all_events(self) -> Iterator[Event]:
-        """Its events and their successors."""
+        """Yield the option's events and their successors."""
         left = list(self.events)
         while left:
             event = left.pop()
@@ -90,14 +93,14 @@ class Option(Record):
 
 
 class Task(Record):
-    """One of the options must hold."""
+    """Task that is satisfied by any one of its options."""
 
     name: str
     options: tuple[Option, ...]
 
 
 class Outline(Record):
-    """``holds``: unconditional conditions."""
+    """Outline of a mission: unconditional holds, and tasks with options."""
 
     holds: tuple[Hold, ...]
     tasks: tuple[Task, ...]
@@ -109,7 +112,7 @@ class Outline(Record):
 
     @property
     def fixed(self) -> list[Hold]:
-        """Conditions at fixed steps, unconditional or of some option."""
+        """Holds at fixed steps: unconditional holds, and the holds of all options."""
         return [*self.holds, *(hold for option in self.options for hold in option.holds)]
 
     @property
@@ -161,7 +164,7 @@ def _implies(one: Option, other: Option) -> bool:
 
 
 def conjuncts(agent: int, node: Node) -> Iterator[tuple[int, Node]]:
-    """Formulas that must all hold for one to hold at an agent, with their agents."""
+    """Yield the formulas, with their agents, whose conjunction is a formula for an agent."""
     stack = [(agent, node)]
     while stack:
         agent, node = stack.pop()
@@ -180,7 +183,7 @@ class _Reader:
         self.timeless = bottom_up(roots, lambda node, below: window_of(node) is None and all(below))
 
     def options(self, node: Node, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
-        """Options for a formula to hold at an agent at all steps from ``low`` to ``high``."""
+        """Options that satisfy a formula for an agent at all steps from ``low`` to ``high``."""
         match node:
             case All(parts):
                 return self._together([self.options(part, agent, low, high, branch) for part in parts])
@@ -195,6 +198,8 @@ class _Reader:
                 return _some_of(options)
             case AtLeast(count, parts) if low == high and not self.timeless[node]:
                 return self._some(parts, count, agent, low)
+            case Any(parts) if (absorbing := _absorbing(parts)) is not None:
+                return self.options(absorbing, agent, low, high, branch)
             case _ if (node.every or low == high) and (window := window_of(node)):
                 return self._over_window(node, window, agent, low, high, branch)
             case WindowNode() if not branch:
@@ -216,10 +221,10 @@ class _Reader:
         return (*options, *self._freed(node, window, agent, low)) if hold and low == high else options
 
     def _again(self, node: WindowNode, agent: int, low: int, high: int) -> tuple[Option, ...]:
-        """Chain of events for a condition awaited at every step from ``low`` to ``high``.
+        """Options with a chain of events for a condition that is awaited at every step from ``low`` to ``high``.
 
-        The first event is in the first window, the last in the last one, and consecutive events are at most a window's
-        width plus one step apart. All are equal; the choice of agents may be open.
+        The first event is in the first window, the last in the last window, and consecutive events are at most a
+        window's width plus one step apart. All events are equal; the choice of agents may be open.
         """
         most_again = 40  # maximum number of events of a recurrence; others are left to the polish
         hold = self._hold(node, agent, low, high)
@@ -253,7 +258,8 @@ class _Reader:
         return Hold(agent, node, low, high, self.timeless[node])
 
     def _freed(self, node: Node, window: tuple[int, int | None], agent: int, step: int) -> tuple[Option, ...]:
-        """``hold`` at some step before the window's last, and ``end`` from the window's first step up to it."""
+        """Options of ``release``: ``hold`` at some step before the window's last, and ``end`` from the window's first
+        step up to that step."""
         (hold, end), (first, last) = children(node), window
         before = self._hold(end, agent, step + first, step + first)
         here = self._hold(end, agent, 0, 0)
@@ -282,7 +288,7 @@ class _Reader:
         return Option(events=(event,))
 
     def _together(self, each: list[tuple[Option, ...]]) -> tuple[Option, ...]:
-        """Combinations of one option of each, up to a limit."""
+        """Combinations of one option from each list, up to a limit."""
         return tuple(
             Option(
                 tuple(hold for option in chosen for hold in option.holds),
@@ -293,14 +299,34 @@ class _Reader:
         )
 
     def _some(self, parts: tuple[Node, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
-        """Choices of ``count`` parts up to a limit; the motion shows which, so none is recorded."""
+        """Options that satisfy ``count`` of the parts, up to a limit; the trajectory shows which parts, so no choice is
+        recorded."""
         each = [self.options(part, agent, step, step, False) for part in parts]
         by_choice = [self._together([each[number] for number in chosen]) for chosen in _choices(len(parts), count)]
         return _some_of([option for options in by_choice for option in options])
 
 
+def _absorbing(parts: tuple[Node, ...]) -> Node | None:
+    """Part of ``p or eventually[0, d] p`` that the other implies; None for other disjunctions."""
+    windows = (part for part in parts if isinstance(part, Eventually) and part.low == 0)
+    return next((part for part in windows if all(each is part or _same(each, part.body) for each in parts)), None)
+
+
+def _same(one: Node, other: Node) -> bool:
+    """Return whether two formulas without temporal operators are written alike."""
+    match one, other:
+        case Atom(predicate), Atom(same):
+            return predicate == same
+        case Not(), Not():
+            return _same(one.body, other.body)
+        case (All(parts), All(others)) | (Any(parts), Any(others)):
+            return len(parts) == len(others) and all(map(_same, parts, others))
+        case _:
+            return one is other
+
+
 def _ways(each: list[tuple[Option, ...]]) -> Iterable[tuple[Option, ...]]:
-    """Combinations with one element of each, up to a limit: the first, and others drawn evenly."""
+    """Combinations of one element from each list, up to a limit: the first combination, and others drawn uniformly."""
     if prod(len(options) for options in each) <= MOST_OPTIONS:
         return product(*each)
     generator = np.random.default_rng(0)
@@ -310,7 +336,7 @@ def _ways(each: list[tuple[Option, ...]]) -> Iterable[tuple[Option, ...]]:
 
 
 def _choices(parts: int, count: int) -> Iterable[tuple[int, ...]]:
-    """Choices of ``count`` parts, up to a limit: the first, and others drawn evenly."""
+    """Subsets of ``count`` parts, up to a limit: the first subset, and others drawn uniformly."""
     if comb(parts, count) <= MOST_OPTIONS:
         return combinations(range(parts), count)
     generator = np.random.default_rng(0)
@@ -319,7 +345,7 @@ def _choices(parts: int, count: int) -> Iterable[tuple[int, ...]]:
 
 
 def _some_of(options: list[Option]) -> tuple[Option, ...]:
-    """All options, or a limited number, evenly from the first to the last."""
+    """All options, or if there are too many, a limited number spread evenly from the first to the last."""
     if len(options) <= MOST_OPTIONS:
         return tuple(options)
     return tuple(options[number] for number in np.linspace(0, len(options) - 1, MOST_OPTIONS).astype(np.int64))

@@ -34,10 +34,10 @@ from missionc.ir.kernel.nodes import Node
 
 
 class PerturbedDistances(Record):
-    """Perturbed distances and delays for one schedule; the true ones if ``noise`` is 0.
+    """Random perturbations of distances and delays for one schedule; none if ``noise`` is 0.
 
-    ``stretch`` is the factor of the path length to each event; ``delay`` is the share of the available time by which an
-    event without a region is delayed.
+    ``stretch`` is the factor on the path length to each event; ``delay`` is the fraction of the available time by which
+    an event without a region is delayed.
     """
 
     noise: float
@@ -52,7 +52,7 @@ class PerturbedDistances(Record):
         return self.stretch[key] if self.noise else 1.0
 
     def put_off(self, event: Event) -> float:
-        """Delay from 0, the earliest (in one of three cases), to 1, the latest."""
+        """Delay of an event as a fraction of the available time: 0 without noise, otherwise random in [0, 1]."""
         key = event.chooser, event.agent, event.step
         if self.noise and key not in self.delay:
             self.delay[key] = max(0.0, float(self.generator.uniform(-0.5, 1.0)))
@@ -64,21 +64,21 @@ ABOUT = np.pi
 
 
 def pause(dynamics: Dynamics) -> float:
-    """Seconds to stop and accelerate between two paths, or to turn in place."""
+    """Time to stop and accelerate between two paths, or to turn in place, seconds."""
     turning = ABOUT / dynamics.top_turn if can_wait(dynamics) else 0.0
     return dynamics.top_speed / dynamics.top_acceleration + turning
 
 
 ROUNDING = 1e-6
-"""Share of a step that a time may exceed a whole number of steps."""
+"""Fraction of a step by which a time may exceed a whole number of steps because of rounding."""
 
 LATE = 1e3
-"""Cost of a second of delay against a second on the path."""
+"""Cost of a second of delay relative to a second of travel."""
 
 
 @dataclass(slots=True)
 class _Draft:
-    """An order of visits with the option of each task; ``work``: visits examined for it."""
+    """Order of visits with the selected option of each task; ``work`` is the number of visits examined for it."""
 
     order: list[Visit]
     options: dict[int, Option] = field(default_factory=dict)
@@ -122,7 +122,7 @@ class Timetable:
     closures: list[tuple[Closure, ...]]
 
     def _run(self, visits: list[Visit], perturbed: PerturbedDistances, fixed: list[TimedLiterals]) -> VisitRun:
-        """Each visit of an order at its earliest time."""
+        """Times of the visits of an order, each as early as possible."""
         step = self.mission.step
         where, free = self.starts.copy(), np.zeros(len(self.starts))
         since = [-1] * len(self.starts)
@@ -246,7 +246,7 @@ class Timetable:
         return replace(place, point=there), path.arrival + float(self.stopping[agent])
 
     def _moving_on(self, visit: Visit, places: list[Place], later: Sequence[Visit]) -> list[Place]:
-        """Places of a visit, with the final ones of meeting agents that cannot wait."""
+        """Positions of a visit, with final positions for agents that meet and cannot wait."""
         if not visit.come.moves_on or not 0 < visit.lasts < self.mission.steps:
             return places
         who = [place.agent for place in places]
@@ -258,7 +258,7 @@ class Timetable:
         return [replace(place, leaves=there) for place, there in zip(places, leaves, strict=True)]
 
     def _awaited(self, visit: Visit, later: Sequence[Visit], where: Array, free: Array, begin: float) -> float:
-        """Time of an event without a place such that agents reach the following one in time, seconds."""
+        """Time of an event without a goal region such that agents reach the following event in time, seconds."""
         soonest = begin
         for each in later:
             if each.after == visit.key and not each.shapes:
@@ -270,9 +270,9 @@ class Timetable:
     def _released(
         self, visit: Visit, begin: float, latest: float, sure: list[TimedLiterals], takes: dict[int, float]
     ) -> float:
-        """Earliest time of the agents that a formation must release first, seconds.
+        """Earliest time of agents that a formation must release first, seconds.
 
-        A single agent waits for that if there is time; for a formation that the visit excludes, all agents wait.
+        A single agent waits for the release if there is time; for a formation that the visit excludes, all agents wait.
 
         Args:
             latest: deadline of arrival, seconds.
@@ -287,14 +287,14 @@ class Timetable:
         return begin
 
     def _in_formation(self, sure: Iterable[TimedLiterals]) -> Iterator[tuple[float, float, Predicate]]:
-        """Certain formations, with begin and end times, seconds."""
+        """Yield the formations that are certain, with begin and end times, seconds."""
         for each in sure if self.formations else ():
             for who, what, holds in each.literals:
                 if who == TEAM and holds and what.formation is not None:
                     yield each.low, each.high, what
 
     def _carried(self, kept: Iterable[Predicate], places: list[Place], where: Array) -> Iterator[tuple[int, Array]]:
-        """Agents moved only by a formation, with their displacement, (dim,), metres."""
+        """Yield the agents moved only by a formation, with their displacement, (dim,), metres."""
         going = {place.agent: place.point - where[place.agent] for place in places}
         for shape in kept:
             led = [shift for agent, shift in going.items() if agent in shape.others]
@@ -309,9 +309,11 @@ class Timetable:
     def _ways(
         self, come: PresenceConstraints, where: Array, free: Array, begin: float, later: Sequence[Visit]
     ) -> Iterator[tuple[Place, float]]:
-        """Places of agents for a visit, with path lengths, metres; positions are (agents, dim).
+        """Yield the target positions of agents for a visit, with path lengths, metres.
 
         Args:
+            where: positions, (agents, dim), metres.
+            free: time at which each agent is free, (agents,), seconds.
             begin: earliest time, seconds.
             later: following visits.
         """
@@ -333,7 +335,7 @@ class Timetable:
                 yield Place(agent, there, goal, sure), length
 
     def _onward(self, agent: int, later: Sequence[Visit]) -> GoalSet | None:
-        """Next goal of an agent, if its next visit has a separate place."""
+        """Next goal of an agent, if its next visit has a goal for this agent; None otherwise."""
         for visit in later:
             if agent in visit.agents:
                 own = dict(visit.come.goals)
@@ -348,9 +350,11 @@ class Timetable:
         where: Array,
         free: Array,
     ) -> dict[int, tuple[Node, ...]]:
-        """``count`` goals with the earliest arrival of agents without another goal.
+        """The ``count`` goals with the earliest arrivals, among agents without another goal; formulas by agent.
 
-        Positions (agents, dim), metres.
+        Args:
+            where: positions, (agents, dim), metres.
+            free: time at which each agent is free, (agents,), seconds.
         """
         soonest: list[tuple[bool, float, int, tuple[Node, ...]]] = []
         for agent, nodes in goals:
@@ -362,7 +366,7 @@ class Timetable:
         return {agent: nodes for *_, agent, nodes in chosen}
 
     def _travel(self, agent: int, length: float) -> float:
-        """Seconds of a path from rest to rest."""
+        """Travel time of a path from rest to rest, seconds."""
         seconds = length / float(self.pace[agent])
         return seconds + min(float(self.stopping[agent]), seconds)
 
@@ -372,7 +376,8 @@ class Timetable:
         return max(seconds, length / least) if least > 0 else math.inf
 
     def _at_steps(self, visits: list[Visit], run: VisitRun, slower: float) -> tuple[Appointment, ...]:
-        """Visits at their earliest times, delayed by a factor; untied ones halfway to the latest."""
+        """Appointments of the visits: earliest times multiplied by ``slower``; uncoupled visits are delayed within
+        their slack."""
         step = self.mission.step
         unhurried = run.times if slower <= 1 else self._unhurried(visits, run, slower)
         appointments: list[Appointment] = []
@@ -398,14 +403,14 @@ class Timetable:
         return tuple(appointments)
 
     def _is_loose(self, visit: Visit) -> bool:
-        """Return whether no agent of the visit is tied, or in a formation up to it."""
+        """Return true if no agent of the visit is coupled to others, or in a formation up to the visit."""
         return not self.tied or (bool(visit.agents) and self.tied.isdisjoint(visit.agents) and not visit.kept)
 
     def _unhurried(self, visits: list[Visit], run: VisitRun, slower: float) -> list[float]:
         """Times of visits between the earliest and the latest that windows, paths and the horizon allow, seconds.
 
-        Any mean of two solutions of a simple temporal network is a solution. Visits with tied agents are delayed by the
-        factor ``slower``.
+        Any mean of two solutions of a simple temporal network is a solution. Visits with coupled agents are delayed by
+        the factor ``slower``.
         """
         soonest = [
             time if self._is_loose(visit) else time * slower for visit, time in zip(visits, run.times, strict=True)
@@ -450,7 +455,7 @@ class Timetable:
         return any(self.closures[agent] for agent in visit.agents)
 
     def _denied(self, appointments: tuple[Appointment, ...], fixed: list[TimedLiterals]) -> bool:
-        """Return whether appointments or fixed times exclude each other."""
+        """Return true if appointments or conditions at fixed times exclude each other."""
         step, sure = self.mission.step, list(fixed)
         at = {each.visit.key: each.step for each in appointments}
         for each in appointments:
@@ -468,11 +473,11 @@ class Timetable:
         return False
 
     def _latest(self, visit: Visit) -> int:
-        """Last step from which its duration fits."""
+        """Last step from which the visit's duration fits into the mission."""
         return self.mission.steps - (visit.lasts if visit.lasts < self.mission.steps else 0)
 
     def _gathered(self, shapes: tuple[Predicate, ...], where: Array) -> Array:
-        """Places of agents, (agents, dim), metres, in their shapes."""
+        """Positions of agents, (agents, dim), metres, in their formations and graphs."""
         key = shapes, where.tobytes()
         if key not in self.shaped:
             self.shaped[key] = gather_team(shapes, where)

@@ -1,11 +1,11 @@
-"""Tours: first joint motion of untied agents, each from one of its places to the next.
+"""Tours: initial joint trajectory of uncoupled agents, each from one of its goals to the next.
 
     in   Schedule
-    out  positions of all agents at every step, and key frames from them
+    out  positions of all agents at every step, and joint waypoints from them
 
-Paths go around static obstacles at constant speed between two places. Agents with momentum move from rest to rest if
-time allows, and speed limits are respected. Agents at the same place at the same time stand beside each other. An agent
-without places that must always stay near another one goes along with it.
+Paths avoid static obstacles, with constant speed between two goals. Agents with momentum move from rest to rest if time
+allows, and speed limits are satisfied. Agents with the same goal at the same time are placed beside each other. An
+agent without goals that must always stay near another agent accompanies it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Stop(Record, eq=False):
 
 
 class Along(Record, eq=False):
-    """Path beside another agent's, (steps, dim), metres, from a step on."""
+    """Path of an agent beside another agent's path, (steps, dim), metres, from step ``begin`` on."""
 
     begin: int
     points: Array
@@ -58,7 +58,7 @@ class Along(Record, eq=False):
 def tours(
     mission: Mission, schedule: Schedule, goals: GoalSets, geodesics: Geodesics, generator: np.random.Generator
 ) -> tuple[tuple[KeyFrame, ...], Array]:
-    """Key frames of the tours, and positions of all agents, (agents, steps + 1, dim), metres."""
+    """Joint waypoints of the tours, and positions of all agents, (agents, steps + 1, dim), metres."""
     stops, near = _stops(mission, schedule, goals), clot_settings(mission).schedule.meeting
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
     timed = TimedPaths(goals)
@@ -82,7 +82,7 @@ def tours(
 
 
 def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[Stop]]:
-    """Stays of each agent in the order of time, from its start to its last place."""
+    """Stays of each agent sorted by time, from its start to its last goal."""
     wanted: list[list[tuple[Stop, GoalSet | None]]] = []
     for each in mission.agents:
         if each.start.point is not None:
@@ -123,7 +123,10 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
 
 
 def _shaken(mission: Mission, position: Array, generator: np.random.Generator) -> None:
-    """Perturb whole tours, (agents, steps + 1, dim), metres, since coinciding ones have no direction of avoidance."""
+    """Shift each agent's tour in ``position``, (agents, steps + 1, dim), metres, at random, in place.
+
+    Coinciding tours would have no direction in which to avoid each other.
+    """
     shaken = 0.1  # share of a body and of the separation by which a tour is moved
     for agent in mission.agents:
         aside = generator.uniform(-1, 1, mission.dimension) * shaken * (agent.radius + mission.separation)
@@ -133,7 +136,7 @@ def _shaken(mission: Mission, position: Array, generator: np.random.Generator) -
 
 
 def _goal(goals: GoalSets, agent: Agent, end: InitialSet) -> GoalSet:
-    """Goal of an agent that starts, or finishes, in a region."""
+    """Goal set of an agent that starts, or finishes, in a region."""
     assert end.region is not None
     goal = goals.of(agent.index, (Atom(Inside(end.region, False)),))
     assert goal is not None
@@ -141,7 +144,7 @@ def _goal(goals: GoalSets, agent: Agent, end: InitialSet) -> GoalSet:
 
 
 def _beside(agent: int, stop: Stop, goal: GoalSet, stops: list[list[Stop]], apart: Array) -> Stop:
-    """Stay moved to the nearest free place in its goal.
+    """Stay moved to the nearest position in its goal that is free of other agents.
 
     Args:
         apart: required distances of agents, (agents, agents), metres.
@@ -200,9 +203,9 @@ def _tour(
 def _at_the_refill(
     mission: Mission, agent: int, here: Stop, there: Stop, when: tuple[int, int], way: Array
 ) -> tuple[int, int]:
-    """First and last step of an agent's path.
+    """First and last step of an agent's path between two stays.
 
-    An agent that uses a resource while waiting waits at the refill.
+    An agent that consumes a resource while waiting waits at the refill region.
 
     Args:
         when: earliest departure step, and latest arrival step.
@@ -226,9 +229,12 @@ def _at_the_refill(
 
 
 def _followers(position: Array, escort: Escort, stops: list[list[Stop]], near: float) -> Iterator[tuple[int, int]]:
-    """Followers and leaders of an escort: idle agents that would get too far away.
+    """Yield pairs of follower and leader of an escort; followers are idle agents that would otherwise be too far from
+    the leader.
 
-    Positions in metres, (agents, steps, dim).
+    Args:
+        position: (agents, steps, dim), metres.
+        near: fraction of the allowed distance at which an agent counts as too far away.
     """
 
     def meanwhile(agent: int) -> int:

@@ -1,4 +1,4 @@
-"""Visits of a schedule, their steps and places, and key frames: the data types of scheduling."""
+"""Data types of scheduling: visits, their steps and positions, and joint waypoints."""
 
 from __future__ import annotations
 
@@ -20,15 +20,22 @@ from missionc.ir import Predicate, Region
 from missionc.ir.kernel.nodes import Node
 
 Key = tuple[int, int]
-"""A visit: the index of its task, -1 for none, and its index within it."""
+"""Identifier of a visit: the index of its task, -1 for none, and its index within the task."""
 
 
 class Visit(Record):
-    """An event, its agents' regions, and the visit that it follows (``then``).
+    """Visit of a schedule: an event, its agents' regions, and the visit that it follows.
 
-    ``shapes`` are the required formations and graphs, ``kept`` the formations up to it. ``says`` has its exclusive
-    literals, in seconds from the event; ``before`` likewise up to it, from the enclosing event. ``fixed``: it
-    represents a condition at fixed steps, and decides nothing.
+    Args:
+        come: presence constraints of the event.
+        regions: regions of agents at the event.
+        shapes: required formations and graphs.
+        lasts: duration, steps.
+        after: visit from which its window counts; None for step 0.
+        kept: formations up to the visit.
+        says: literals that others may exclude, in seconds from the event.
+        before: such literals up to the event, in seconds from the enclosing event.
+        fixed: True if the visit represents a condition at fixed steps, without a choice.
     """
 
     key: Key
@@ -45,15 +52,17 @@ class Visit(Record):
 
     @property
     def agents(self) -> set[int]:
-        """Agents that must move for it."""
+        """Agents that must move for the visit."""
         return self.come.agents | {agent for shape in self.shapes for agent in shape.others}
 
 
 class Place(Record, eq=False):
-    """Target of an agent, (dim,), metres.
+    """Target position of an agent, (dim,), metres.
 
-    ``goal``: alternative targets, if known. ``sure``: a path is known. ``leaves``: position at the end of the visit,
-    (dim,), metres; None if it stays.
+    Args:
+        goal: goal set with alternative targets, if known.
+        sure: True if a path to the target is known.
+        leaves: position at the end of the visit, (dim,), metres; None if the agent stays.
     """
 
     agent: int
@@ -64,7 +73,7 @@ class Place(Record, eq=False):
 
 
 class Appointment(Record, eq=False):
-    """A visit at a step of the mission; ``places``: its agents' targets."""
+    """Visit at a step of the mission; ``places`` are its agents' target positions."""
 
     visit: Visit
     step: int
@@ -72,7 +81,7 @@ class Appointment(Record, eq=False):
 
 
 class Escort(Record):
-    """A meeting from one step to another, both included, while its agents move."""
+    """Meeting of agents that move meanwhile, from one step to another, both included."""
 
     meeting: Meeting
     low: int
@@ -80,9 +89,10 @@ class Escort(Record):
 
 
 class Schedule(Record):
-    """Complete decision: conditions with their steps, and the choices for the cost graph.
+    """Complete schedule: conditions with their steps, and the choices for the cost graph.
 
-    ``late`` is its estimated delay, seconds; ``company``: permanent companions; ``escorts``: temporary ones.
+    ``late`` is the estimated delay of the schedule, seconds. ``company`` are permanent, ``escorts`` temporary
+    companions of agents.
     """
 
     appointments: tuple[Appointment, ...]
@@ -95,9 +105,9 @@ class Schedule(Record):
 
 
 class Leg(NamedTuple):
-    """Path of an agent to a visit: from visit ``before`` (-1 for the start), with its duration.
+    """Path of an agent to a visit: from visit ``begin`` (-1 for the start), with its durations.
 
-    ``seconds`` at an agent's usual speed, ``least`` at top speed, ``most`` at its least speed.
+    Durations, seconds: ``seconds`` at the agent's usual speed, ``least`` at top speed, ``most`` at its least speed.
     """
 
     begin: int
@@ -108,7 +118,7 @@ class Leg(NamedTuple):
 
 @dataclass(slots=True)
 class VisitRun:
-    """Times of an order of visits, each the earliest; ``legs``: for each visit, its agents."""
+    """Earliest times of the visits of an order, with ``legs``: the paths of the agents to each visit."""
 
     cost: float = 0.0
     late: float = 0.0
@@ -122,7 +132,7 @@ class VisitRun:
 def schedule_of(
     outline: Outline, appointments: tuple[Appointment, ...], options: list[Option], late: float, steps: int
 ) -> Schedule:
-    """Conditions and decisions counted from step 0, and all choices by formula, agent and step."""
+    """Schedule with conditions and choices counted from step 0, and all choices by formula, agent and step."""
     holds = [*outline.holds, *(hold for option in options for hold in option.holds)]
     decisions = [decision for option in options for decision in option.decisions]
     choices: dict[tuple[Node, int, int], int] = {}
@@ -153,18 +163,19 @@ def schedule_of(
 
 
 Routes: TypeAlias = dict[int, Array]
-"""Routes of agents, (corners, dim) in metres, from the previous key frame, if decided."""
+"""Routes of agents, (corners, dim), metres, from the previous joint waypoint, if decided."""
 
 NO_TOURS: Mapping[int, Array] = MappingProxyType({})
-"""No agent on a tour of its own."""
+"""Empty mapping: no agent is on a separate tour."""
 
 
 class KeyFrame(Record, eq=False):
-    """Configuration of all agents at a step.
+    """Joint waypoint: configuration of all agents at a step.
 
     Args:
         position: (agents, dim), metres.
-        shortfall: violation of the worst margin at this step, metres; at most 0 if all hold.
+        shortfall: shortfall of the worst margin at this step, metres; at most 0 if all conditions are satisfied.
+        worst: name of the condition with the worst margin.
     """
 
     step: int

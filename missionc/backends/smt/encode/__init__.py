@@ -1,1 +1,1 @@
-"""The SAT encoding: motion along time-expanded roadmaps and kernel formulas as flat clauses."""
+"""SAT encoding: motion along time-expanded roadmaps, and kernel formulas, as clauses."""

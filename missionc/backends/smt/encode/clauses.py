@@ -1,10 +1,10 @@
-"""Clause list: one flat conjunctive normal form that every solver reads.
+"""Clause list: a conjunctive normal form that every solver reads.
 
 Literals are integers as in DIMACS: a variable, or its negative. Variable 1 is true, so that a constant is an ordinary
 literal; all methods fold constants. Clauses are built from arrays, never one by one.
 
-A literal for a formula is defined in one direction: if it is true, the formula holds. This suffices for positive uses,
-as in ``lower``, and halves the clauses.
+A literal for a formula is defined in one direction: if the literal is true, the formula is true. This suffices for
+positive occurrences, as in ``lower``, and halves the number of clauses.
 
 Source:
     Plaisted and Greenbaum, "A structure-preserving clause form translation", 1986.
@@ -22,13 +22,13 @@ Literals = NDArray[np.int32]
 TRUE, FALSE = 1, -1
 
 NOTHING = 0
-"""Padding in a matrix of literals for shorter rows."""
+"""Padding of shorter rows in a matrix of literals."""
 
 _END = np.iinfo(np.int32).min
 
 
 class TooLarge(Exception):
-    """The next clauses would exceed the limit."""
+    """Exception: the next clauses would exceed the limit on their number."""
 
     def __init__(self, clauses: int, made: int) -> None:
         super().__init__(f"at least {clauses} clauses")
@@ -36,7 +36,7 @@ class TooLarge(Exception):
 
 
 class Clauses:
-    """Clauses so far, in the order of addition, each ended by a 0."""
+    """Clauses in the order of addition, each terminated by 0."""
 
     def __init__(self, limit: int) -> None:
         self.variables = 1
@@ -48,13 +48,13 @@ class Clauses:
     # ------------------------------------------------------------- variables
 
     def fresh(self, count: int) -> Literals:
-        """Create ``count`` new variables, (count,)."""
+        """New variables, (count,)."""
         first = self.variables + 1
         self.variables += count
         return np.arange(first, first + count, dtype=np.int32)
 
     def reserve(self, count: int) -> None:
-        """Reserve room before building ``count`` more clauses.
+        """Check that ``count`` more clauses are within the limit, before they are built.
 
         Raises:
             TooLarge: the clauses would exceed the limit.
@@ -65,9 +65,10 @@ class Clauses:
     # --------------------------------------------------------------- clauses
 
     def add(self, *columns: Literals | int) -> None:
-        """Add one clause for each row of the columns, which broadcast.
+        """Add one clause for each row of the columns, which broadcast; a column may also be a matrix (rows, literals).
 
-        A column may itself be (rows, literals).
+        Raises:
+            TooLarge: the clauses would exceed the limit.
         """
         ended = _matrix((*columns, NOTHING))  # the last column is the clause's end
         true = ended == TRUE
@@ -84,7 +85,12 @@ class Clauses:
         self._append(ended.ravel(), len(matrix))
 
     def add_ragged(self, heads: Literals, bodies: Literals, sizes: Indices) -> None:
-        """Add one clause per head: its literals, (clauses, heads), and the next ``sizes`` of ``bodies``."""
+        """Add one clause per row of ``heads``, (clauses, heads): these literals, and the next ``sizes`` literals of
+        ``bodies``.
+
+        Raises:
+            TooLarge: the clauses would exceed the limit.
+        """
         count, width = heads.shape
         self.reserve(count)
         ends = np.cumsum(sizes + width + 1)
@@ -107,7 +113,11 @@ class Clauses:
         self._append(flat[kept], count - int(satisfied.sum()))
 
     def add_shifted(self, template: Clauses, offset: int) -> None:
-        """Add another list's clauses with variables shifted by ``offset``; the constant stays."""
+        """Add another list's clauses with their variables shifted by ``offset``; the constant variable is not shifted.
+
+        Raises:
+            TooLarge: the clauses would exceed the limit.
+        """
         self.reserve(template.count)
         for chunk in template._chunks[1:]:
             moved = np.where(np.abs(chunk) > 1, chunk + np.sign(chunk) * np.int32(offset), chunk)
@@ -146,11 +156,11 @@ class Clauses:
         return result
 
     def any_of_ragged(self, literals: Literals, sizes: Indices) -> Literals:
-        """For each group of ``sizes`` literals, a literal that implies some of them: (groups,)."""
+        """For each group of ``sizes`` consecutive literals, a literal that implies some of them: (groups,)."""
         return self._ragged(literals, sizes, TRUE)
 
     def all_of_ragged(self, literals: Literals, sizes: Indices) -> Literals:
-        """For each group of ``sizes`` literals, a literal that implies all of them: (groups,)."""
+        """For each group of ``sizes`` consecutive literals, a literal that implies all of them: (groups,)."""
         return self._ragged(literals, sizes, FALSE)
 
     def _ragged(self, literals: Literals, sizes: Indices, absorbing: int) -> Literals:
@@ -175,7 +185,7 @@ class Clauses:
         return result
 
     def either(self, first: Literals, second: Literals, third: Literals) -> Literals:
-        """For each row, a literal that implies ``first``, or both of the others: (rows,)."""
+        """For each row, a literal that implies ``first``, or both ``second`` and ``third``: (rows,)."""
         joint = np.where(second == TRUE, third, np.where((third == TRUE) | (second == third), second, NOTHING))
         idle = (second == FALSE) | (third == FALSE) | (second == first) | (third == first)
         joint = np.where(idle, FALSE, joint).astype(np.int32)
@@ -192,7 +202,7 @@ class Clauses:
         return result
 
     def at_least(self, count: int, matrix: Literals) -> Literals:
-        """For each row, a literal that implies at least ``count`` of the row's: (rows,).
+        """For each row, a literal that implies at least ``count`` literals of the row: (rows,).
 
         Source:
             Sinz, "Towards an optimal CNF encoding of Boolean cardinality constraints", 2005.
@@ -213,12 +223,12 @@ class Clauses:
     # --------------------------------------------------------------- reading
 
     def since(self, position: int) -> tuple[Literals, int]:
-        """Literals added since ``position``, at first 0, with a 0 after each clause; and the next position."""
+        """Literals added since ``position`` (at first 0), with a 0 after each clause; and the next position."""
         new = self._chunks[position:]
         return (np.concatenate(new) if new else np.zeros(0, dtype=np.int32)), len(self._chunks)
 
     def everything(self) -> Literals:
-        """All clauses, each ended by a 0."""
+        """Literals of all clauses, with a 0 after each clause."""
         return np.concatenate(self._chunks)
 
     def _append(self, flat: Literals, count: int) -> None:
@@ -228,7 +238,7 @@ class Clauses:
 
 
 def _matrix(columns: tuple[Literals | int, ...]) -> Literals:
-    """Columns, (rows,) or (rows, literals) or one number, side by side: (rows, literals)."""
+    """Columns, (rows,), (rows, literals) or one number each, side by side: (rows, literals)."""
     if len(columns) == 1 and isinstance(columns[0], np.ndarray) and columns[0].ndim == 2:
         return columns[0]
     rows = max((len(column) for column in columns if isinstance(column, np.ndarray)), default=1)

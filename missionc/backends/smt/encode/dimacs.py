@@ -1,4 +1,4 @@
-"""Text forms of the clauses: DIMACS for solvers and proof checkers, SMT-LIB for readers."""
+"""Text formats of clauses: DIMACS for solvers and proof checkers, SMT-LIB for readers."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from missionc.backends.smt.encode.clauses import Literals
 
 
 def dimacs(flat: Literals, variables: int, clauses: int) -> bytes:
-    """Write literals, with a 0 after each clause, as a DIMACS file."""
+    """DIMACS file of literals with a 0 after each clause."""
     return f"p cnf {variables} {clauses}\n".encode() + lines(flat, variables)
 
 
 def lines(flat: Literals, variables: int) -> bytes:
-    """Lines of a DIMACS file without its header, which Z3's program does not need.
+    """DIMACS file without its header, which Z3's program does not need.
 
-    Instead of a loop over literals, it gathers from a table with equal widths. The padding is then removed, since Z3 is
-    slow on every character.
+    Instead of a loop over literals, the text is gathered from a table with equal widths. The padding is then removed,
+    since Z3 is slow on every character.
     """
     return np.take(_written(variables), flat + variables, axis=0, mode="clip").tobytes().translate(None, _FILL)
 
@@ -26,7 +26,7 @@ _FILL = b"\0"
 
 
 def _written(variables: int) -> NDArray[np.uint64]:
-    """Text of every literal from ``-variables`` on, (literals, words of eight letters), integers."""
+    """Text of every literal from ``-variables`` on as a table, (literals, words of eight letters), integers."""
     digits = len(str(variables))
     width = -(-(digits + 2) // 8) * 8
     letters = np.zeros((2 * variables + 1, width), dtype=np.uint8)
@@ -43,7 +43,7 @@ def _written(variables: int) -> NDArray[np.uint64]:
 
 
 def smt2(flat: Literals, variables: int) -> str:
-    """The clauses in SMT-LIB; variable ``n`` is ``k!n``, Z3's name for it in a DIMACS file."""
+    """SMT-LIB text of the clauses; variable ``n`` is ``k!n``, Z3's name for it in a DIMACS file."""
     lines = ["(set-logic QF_FD)"]
     lines += [f"(declare-const k!{number} Bool)" for number in range(1, variables + 1)]
     for clause in np.split(flat, np.flatnonzero(flat == 0)[:-1] + 1):

@@ -1,4 +1,4 @@
-"""Links of a graph by kinds of agents, since the range depends on the agents at two places."""
+"""Links of a graph by kinds of agents, since the range depends on the two agents."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ KEPT = 256
 
 @lru_cache(maxsize=KEPT)
 def kinds_of(graph: Graph) -> tuple[Agents, ...]:
-    """Partition of the graph's agents by equal link ranges."""
+    """Partition of the graph's agents into kinds with equal link ranges."""
     return tuple(map(frozenset, kinds(graph)))
 
 
 def kind_of(graph: Graph, agent: int) -> Agents:
-    """The part that contains an agent of the graph."""
+    """Kind that contains an agent of the graph."""
     return next(kind for kind in kinds_of(graph) if agent in kind)
 
 
 @lru_cache(maxsize=KEPT)
 def links_from(graph: Graph, senders: Agents) -> tuple[tuple[Graph, Agents], ...]:
-    """Possible targets of links from a kind's agents: each kind of agents, with a graph of that range.
+    """Possible receivers of links from agents of a kind: each kind of agents, with a graph that has the range of the
+    pair.
 
-    Kinds out of range, and links of an agent to itself, are left out.
+    Kinds out of range, and links of an agent to itself, are omitted.
     """
     onward = []
     for receivers in kinds_of(graph):

@@ -3,8 +3,8 @@
     in   kernel, motion
     out  Lowered: for each goal, the literal that requires it
 
-A cell is an agent at a step. All cells of a node are lowered together, each once. Literals imply their formulas
-(``clauses``), which suffices because the kernel is in negation normal form.
+A cell is a pair of an agent and a step. All cells of a node are encoded together, each once. Literals imply their
+formulas (``clauses``), which suffices because the kernel is in negation normal form.
 
 Source:
     [strel] Symbolic Encoding of STREL Specifications.
@@ -50,9 +50,9 @@ from missionc.ir.kernel.nodes import (
 
 
 class Lowered(Record):
-    """Literals to assume, one for each goal in order; if true, the goal holds.
+    """Literals to assume, one for each goal in order; if the literal is true, the goal is satisfied.
 
-    ``infeasible``: some goal cannot hold for any motion. ``shortened``: some route has fewer links than the mission
+    ``infeasible``: some goal is satisfied by no motion. ``shortened``: some route has fewer links than the mission
     allows, so a plan is valid, but a refusal is no proof.
     """
 
@@ -64,15 +64,15 @@ class Lowered(Record):
 def lower(
     goals: Sequence[Goal], labels: Labels, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int
 ) -> Lowered:
-    """Add the goals, each under its own literal.
+    """Encode the goals, each implied by its own literal, and return these literals.
 
     Args:
         labels: labels of the motion's roadmaps.
         most_links: maximum number of links of routes; the number of agents covers all routes.
 
     Raises:
-        TooLarge: the clauses would pass their limit.
-        Unexpressible: a predicate is about too many agents at once.
+        TooLarge: the clauses would exceed their limit.
+        Unexpressible: a predicate depends on too many agents at once.
     """
     formulas = Formulas(labels, motion, clauses, occupancy, most_links)
     origin = np.zeros(1, dtype=np.int64)
@@ -85,10 +85,8 @@ def lower(
 
 
 class Formulas:
-    """Literals for formulas about agents.
-
-    Cells are an agent and a step each, (cells,) twice, literals (cells,).
-    """
+    """Literals for formulas about agents; a cell is a pair of agent and step, (cells,) each, and has one literal,
+    (cells,)."""
 
     def __init__(self, labels: Labels, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int) -> None:
         self.motion, self.clauses = motion, clauses
@@ -99,7 +97,7 @@ class Formulas:
         self._of_team: dict[Node, bool] = {}
 
     def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals:
-        """For each cell, a literal that implies the formula."""
+        """For each cell, a literal that implies the formula: (cells,)."""
         match node:
             case At(agent, body):
                 return self.holds(body, np.full_like(agents, agent), steps)
@@ -119,7 +117,7 @@ class Formulas:
         return table[agents, steps]
 
     def of_team(self, node: Node) -> bool:
-        """Return whether its truth is the same for every agent."""
+        """Return true if the truth of the node is the same for every agent."""
         if node not in self._of_team:
             self._of_team |= same_for_all((node,))
         return self._of_team[node]
@@ -155,7 +153,7 @@ class Formulas:
         return lambda rows: self.holds(node, agents[rows], steps[rows])
 
     def _together(self, parts: tuple[Node, ...], agents: Indices, steps: Indices) -> None:
-        """Lower a formula for all agents together if the parts evaluate it for one after the other."""
+        """Encode each formula that the parts evaluate for several agents, for all of those agents at once."""
         asked: dict[Node, list[int]] = defaultdict(list)
         for part in parts:
             if isinstance(part, At):
@@ -166,7 +164,8 @@ class Formulas:
                 self.holds(body, np.repeat(members, len(moments)), np.tile(moments, len(members)))
 
     def _reach(self, node: ReachNode | RouteNode, agents: Indices, steps: Indices) -> Literals:
-        """Literals of routes whose ends the places do not decide: the starting agents are named."""
+        """Literals of routes with ends that the states do not decide: the agents at which routes start are named;
+        (cells,)."""
         some = not node.every
         result = self.holds(node.end, agents, steps)
         rows = np.flatnonzero(np.isin(agents, node.graph.agents) & leads_on(node))
@@ -183,7 +182,7 @@ class Formulas:
         return result
 
     def _by_place(self, ask: Callable[..., Literals], agents: Indices, steps: Indices) -> Literals:
-        """For each cell, a literal that implies the condition on the agent's place."""
+        """For each cell, a literal that implies the condition ``ask`` on the agent's state: (cells,)."""
         result = np.full(len(agents), FALSE, dtype=np.int32)
         for agent in np.unique(agents).tolist():
             cells = np.flatnonzero(agents == agent)
@@ -197,7 +196,7 @@ class Formulas:
 
 @contextmanager
 def deep() -> Iterator[None]:
-    """Raise the recursion limit for deeply nested formulas."""
+    """Context with a higher recursion limit, for deeply nested formulas."""
     deep = 20_000  # stack frames; formulas nest some hundreds deep, with a few frames per level
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(max(before, deep))

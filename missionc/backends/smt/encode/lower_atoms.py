@@ -1,7 +1,7 @@
 """Encoding of predicates: literals over the possible states of an agent at a step.
 
-- State predicate: the agent is in a state where it holds (or in none where it fails).
-- Move predicate: the agent makes no move during which it fails.
+- State predicate: the agent is in a state in which the predicate is true (or in none in which it is false).
+- Move predicate: the agent makes no move during which the predicate is false.
 - Pair predicate: the two agents are in compatible states.
 """
 
@@ -16,11 +16,11 @@ from missionc.base.trace import Flags, Indices
 from missionc.ir import Flag, Flagged, Inside, Predicate
 
 FEW = 3
-"""Factor of literals up to which clauses for excluded states are used, since they propagate better than one clause."""
+"""Maximum ratio of excluded to allowed states for which clauses exclude states one by one: they propagate better."""
 
 
 class Atoms:
-    """Predicates as literals; cells are pairs of an agent and a step, (cells,) each."""
+    """Literals for predicates; a cell is a pair of agent and step, (cells,) each."""
 
     def __init__(self, labels: Labels, motion: Motion, clauses: Clauses) -> None:
         self.labels, self.motion, self.clauses = labels, motion, clauses
@@ -28,10 +28,11 @@ class Atoms:
         self._truths: dict[tuple[Predicate, tuple[int, ...]], Literals] = {}
 
     def holds(self, predicate: Predicate, truth: bool, agents: Indices, steps: Indices) -> Literals:
-        """Literals that imply the predicate in each cell; without ``truth``, its negation.
+        """Literals that imply the predicate in each cell, or without ``truth`` its negation: (cells,).
 
         Raises:
-            Unexpressible: it is about more than two agents, about a speed and another agent, or about a resource.
+            Unexpressible: the predicate depends on more than two agents, on a speed and another agent, or on a
+                resource.
         """
         parts = self.labels.parts(predicate)
         if parts != (predicate,):
@@ -86,7 +87,8 @@ class Atoms:
     def _either(
         self, predicate: Predicate, truth: bool, agents: tuple[int, ...], steps: Indices, found: Literals, both: Flags
     ) -> Literals:
-        """Choice if labels leave both open: the predicate holds for these agents at a step or fails, not both."""
+        """Literals of a predicate that labels leave undecided: for ``agents`` at a step, the predicate is true or
+        false, not both."""
         if not both.any():
             return found
         key = predicate, agents
@@ -119,14 +121,14 @@ class Atoms:
         return self._flags[key]
 
     def where(self, there: Literals, able: Flags, conditions: Literals) -> Literals:
-        """For each row, a literal that implies the condition on the agent's state.
+        """For each row, a literal that implies the condition on the agent's state: (rows,).
 
-        For an agent outside the problem, only conditions on all its possible states are known.
+        For an agent outside the problem, only conditions that are true in all its possible states are implied.
 
         Args:
-            there: (rows, states): literal that the agent is in the state.
-            able: likewise: True if it can be.
-            conditions: likewise: literal of the condition on the state.
+            there: literal that the agent is in the state, (rows, states).
+            able: True if the agent can be in the state, (rows, states).
+            conditions: literal of the condition on the state, (rows, states).
         """
         inside, outside = np.where(conditions == TRUE, there, FALSE), np.where(conditions == FALSE, there, FALSE)
         result = np.full(len(there), FALSE, dtype=np.int32)
@@ -144,13 +146,13 @@ class Atoms:
         return result
 
     def _in(self, fits: Flags, agent: int, steps: Indices) -> Literals:
-        """Literals that the agent is in one of these states, (states,), at each step."""
+        """Literals that the agent is in one of the flagged states, (states,), at each step: (cells,)."""
         there = self.motion.states[agent][steps]
         conditions = np.broadcast_to(np.where(fits, TRUE, FALSE), there.shape)
         return self.where(there, self.motion.ways[agent][steps], conditions)
 
     def _by_moves(self, fits: Flags, agent: int, steps: Indices) -> Literals:
-        """Literals that the agent makes one of these moves, (moves,), from each step."""
+        """Literals that the agent makes one of the flagged moves, (moves,), from each step: (cells,)."""
         roadmap, states = self.motion.roadmap(agent), self.motion.states[agent]
         source, target = roadmap.moves.T
         from_, to = states[steps][:, source], states[steps + 1][:, target]
@@ -165,7 +167,7 @@ class Atoms:
         return result
 
     def _pair(self, fits: Flags, first: int, second: int, steps: Indices) -> Literals:
-        """Literals that the two agents are in compatible states, (states, states)."""
+        """Literals that the two agents are in compatible states, (states, states), at each step: (cells,)."""
         result = np.full(len(steps), FALSE, dtype=np.int32)
         for cell, step in enumerate(steps.tolist()):
             one, other = self.motion.states[first][step], self.motion.states[second][step]

@@ -1,8 +1,8 @@
-"""Encoding of routes bounded in metres: bounded search over places and remaining length.
+"""Encoding of routes bounded in metres: bounded search over states and remaining length.
 
-Links between places have known lengths, in units into which the bound is divided. They are rounded up for *some* route
-and down for *every* route, so that results in units hold in metres too. A single link is never rounded past the bound:
-routes of at most one link are exact.
+Links between roadmap states have known lengths, in units into which the bound is divided. They are rounded up for
+*some* route and down for *every* route, so that results in units hold in metres too. A single link is never rounded
+past the bound: routes of at most one link are exact.
 """
 
 from __future__ import annotations
@@ -26,21 +26,22 @@ from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.language.margins.links import places_linked
 
 Way: TypeAlias = tuple[Graph, Agents]
-"""Links of one range, and their target agents."""
+"""Links of one range, and the agents that receive them."""
 
 UNITS = 12
 """Number of units of a bound: a route of n links loses at most n - 1 units."""
 
 ROUNDING = 1e-9
-"""Rounding error of summed lengths, as a share."""
+"""Relative rounding error of summed lengths."""
 
 
 class MeasuredLinks(Record, eq=False):
-    """For each place, the places linked to it within a bound, excluding itself.
+    """For each roadmap state, the other states linked to it within a bound.
 
     Args:
-        first: (places + 1,): index of each place's first link.
-        linked: (links,): places; ``units``, (links,): rounded length of each link.
+        first: index of each state's first link, (places + 1,).
+        linked: linked states, (links,).
+        units: rounded length of each link, (links,).
     """
 
     first: Indices
@@ -48,11 +49,11 @@ class MeasuredLinks(Record, eq=False):
     units: Indices
 
     def beside(self, places: Indices, most: int) -> tuple[Indices, Indices, Indices, Indices]:
-        """Links of these places of at most ``most`` units.
+        """Links of these states of at most ``most`` units.
 
         Returns:
-            number of links of each place, (places,); owner of each link, as a position in ``places``; linked place; its
-            units.
+            number of links of each state, (places,); and by link: its owner as a position in ``places``, the linked
+            state, and its units.
         """
         sizes = np.diff(self.first)[places]
         owner = np.repeat(np.arange(len(places)), sizes)
@@ -63,7 +64,8 @@ class MeasuredLinks(Record, eq=False):
 
 
 class MetricRoutes:
-    """Literals about routes with a length in metres. Cells are a step and a place each, (cells,) twice."""
+    """Literals about routes with a length in metres; a cell is a pair of step and roadmap state (place), (cells,)
+    each."""
 
     def __init__(self, occupancy: Occupancy, of_places: OfPlaces) -> None:
         self.occupancy, self.of_places, self.clauses = occupancy, of_places, occupancy.clauses
@@ -76,7 +78,11 @@ class MetricRoutes:
     def route_beside(
         self, route: Route, senders: Agents, metres: float, some: bool, steps: Indices, places: Indices
     ) -> Literals:
-        """A route of at most ``metres`` leads from ``senders`` here to a linked agent; or all routes comply."""
+        """Literals that a route of at most ``metres`` from an agent of ``senders`` in the cell continues at a linked
+        agent: (cells,).
+
+        Without ``some``, the literals imply that every such route satisfies the conditions.
+        """
         if some:
             return self._onward(route, senders, metres, UNITS, steps, places)
         self._name_every(route, metres, steps)
@@ -92,7 +98,8 @@ class MetricRoutes:
     def _all_ways(
         self, route: Route, senders: Agents, some: bool, count: int, ask: Callable[[Way], Literals]
     ) -> Literals:
-        """Condition on links to some kind of agents, or on those to every kind: (count,)."""
+        """Literals of a condition on links to some kind of agents (``some``), or on the links to every kind:
+        (count,)."""
         ways = links_from(route.graph, senders)
         if len(ways) == 1:
             return ask(ways[0])
@@ -125,7 +132,7 @@ class MetricRoutes:
     def _start(
         self, route: Route, senders: Agents, metres: float, left: int, steps: Indices, places: Indices
     ) -> Literals:
-        """A route of at most ``left`` units starts at one of these agents there."""
+        """Literals that a route of at most ``left`` units starts at an agent of ``senders`` in the cell: (cells,)."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             def start_at(node: object, rows: Indices) -> Literals:
@@ -146,10 +153,11 @@ class MetricRoutes:
     # ------------------------------------------------------------ every route
 
     def _name_every(self, route: Route, metres: float, steps: Indices) -> None:
-        """Name, for each remaining length, the places from which all such routes comply.
+        """Create literals, for each remaining length, that all routes of that length from a state satisfy the
+        conditions.
 
-        No link within its length leads out of the set. A link may have zero units, so all places of a step are named
-        together, for agents of every kind.
+        No link within its length leads out of the set of such states. A link may have zero units, so all states of a
+        step get literals together, for agents of every kind.
         """
         alike = kinds_of(route.graph)
         shape = (len(alike), self._shape[0], UNITS + 1, self._shape[1])
@@ -167,7 +175,7 @@ class MetricRoutes:
             self._say_every(route, metres, kind, step[there], place[there])
 
     def _say_every(self, route: Route, metres: float, senders: Agents, step: Indices, place: Indices) -> None:
-        """Add the meaning of the names of these agents at these cells."""
+        """Add the clauses that define the literals of ``_name_every`` for agents ``senders`` at the cells."""
         table = self._every[route, metres]
         own = table[self._number(route, senders)]
         ends = self.of_places.among(route.end, False, senders, step, place)
@@ -187,7 +195,7 @@ class MetricRoutes:
     # ---------------------------------------------------------------- lengths
 
     def _measured(self, graph: Graph, metres: float, up: bool) -> MeasuredLinks:
-        """Links of at most ``metres``, with lengths rounded up or down."""
+        """Links of at most ``metres``, with lengths in units rounded up (``up``) or down."""
         key = graph.rule, metres, up
         if key not in self._links:
             first, linked, length = self._within(graph, metres)
@@ -201,7 +209,8 @@ class MetricRoutes:
         return self._links[key]
 
     def _within(self, graph: Graph, metres: float) -> tuple[Indices, Indices, Array]:
-        """First link of each place, (places + 1,), linked places, and lengths, metres: (links,) twice."""
+        """Links of at most ``metres``: index of each state's first link, (places + 1,), linked states, and lengths,
+        metres, (links,) each."""
         key = graph.rule, metres
         if key not in self._lengths:
             position = self.occupancy.motion.position

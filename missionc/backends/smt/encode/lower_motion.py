@@ -1,4 +1,4 @@
-"""Encoding of motion along time-expanded roadmaps: a variable for each agent, step and state.
+"""Encoding of motion along time-expanded roadmaps: a variable for each agent, step and possible state.
 
     in   roadmaps
     out  Motion: one variable for each agent, step and possible state
@@ -29,18 +29,17 @@ from missionc.ir import Graph
 
 
 class Motion(Record, eq=False):
-    """Variables of the roadmaps' states.
+    """Variables for the agents' states on their roadmaps.
 
-    A *place* is a state of some roadmap; places are numbered through all roadmaps, in their order.
+    A *place* is the number of a state when the states of all roadmaps are counted consecutively.
 
     Args:
         roadmap_of: for each agent, (agents,), the index of its roadmap.
-        first_place: for each roadmap, the index of its first place; one more for the end.
-        ways: for each agent, (steps + 1, states): True if possible.
-        states: for each agent, (steps + 1, states): literal that the agent is there then;
-                FALSE if impossible, and for all states of agents that are left out.
-        links: links between places for each graph rule used; other motions of the same
-                roadmaps may share them.
+        first_place: for each roadmap, the place of its first state; one more entry for the end.
+        ways: for each agent, (steps + 1, states): True if the state is possible.
+        states: for each agent, (steps + 1, states): literal that the agent is in the state; FALSE if impossible, and
+            for all states of agents that are not encoded.
+        links: links between places for each graph rule used; other motions of the same roadmaps may share them.
     """
 
     roadmaps: tuple[Roadmap, ...]
@@ -65,11 +64,11 @@ class Motion(Record, eq=False):
 
     @property
     def position(self) -> Array:
-        """Positions of the places: (places, dim), metres."""
+        """Positions of the states of all roadmaps: (places, dim), metres."""
         return np.concatenate([roadmap.position for roadmap in self.roadmaps])
 
     def places_of(self, agent: int) -> slice:
-        """Places of the agent's roadmap."""
+        """Places (numbers of the states) of the agent's roadmap."""
         number = self.roadmap_of[agent]
         return slice(int(self.first_place[number]), int(self.first_place[number + 1]))
 
@@ -82,7 +81,7 @@ class Motion(Record, eq=False):
         return tuple(map(self.roadmap, range(self.agents)))
 
     def linked(self, graph: Graph) -> Links:
-        """Links between all places."""
+        """Links of a graph between the states of all roadmaps."""
         if graph.rule not in self.links:
             self.links[graph.rule] = links_between(graph, self.position)
         return self.links[graph.rule]
@@ -91,14 +90,14 @@ class Motion(Record, eq=False):
 def lower_motion(
     roadmaps: tuple[Roadmap, ...], ways: Sequence[Flags], cast: frozenset[int], clauses: Clauses
 ) -> Motion:
-    """Add that each agent is in exactly one state at each step, and moves along its roadmap.
+    """Encode that each agent is in exactly one state at each step, and moves along its roadmap; return the variables.
 
     Args:
         ways: possible states of each agent, (steps + 1, states), from ``all_ways``, or fewer.
         cast: agents to encode.
 
     Raises:
-        TooLarge: the clauses would pass their limit.
+        TooLarge: the clauses would exceed their limit.
     """
     states: list[Literals] = [np.zeros((0, 0), dtype=np.int32)] * len(ways)
     roadmap_of = np.zeros(len(ways), dtype=np.int64)
@@ -162,12 +161,12 @@ class Ways(Sequence[Flags]):
 
 
 def all_ways(roadmaps: tuple[Roadmap, ...], never: dict[int, Flags]) -> tuple[Flags, ...]:
-    """``Ways`` of all agents, computed at once."""
+    """Possible states of all agents, (steps + 1, states) each, computed at once."""
     return tuple(Ways(roadmaps, never))
 
 
 def _ways(roadmap: Roadmap, standing: Flags, start: Indices, finish: Indices) -> Flags:
-    """Flags of states on some motion from a start to a finish: (steps + 1, states)."""
+    """Return true for each state at each step that is on some motion from a start to a finish: (steps + 1, states)."""
     source, target = roadmap.moves[:, 0], roadmap.moves[:, 1]
     into = np.argsort(target, kind="stable")
     ways: Flags = np.zeros(standing.shape, dtype=np.bool_)
@@ -185,12 +184,12 @@ def _ways(roadmap: Roadmap, standing: Flags, start: Indices, finish: Indices) ->
 
 
 def _grouped(flags: Flags, owner: Indices, count: int) -> Flags:
-    """Return for each owner whether any of its flags is set, (count,)."""
+    """Return true for each owner that has some flag set: (count,)."""
     return np.bincount(owner[flags], minlength=count) > 0
 
 
 def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Literals]:
-    """Clauses of one agent, and its literals (steps + 1, states)."""
+    """Clauses of one agent's motion, and its literals, (steps + 1, states)."""
     move_bytes = 100  # approximate memory of one move at one step while it becomes clauses
     clauses = Clauses(limit)
     literals = np.full(ways.shape, FALSE, dtype=np.int32)
@@ -217,15 +216,18 @@ def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Liter
 
 
 def add_moves(clauses: Clauses, here: Literals, there: Literals, live: Flags, source: Indices, target: Indices) -> None:
-    """Add that an agent at a source at some step is at one of its targets at the adjacent step.
+    """Add that an agent in a source state at some step is in one of its target states at the adjacent step.
 
-    The forward direction suffices. The backward direction adds a fifth more clauses, and proves five times faster that
-    there is no path.
+    The forward direction suffices. The backward direction adds a fifth more clauses, and makes proofs that there is no
+    path five times faster.
 
     Args:
-        here: (steps, states); ``there`` likewise, at the adjacent steps.
+        here: literals of states, (steps, states); ``there``: likewise, at the adjacent steps.
         live: (steps, moves): True for existing moves.
-        source: (moves,), sorted; ``target`` likewise.
+        source: source state of each move, (moves,), sorted; ``target``: target states, (moves,).
+
+    Raises:
+        TooLarge: the clauses would exceed their limit.
     """
     step, move = np.nonzero(live)
     head = step * here.shape[1] + source[move]
@@ -236,11 +238,14 @@ def add_moves(clauses: Clauses, here: Literals, there: Literals, live: Flags, so
 
 
 def add_at_most_one(clauses: Clauses, matrix: Literals) -> None:
-    """Add that at most one literal of each row holds; ``matrix`` is (rows, literals).
+    """Add that at most one literal of each row is true; ``matrix`` is (rows, literals).
+
+    Raises:
+        TooLarge: the clauses would exceed their limit.
 
     Source:
-        Chen, "A new SAT encoding of the at-most-one constraint", 2010: rows
-        and columns of a square, twice as many clauses as literals.
+        Chen, "A new SAT encoding of the at-most-one constraint", 2010: rows and columns of a square, twice as many
+        clauses as literals.
     """
     rows, width = matrix.shape
     pattern, extra = _at_most_one(width)
@@ -252,10 +257,8 @@ def add_at_most_one(clauses: Clauses, matrix: Literals) -> None:
 
 @cache
 def _at_most_one(width: int) -> tuple[Literals, int]:
-    """Clauses, (clauses, 2), over literals 1 … ``width`` and helpers after them.
-
-    The second result is the number of helpers.
-    """
+    """At-most-one clauses, (clauses, 2), over literals 1 … ``width`` and auxiliary variables after them, and the number
+    of auxiliary variables."""
     pairwise = 5  # literals up to which "at most one" is encoded pair by pair
     if width <= pairwise:
         pairs = [(-one, -other) for one in range(1, width + 1) for other in range(1, one)]

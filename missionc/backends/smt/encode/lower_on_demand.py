@@ -1,6 +1,7 @@
-"""Lazy encoding of *and*, *or* and choices: a formula is lowered only if the previous ones leave it open.
+"""Lazy encoding of *and*, *or* and choices: a formula is encoded only for cells that the previous formulas leave
+undecided.
 
-An ``Ask`` gives literals for some of the present cells, by position.
+An ``Ask`` is a function from positions of cells to literals for these cells.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ Ask = Callable[[Indices], Literals]
 
 
 def join(clauses: Clauses, every: bool, count: int, asks: Iterable[Ask]) -> Literals:
-    """For each of ``count`` cells, a literal that implies all conditions; or without ``every``, some."""
+    """For each of ``count`` cells, a literal that implies all conditions, or without ``every``, some condition:
+    (count,)."""
     decided, neutral = (FALSE, TRUE) if every else (TRUE, FALSE)
     columns = [np.full(count, neutral, dtype=np.int32)]
     open_ = np.arange(count)
@@ -32,7 +34,7 @@ def join(clauses: Clauses, every: bool, count: int, asks: Iterable[Ask]) -> Lite
 
 
 def at_least(clauses: Clauses, count: int, asks: Sequence[Ask]) -> Ask:
-    """A literal that implies at least ``count`` of the conditions, all of them lowered."""
+    """Function to literals that imply at least ``count`` of the conditions, all of which are encoded."""
 
     def ask(rows: Indices) -> Literals:
         columns = [each(rows) for each in asks]
@@ -43,10 +45,8 @@ def at_least(clauses: Clauses, count: int, asks: Sequence[Ask]) -> Ask:
 
 
 def choose(clauses: Clauses, some: bool, count: int, here: Ask, start: Ask, onward: Ask) -> Literals:
-    """``here``, or ``start`` and ``onward``, for some route.
-
-    For every route ``here``, and ``start`` or ``onward``.
-    """
+    """Literals of a route, (count,): with ``some``, ``here`` or both ``start`` and ``onward``; otherwise ``here``, and
+    ``start`` or ``onward``."""
     decided = TRUE if some else FALSE
     first = here(np.arange(count))
     second = np.full(count, -decided, dtype=np.int32)

@@ -1,12 +1,13 @@
-"""Lifted encoding: formulas about places instead of agents, so that the size is independent of their number.
+"""Lifted encoding: formulas about roadmap states instead of agents, so that the size is independent of the number of
+agents.
 
-No two agents are ever in one place. "Some linked agent" can therefore be encoded over the places linked to this one, at
-a cost independent of the number of agents. Literals imply their meaning:
+No two agents are ever in one state. "Some linked agent" can therefore be encoded over the states linked to the agent's
+state, at a cost independent of the number of agents. Literals imply their meaning:
 
-    among     some of these agents is there and satisfies the formula; or each of them that is there does
-    standing  if this agent is there, it satisfies the formula
+    among     some of these agents is in the state and satisfies the formula; or each of them in the state satisfies it
+    standing  if this agent is in the state, it satisfies the formula
 
-Since a place contains at most one agent, both distribute over *and* and *or*.
+Since a state contains at most one agent, both kinds of literals distribute over *and* and *or*.
 
 Source:
     [strel] Symbolic Encoding of STREL Specifications, without its list of routes.
@@ -33,7 +34,8 @@ from missionc.ir.kernel.walk import children
 
 
 class OfAgents(Protocol):
-    """Lowering of formulas about an agent, by index, at a step: (cells,) twice -> (cells,)."""
+    """Interface of the encoding of formulas about an agent, by index, at a step: (cells,) twice -> literals,
+    (cells,)."""
 
     def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals: ...
 
@@ -41,7 +43,7 @@ class OfAgents(Protocol):
 
 
 class Places:
-    """Literals for places, created on demand. Cells are a step and a place each, (cells,) twice."""
+    """Literals for roadmap states (places), created on demand; a cell is a pair of step and place, (cells,) each."""
 
     def __init__(self, labels: Labels, occupancy: Occupancy, of_agents: OfAgents, most_links: int) -> None:
         self.labels, self.occupancy, self.of_agents = labels, occupancy, of_agents
@@ -55,8 +57,9 @@ class Places:
     # ----------------------------------------------- any agent there
 
     def among(self, node: Node, some: bool, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """Some of these agents is there and satisfies the formula; without ``some``, each of them that is
-        there does.
+        """Literals that some agent of ``agents`` is in the state and satisfies the formula: (cells,).
+
+        Without ``some``, the literals imply that each agent of ``agents`` in the state satisfies the formula.
         """
 
         def define(steps: Indices, places: Indices) -> Literals:
@@ -117,7 +120,7 @@ class Places:
                 return both(present(agents), lambda rows: self._of_whoever(node, agents, steps[rows], places[rows]))
 
     def _of_whoever(self, node: Node, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """If one of these agents is there, it satisfies the formula."""
+        """Literals that if an agent of ``agents`` is in the state, the agent satisfies the formula: (cells,)."""
         names = self.clauses.fresh(len(steps))
         for agent in sorted(agents):
             of_agent = self.motion.places_of(agent)
@@ -129,7 +132,7 @@ class Places:
         return names
 
     def _labelled(self, node: Atom | Not, places: Indices) -> Literals:
-        """Constants for the truth of a predicate, or of its negation, at places."""
+        """Constant literals for the truth of a predicate, or of its negation, in states: (cells,)."""
         leaf, positive = (node.body, False) if isinstance(node, Not) else (node, True)
         assert isinstance(leaf, Atom)
         return np.where(self.labels.places_where(leaf.predicate, positive)[places], TRUE, FALSE).astype(np.int32)
@@ -137,7 +140,8 @@ class Places:
     # ------------------------------------------- a named agent
 
     def decides(self, node: Node) -> bool:
-        """Return whether an agent's place decides the formula, given the others' present places."""
+        """Return true if an agent's state decides the formula, given the states of the other agents at the same
+        step."""
         if node not in self._decides:
             match node:
                 case Atom(predicate):
@@ -152,7 +156,8 @@ class Places:
         return self._decides[node]
 
     def standing(self, node: Node, agent: int, steps: Indices, places: Indices) -> Literals:
-        """If the agent is there, it satisfies the formula, which ``decides``."""
+        """Literals that if the agent is in the state, the agent satisfies the formula: (cells,); states must decide the
+        formula (``decides``)."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             return self._standing(node, agent, steps, places)
@@ -192,7 +197,7 @@ class Places:
                 return self._of_team(node, steps)(np.arange(len(steps)))
 
     def _apart(self, node: Node) -> tuple[Agents, ...]:
-        """Sets that distinguish agents: agents in the same sets may share literals."""
+        """Sets of agents that the formula distinguishes: agents in the same sets may share literals."""
         if node not in self._told_apart:
             match node:
                 case Is(members):
@@ -209,7 +214,8 @@ class Places:
     # ---------------------------------------------------------------- conditions
 
     def onward(self, node: ReachNode | RouteNode, agent: int, some: bool, steps: Indices, places: Indices) -> Literals:
-        """Some route continues from that agent, here, to a linked one; or all such routes comply."""
+        """Literals that some route continues from the agent in the state to a linked agent, or without ``some``, that
+        all such routes satisfy the conditions: (cells,)."""
         route, senders = Route(node.graph, node.through, node.end), kind_of(node.graph, agent)
         if isinstance(node, RouteNode):
             assert node.low <= 0, "`metric_bounds` leaves none"
@@ -235,9 +241,10 @@ class Places:
         steps: Indices,
         places: Indices,
     ) -> Literals:
-        """Routes from an agent there, with condition ``here`` for their end and ``start`` for their continuation.
+        """Literals of routes from an agent in the state, with condition ``here`` for their end and ``start`` for their
+        continuation.
 
-        Agents of the graph that may be there are of the kind of ``agent``; None means that there are none.
+        Agents of the graph that may be in the state are of the kind of ``agent``; None means that there are none.
         """
         if agent is None or not leads_on(node):
             return here(np.arange(len(steps)))
@@ -249,20 +256,20 @@ class Places:
 
 
 def leads_on(node: ReachNode | RouteNode) -> bool:
-    """Return whether a route of it may have a link."""
+    """Return true if routes of the operator may have a link."""
     return len(node.graph.agents) > 1 and (isinstance(node, RouteNode) or node.hops > 0)
 
 
 def _by_kind(graph: Graph, agents: Agents) -> list[Agents]:
-    """Partition of the agents by the kinds of those on the graph."""
+    """Partition of the agents by the kinds of agents on the graph."""
     parts = [agents.intersection(kind) for kind in kinds_of(graph)]
     return [part for part in (*parts, agents.difference(graph.agents)) if part] if len(parts) > 1 else [agents]
 
 
 def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple[Agents, list[Node]]:
-    """Agents that remain after the named parts, and the other parts.
+    """Agents that remain after the membership parts of a node, and the other parts.
 
-    An *and* keeps the agents in all named sets, an *or* those in none.
+    An *and* keeps the agents in all named sets, an *or* the agents in no named set.
     """
     kind = type(node)
     rest: list[Node] = []
@@ -279,7 +286,7 @@ def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple
 
 
 def cheap_first(parts: Iterable[Node]) -> list[Node]:
-    """Parts with the cheapest first, which may make others unnecessary."""
+    """Parts of a node with the cheapest to encode first, which may make others unnecessary."""
 
     def cost(node: Node) -> int:
         match node:

@@ -1,4 +1,4 @@
-"""Encoding of routes: the places linked to a place, and the routes that start next to it."""
+"""Encoding of routes: the roadmap states linked to a state, and the routes that start there."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from missionc.ir import Graph
 from missionc.ir.kernel.nodes import Node
 
 Ahead = Callable[[Agents, Indices, Indices], Literals]
-"""Condition on agents of a kind at cells."""
+"""Function from a kind of agents and cells to the literals of a condition."""
 
 
 class Route(Record):
-    """A route over ``through`` agents of the graph to an ``end`` agent."""
+    """Route over ``through`` agents of the graph to an ``end`` agent."""
 
     graph: Graph
     through: Node
@@ -34,21 +34,20 @@ class Route(Record):
 
 
 class OfPlaces(Protocol):
-    """Some of the agents is there and satisfies the formula; or each of them that is there does.
+    """Interface of literals that some of the agents is in a state and satisfies a formula, or that each of them does.
 
-    Cells are a step and a place each, (cells,) twice, and literals (cells,).
+    A cell is a pair of step and state (place), (cells,) each; literals are (cells,).
     """
 
     def among(self, node: Node, some: bool, agents: Agents, steps: Indices, places: Indices) -> Literals: ...
 
 
 class Routes:
-    """Literals about the agents linked to the agent at a place.
+    """Literals about agents linked to the agent in a roadmap state; a cell is a pair of step and state (place),
+    (cells,) each.
 
-    Cells are a step and a place each, (cells,) twice.
-
-    ``most_links`` limits the links of a required route, to limit the clauses; ``shortened`` is True if some route would
-    allow more.
+    ``most_links`` limits the links of a required route, to limit the number of clauses; ``shortened`` is true if some
+    route would allow more links.
     """
 
     def __init__(self, occupancy: Occupancy, of_places: OfPlaces, most_links: int) -> None:
@@ -62,7 +61,8 @@ class Routes:
     def agent_beside(
         self, graph: Graph, senders: Agents, body: Node, some: bool, steps: Indices, places: Indices
     ) -> Literals:
-        """An agent at some place linked to ``senders`` here satisfies the formula; or all agents there do."""
+        """Literals that an agent linked to an agent of ``senders`` in the state satisfies the formula, or without
+        ``some``, that all such agents do: (cells,)."""
 
         def ask(receivers: Agents, *cells: Indices) -> Literals:
             return self.of_places.among(body, some, receivers, *cells)
@@ -72,7 +72,8 @@ class Routes:
     def route_beside(
         self, route: Route, senders: Agents, links: int, some: bool, steps: Indices, places: Indices
     ) -> Literals:
-        """A route of at most ``links`` links starts at some place linked to ``senders`` here; or all comply."""
+        """Literals that a route of at most ``links`` links starts at an agent linked to ``senders`` in the state, or
+        without ``some``, that all such routes satisfy the conditions: (cells,)."""
 
         def cut_off(receivers: Agents, *cells: Indices) -> Literals:
             return self._cut_off(route, receivers, *cells)
@@ -90,7 +91,8 @@ class Routes:
     def _route(
         self, route: Route, senders: Agents, links: int, some: bool, steps: Indices, places: Indices
     ) -> Literals:
-        """A route of at most ``links`` links starts at one of these agents there; or all that do comply."""
+        """Literals that a route of at most ``links`` links starts at an agent of ``senders`` in the state, or without
+        ``some``, that all such routes satisfy the conditions: (cells,)."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             def start_at(node: Node, rows: Indices) -> Literals:
@@ -110,10 +112,11 @@ class Routes:
         return self._tables.look_up(("route", route, senders, links, some), steps, places, define)
 
     def _cut_off(self, route: Route, senders: Agents, steps: Indices, places: Indices) -> Literals:
-        """All routes that start at one of these agents there comply, for any length.
+        """Literals that all routes, of any length, from an agent of ``senders`` in the state satisfy the conditions:
+        (cells,).
 
-        Such places form a set that no step of a route leaves without the condition, so no layers are needed. Each place
-        depends on its neighbours, so all of a step are named together, for agents of every kind.
+        Such states form a set that no link of a route leaves without the condition, so no layers are needed. Each state
+        depends on its neighbours, so all states of a step get literals together, for agents of every kind.
         """
         alike = kinds_of(route.graph)
         shape = (len(alike), self.occupancy.motion.steps + 1, self.occupancy.motion.places)
@@ -131,7 +134,8 @@ class Routes:
         return _looked_up(table[number], steps, places)
 
     def _say_cut_off(self, route: Route, senders: Agents, table: Literals, step: Indices, place: Indices) -> None:
-        """Add the meaning of the names, (steps + 1, places), of these agents at these cells."""
+        """Add the clauses that define the literals of ``_cut_off``, (steps + 1, places), for agents ``senders`` at the
+        cells."""
         names = table[step, place]
         self.clauses.add(-names, self.of_places.among(route.end, False, senders, step, place))
         through = self.of_places.among(route.through, False, senders, step, place)
@@ -146,7 +150,8 @@ class Routes:
     def _over_links(
         self, what: Hashable, graph: Graph, senders: Agents, some: bool, ask: Ahead, steps: Indices, places: Indices
     ) -> Literals:
-        """The condition holds at some place linked to these agents here; or without ``some``, at every one."""
+        """Literals that the condition is true at some state linked to an agent of ``senders`` in the cell, or without
+        ``some``, at every such state: (cells,)."""
 
         def onward(links: Graph, receivers: Agents, steps: Indices, places: Indices) -> Literals:
             return self._over_links_to((what, receivers), links, some, partial(ask, receivers), steps, places)
@@ -163,7 +168,8 @@ class Routes:
     def _over_links_to(
         self, what: Hashable, graph: Graph, some: bool, ask: Define, steps: Indices, places: Indices
     ) -> Literals:
-        """The condition on agents of one kind holds at some linked place; or without ``some``, at every one."""
+        """Literals that the condition on agents of one kind is true at some linked state, or without ``some``, at every
+        linked state: (cells,)."""
         links = self.occupancy.motion.linked(graph)
 
         def define(steps: Indices, places: Indices) -> Literals:
@@ -174,7 +180,8 @@ class Routes:
         return self._tables.look_up(("links", graph.rule, what), steps, links.same[places], define)
 
     def _each(self, what: Hashable, graph: Graph, some: bool, ask: Define, steps: Indices, linked: Indices) -> Literals:
-        """Condition on each of these places; for a group, at some place of it, or at every one."""
+        """Literals of the condition at each of the ``linked`` states; at a group of states, of the condition at some
+        state of the group, or without ``some``, at every state."""
         places, groups = self.occupancy.motion.places, self.occupancy.motion.linked(graph).groups
         if not len(groups):
             return ask(steps, linked)

@@ -13,7 +13,8 @@ from missionc.ir.kernel.nodes import Node, UntilNode, WindowNode
 
 
 class AgentWindows(Protocol):
-    """Literals for formulas about agents: (cells,) twice, an agent and a step each, -> (cells,)."""
+    """Interface of literals for formulas about agents: (cells,) twice, an agent and a step each, -> literals,
+    (cells,)."""
 
     def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals: ...
 
@@ -22,17 +23,16 @@ Body = Callable[[Indices, Indices], Literals]
 
 
 class Windows:
-    """Windows as literals.
-
-    Cells are pairs of an agent and a step, (cells,) each; past the last step nothing holds.
-    """
+    """Literals of temporal operators; a cell is a pair of agent and step, (cells,) each. Past the last step every
+    formula is false."""
 
     def __init__(self, of_agents: AgentWindows, last: int, clauses: Clauses) -> None:
         self.of_agents, self.last, self.clauses = of_agents, last, clauses
         self._spans: dict[tuple[Node, bool, int], dict[int, int]] = {}
 
     def window(self, node: WindowNode, agents: Indices, steps: Indices) -> Literals:
-        """The body at every step of the window ahead, or at some."""
+        """Literals that the body is true at every step of the window ahead (``Always``), or at some step
+        (``Eventually``): (cells,)."""
         first = steps + node.low
         final = np.full_like(steps, self.last) if node.high is None else steps + node.high
         result = np.full(len(steps), FALSE, dtype=np.int32)
@@ -41,10 +41,10 @@ class Windows:
         return result
 
     def until(self, node: UntilNode, agents: Indices, steps: Indices) -> Literals:
-        """``hold`` up to some step of the window with ``end``; or the dual.
+        """Literals of ``Until`` or its dual: (cells,).
 
-        This is equivalent to an end within the window together with a chain of ``hold`` to the first end; all cells
-        share the chains.
+        ``Until`` is equivalent to an end within the window together with a chain of ``hold`` to the first end; all
+        cells share the chains.
         """
         some = not node.every
         first = steps + node.low
@@ -68,7 +68,8 @@ class Windows:
         return result
 
     def _chain(self, node: UntilNode, agents: Indices, first: Indices, furthest: int) -> Literals:
-        """For each cell, ``hold`` up to some ``end`` at ``furthest`` or before; or the dual."""
+        """For each cell, a literal that ``hold`` is true up to some ``end`` at step ``furthest`` or before; or its
+        dual."""
         who = np.unique(agents)
         earliest = np.array([first[agents == agent].min() for agent in who])
         chains = np.full((len(who), furthest + 1), NOTHING, dtype=np.int32)
@@ -90,14 +91,15 @@ class Windows:
         return chains[np.searchsorted(who, agents), first]
 
     def _ahead(self, body: Node, agents: Indices, first: Indices, final: int) -> None:
-        """Lower all steps together that will be needed step by step."""
+        """Encode a formula at all steps from ``first`` to ``final`` at once, since all of them will be needed."""
         sizes = np.maximum(final - first + 1, 0)
         owner = np.repeat(np.arange(len(sizes)), sizes)
         step = first[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
         self.of_agents.holds(body, agents[owner], step)
 
     def _between(self, body: Node, every: bool, agents: Indices, first: Indices, final: Indices) -> Literals:
-        """The body at every step from ``first`` to ``final``, or at some; all are within the mission."""
+        """Literals that the body is true at every step from ``first`` to ``final``, or at some step; all are within the
+        mission."""
         shared = 4  # windows share halves, quarters and so on if this saves at least this factor of literals
         sizes = final - first + 1
         if not sizes.size:
@@ -119,7 +121,7 @@ class Windows:
         return result
 
     def _span(self, body: Node, every: bool, level: int, agents: Indices, first: Indices) -> Literals:
-        """The body over 2 to the ``level`` steps from each ``first`` on."""
+        """Literals of the body over 2 to the power ``level`` steps from each ``first`` on."""
         if level == 0:
             return self.of_agents.holds(body, agents, first)
         known = self._spans.setdefault((body, every, level), {})
@@ -135,6 +137,6 @@ class Windows:
 
 
 def _cells(agents: Indices, first: Indices, sizes: Indices, steps: int) -> Indices:
-    """Cells covered by the windows, each as one number, with repetitions."""
+    """Cells covered by windows, each as one number, with repetitions."""
     owner = np.repeat(np.arange(len(sizes)), sizes)
     return agents[owner] * steps + first[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)

@@ -1,10 +1,11 @@
-"""Bounds in metres in forms that a roadmap can encode.
+"""Conversion of bounds in metres to forms that a roadmap can encode.
 
     in   Kernel
     out  stronger Kernel, whose routes in metres have upper bounds only; or weaker Kernel, without metres
 
-Conditions on places use walks; with an upper bound on the length, walks and routes reach the same places. A walk may
-turn back, so a lower bound has no effect on it. There, the formula uses the shortest path to the agent at the end.
+Conditions on states use walks; with an upper bound on the length, walks and routes reach the same states. A walk may
+turn back, so a lower bound has no effect on it. For lower bounds, the formula uses the shortest path to the agent at
+the end.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from missionc.ir.kernel.walk import bottom_up, children, postorder, rebuilt, sam
 from missionc.ir.pair_ranges import with_ranges
 
 Rewrite = Callable[[Node, tuple[Node, ...]], Node]
-"""A formula over rewritten children."""
+"""Function from a node and its rewritten children to the rewritten node."""
 
 
 def measured_goals(goals: Iterable[Goal]) -> frozenset[str]:
@@ -46,7 +47,7 @@ def measured_goals(goals: Iterable[Goal]) -> frozenset[str]:
 
 
 def bounded_above(kernel: Kernel) -> Kernel:
-    """Stronger kernel whose only lengths are those of routes with a lower bound of 0."""
+    """Stronger kernel in which the only lengths in metres are upper bounds of routes."""
     return _rewritten(kernel, _stronger)
 
 
@@ -84,8 +85,8 @@ def _path_routes(node: Node) -> Node:
 def _nearest(node: RouteNode, graph: Graph, through: Node, end: Node) -> Node:
     """Stronger form of a route with a lower bound.
 
-    For *some* route: one to an agent whose shortest path is at least the lower bound. For *every* route: also the
-    shorter ones, except to the agent itself.
+    For *some* route: a route to an agent whose shortest path is at least the lower bound. For *every* route: also the
+    shorter routes, except to the agent itself.
     """
 
     def named(agent: int) -> tuple[Node, Node]:
@@ -108,7 +109,7 @@ def _nearest(node: RouteNode, graph: Graph, through: Node, end: Node) -> Node:
 
 
 def _unbounded_as_hops(root: Node) -> Node:
-    """Routes without a length bound as routes without a limit on links."""
+    """Formula with routes of unbounded length replaced by routes with an unbounded number of links."""
 
     def over(node: Node, parts: tuple[Node, ...]) -> Node:
         if isinstance(node, RouteNode) and math.isinf(node.high):
@@ -146,7 +147,7 @@ def _weaker(node: Node, parts: tuple[Node, ...]) -> Node:
 
 
 def _some_way(node: Route) -> Node:
-    """Weaker form without metres: links to the end, none longer than the bound, and the end within it."""
+    """Weaker form of a route without metres: links no longer than the bound, and an end agent within the bound."""
     graph, through, end, metres = node.graph, node.through, node.end, node.high
     just = Metres(math.nextafter(metres, math.inf))
     near = Proximity("near", just, graph.agents, graph.span)

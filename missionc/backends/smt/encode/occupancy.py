@@ -1,4 +1,4 @@
-"""Occupancy literals: some agent, or no agent, in each place of a set."""
+"""Occupancy literals: some agent, or no agent, in a roadmap state."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from missionc.base.trace import Indices
 Agents = frozenset[int]
 
 Define = Callable[[Indices, Indices], Literals]
-"""Function from cells, a step and a place each, (cells,) twice, to their literals, (cells,)."""
+"""Function from cells, a step and a state (place) each, (cells,) twice, to their literals, (cells,)."""
 
 
 class Tables:
-    """Literals by step and place, each created on demand."""
+    """Cache of literals by step and state, each created on demand."""
 
     def __init__(self, steps: int, places: int) -> None:
         self._shape = (steps, places)
         self._tables: dict[Hashable, Literals] = {}
 
     def look_up(self, key: Hashable, steps: Indices, places: Indices, define: Define) -> Literals:
-        """Literals of these cells, (cells,); missing ones are defined together, each once."""
+        """Literals of these cells, (cells,); missing literals are defined together, each once."""
         if key not in self._tables:
             self._tables[key] = np.full(self._shape, NOTHING, dtype=np.int32)
         table = self._tables[key]
@@ -40,7 +40,8 @@ class Tables:
 
 
 class Occupancy:
-    """Occupancy of places. Cells are a step and a place each, (cells,) twice; literals are (cells,)."""
+    """Literals for occupied states; a cell is a pair of step and state (place), (cells,) each, and has one literal,
+    (cells,)."""
 
     def __init__(self, motion: Motion, clauses: Clauses) -> None:
         self.motion, self.clauses = motion, clauses
@@ -48,7 +49,7 @@ class Occupancy:
         self._states: dict[Agents, list[Literals]] = {}
 
     def occupied(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """One of these agents is there."""
+        """Literals that an agent of ``agents`` is in the state: (cells,)."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             presence = self.presence(agents, steps, places)
@@ -60,7 +61,7 @@ class Occupancy:
         return self._tables.look_up(("occupied", agents), steps, places, define)
 
     def vacant(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """None of these agents is there."""
+        """Literals that no agent of ``agents`` is in the state: (cells,)."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             presence = self.presence(agents, steps, places)
@@ -72,9 +73,9 @@ class Occupancy:
         return self._tables.look_up(("vacant", agents), steps, places, define)
 
     def presence(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """Literal shared by ``occupied`` and ``vacant``; FALSE if none of them can be there.
+        """Variable shared by ``occupied`` and ``vacant``: (cells,); FALSE if none of the agents can be in the state.
 
-        It has no clauses; callers use one of the two methods.
+        The variable has no clauses; callers use ``occupied`` or ``vacant``.
         """
 
         def define(steps: Indices, places: Indices) -> Literals:
@@ -88,7 +89,7 @@ class Occupancy:
         return self._tables.look_up(("presence", agents), steps, places, define)
 
     def _literals(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """Literals for each of them being there: (cells, agents), FALSE if impossible."""
+        """Literals that each of the agents is in the state: (cells, agents), FALSE if impossible."""
         if agents not in self._states:
             self._states[agents] = [
                 _side_by_side([self.motion.states[agent] for agent in roadmap.agents if agent in agents])
@@ -106,10 +107,8 @@ class Occupancy:
 
 
 def _side_by_side(states: list[Literals]) -> Literals:
-    """Literals of each agent in each state: (steps + 1, states, agents).
-
-    Agents with known motion are merged.
-    """
+    """Literals of each agent in each state, side by side: (steps + 1, states, agents); agents with known motion share a
+    column."""
     known = [np.abs(each).max() == TRUE for each in states]
     open_ = [each for each, is_known in zip(states, known, strict=True) if not is_known]
     together = [each for each, is_known in zip(states, known, strict=True) if is_known]
@@ -117,6 +116,6 @@ def _side_by_side(states: list[Literals]) -> Literals:
 
 
 def _named(there: Literals) -> np.ndarray:
-    """Flags of cells whose presence needs a new literal: several agents are possible, none is certain."""
+    """Return true for each cell that needs a new literal: several agents may be in the state, and none is certain."""
     named: np.ndarray = ((there != FALSE).sum(axis=1) > 1) & ~(there == TRUE).any(axis=1)
     return named

@@ -1,1 +1,1 @@
-"""Published method of [strel], as a preset: its roadmaps, its encoding, one question to Z3."""
+"""Published method of [strel], as a preset: its roadmaps, its encoding, one query to Z3."""

@@ -1,4 +1,5 @@
-"""Parent side of the process that encodes and solves: one problem in JSON, one answer, no orphan."""
+"""Parent side of the process that encodes and solves: one problem in JSON, one answer; the child ends with its
+parent."""
 
 from __future__ import annotations
 
@@ -29,11 +30,11 @@ Pairs: TypeAlias = list[tuple[int, int, list[list[int]]]]
 
 
 class NoModel(Record):
-    """The encoding has no model."""
+    """Answer that the encoding has no model."""
 
 
 def node_links(graph: Graph, prms: tuple[Roadmap, ...]) -> Pairs:
-    """Timeless graph of a graphing function: pairs of states of each two agents with a common edge.
+    """Edges of the timeless graph: pairs of states of each two agents that share a link.
 
     Source:
         [strel] "Multi-agent PRM", the redefined ε-proximity graph.
@@ -51,7 +52,7 @@ def node_links(graph: Graph, prms: tuple[Roadmap, ...]) -> Pairs:
 def problem(
     specification: Specification, prms: tuple[Roadmap, ...], links: list[Pairs], collisions: Pairs
 ) -> dict[str, Any]:
-    """The problem in the format of ``Encoding``.
+    """Problem in the format of ``Encoding``.
 
     Args:
         collisions: pairs of moves that two agents cannot make together; empty if collisions are ignored.
@@ -76,11 +77,12 @@ def ask_solver(
     account: Account,
     encoded: Callable[[], None],
 ) -> Indices | NoModel | Stopped:
-    """States of each agent at the steps that satisfy the encoding, (agents, steps + 1), if any.
+    """States of each agent at the steps in a model of the encoding, (agents, steps + 1); or the reason why there are
+    none.
 
     Args:
         memory_bytes: memory limit of the process.
-        deadline: end on the clock of ``time.monotonic``.
+        deadline: end of the query on the clock of ``time.monotonic``, seconds.
         account: receives the processor seconds of the stages ``encode`` and ``solve``.
         encoded: called when all terms are made.
     """

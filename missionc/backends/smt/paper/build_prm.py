@@ -1,4 +1,4 @@
-"""Algorithm 1 of [strel] as printed: independent samples, nearest neighbours, clear segments, one transition a step.
+"""Algorithm 1 of [strel] as printed: independent samples, nearest neighbours, clear segments, one transition per step.
 
     in   Mission, one agent
     out  its Roadmap, or NoRoadmap
@@ -27,13 +27,13 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 
 def published_graphs(mission: Mission, seed: int) -> tuple[RoadmapGraph, ...] | NoRoadmap:
-    """Roadmaps of the published method with this seed, one graph for each agent."""
+    """Roadmap graphs of the published method with this seed, one for each agent."""
     prms = build_prms(mission, np.random.default_rng(seed))
     return prms if isinstance(prms, NoRoadmap) else graphs_of(mission, prms)
 
 
 def build_prms(mission: Mission, generator: np.random.Generator) -> tuple[Roadmap, ...] | NoRoadmap:
-    """One roadmap for each agent, in order, with the mission's numbers of states and neighbours."""
+    """Roadmap of each agent, in mission order, with the mission's numbers of states and neighbours."""
     settings = smt_settings(mission)
     prms: list[Roadmap] = []
     for agent in mission.agents:
@@ -47,12 +47,12 @@ def build_prms(mission: Mission, generator: np.random.Generator) -> tuple[Roadma
 def build_prm(
     mission: Mission, agent: Agent, count: int, neighbours: int, generator: np.random.Generator
 ) -> Roadmap | NoRoadmap:
-    """Roadmap of one agent.
+    """Roadmap of one agent by Algorithm 1 of [strel].
 
-    Obstacles are grown by the agent's radius and the clearance, so that in configuration space it is the paper's point.
-    STEER moves straight, in the fewest steps within the speeds, and arrives exactly, so that ε is 0. The intermediate
-    states, which Algorithm 1 leaves out of S, are states here. An agent that can wait may do so in each state, since
-    STEER leads from a state to itself.
+    Obstacles are grown by the agent's radius and the clearance, so that in configuration space the agent is the paper's
+    point. STEER moves straight, in the fewest steps within the speeds, and arrives exactly, so that ε is 0. The
+    intermediate states, which Algorithm 1 omits from S, are states here. An agent that can wait may do so in each
+    state, since STEER leads from a state to itself.
 
     Args:
         count: P, number of random states, besides samples of the start.
@@ -101,9 +101,10 @@ def _start_set(ground: Ground, agent: Agent, generator: np.random.Generator) -> 
 
 
 def _draw(ground: Ground, low: Array, high: Array, count: int, generator: np.random.Generator) -> Array:
-    """Independent uniform free points of a box: (count, dim), metres, or fewer if most of it is blocked.
+    """Independent uniform free points of a box: (count, dim), metres, or fewer if most of the box is blocked.
 
-    The corners are (dim,), metres.
+    Args:
+        low: lowest corner of the box, (dim,), metres; ``high``: highest corner.
     """
     points = np.zeros((0, len(low)))
     for _ in range(smt_settings(ground.mission).paper.draws):

@@ -1,4 +1,4 @@
-"""Colliding moves: pairs of moves that bring two agents' centres too near each other."""
+"""Colliding moves: pairs of roadmap moves that bring two agents' centres too close to each other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.ir import Mission
 def colliding_moves(mission: Mission, one: Roadmap, other: Roadmap) -> Indices:
     """Pairs of moves, (pairs, 2), one of each roadmap, that two agents cannot make in one step.
 
-    Each roadmap has one agent with first-order dynamics. The required distance is that of ``collisions``.
+    Each roadmap has one agent with first-order dynamics. The required distance is the same as in ``collisions``.
     """
     agents = np.array([one.agents[0], other.agents[0]])
     first, second = (roadmap.motions(mission) for roadmap in (one, other))

@@ -22,7 +22,7 @@ import z3
 
 
 class Encoding:
-    """Terms over an integer ``x[agent][step]``, the index of the agent's state."""
+    """Z3 terms over an integer ``x[agent][step]``, the index of the agent's state."""
 
     def __init__(self, problem: dict[str, Any]) -> None:
         self.steps: int = problem["steps"]
@@ -47,7 +47,7 @@ class Encoding:
         return [*motion, self.holds(len(self.formulas) - 1, 0, 0)]
 
     def path(self, agent: int) -> Iterator[Any]:
-        """Terms of ``Ψ_path``: the initial state, states of the roadmap, and its transitions."""
+        """Yield the terms of ``Ψ_path``: the initial state, states of the roadmap, and its transitions."""
         prm = self.prms[agent]
         onward = grouped(prm["moves"])
         yield self.among(agent, 0, prm["starts"])
@@ -56,8 +56,9 @@ class Encoding:
             yield self.paired((agent, step), (agent, step + 1), onward)
 
     def apart(self, one: int, other: int, moves: dict[int, list[int]]) -> Iterator[Any]:
-        """Terms that no excluded pair of moves occurs in one step: an addition to the paper, which ignores
-        collisions.
+        """Yield terms that no excluded pair of moves occurs in one step.
+
+        The terms are an addition to the paper, which ignores collisions.
         """
         for step in range(self.steps):
             for own, others in moves.items():
@@ -82,7 +83,7 @@ class Encoding:
         return z3.Or([self.at(agent, step, state) for state in states])
 
     def paired(self, one: tuple[int, int], other: tuple[int, int], pairs: dict[int, list[int]]) -> Any:
-        """Term that two variables, by agent and step, have one of the pairs of values, grouped by the first."""
+        """Term that two variables, by agent and step, have one of the pairs of values, grouped by the first value."""
         return z3.Or([z3.And(self.at(*one, first), self.among(*other, some)) for first, some in pairs.items()])
 
     def link(self, graph: int, one: int, other: int, step: int) -> Any:
@@ -94,7 +95,8 @@ class Encoding:
         return self.known[key]
 
     def routes(self, graph: int, agent: int, low: int, high: int) -> Iterator[tuple[int, ...]]:
-        """Routes of distinct agents from this one, with these numbers of links: ``a_0 = i`` and ``Distinct``."""
+        """Yield the routes of distinct agents from ``agent`` with ``low`` to ``high`` links: ``a_0 = i`` and
+        ``Distinct``."""
         members = self.members[graph]
         others = [other for other in members if other != agent] if agent in members else []
         for links in range(low, min(high, len(others)) + 1):
@@ -105,7 +107,7 @@ class Encoding:
         return [self.link(graph, one, other, step) for one, other in itertools.pairwise(route)]
 
     def holds(self, formula: int, agent: int, step: int) -> Any:
-        """Term ``Z(φ, i)`` at a step."""
+        """Term ``Z(φ, i)`` of a formula for an agent at a step."""
         key = ("holds", formula, agent, step)
         if key not in self.known:
             self.known[key] = self.encoded(self.formulas[formula], agent, step)
@@ -162,7 +164,7 @@ class Encoding:
         return range(step + low, (self.steps if high is None else step + high) + 1)
 
     def ended(self, hold: int, end: int, agent: int, step: int, last: int) -> Any:
-        """Term of an *until* that ends at ``last``: the left side holds up to and including that step."""
+        """Term of an *until* that ends at step ``last``: the left side is true up to and including that step."""
         held = [self.holds(hold, agent, each) for each in range(step, last + 1)]
         return z3.And([self.holds(end, agent, last), *held])
 
@@ -172,7 +174,7 @@ class Encoding:
 
 
 def grouped(pairs: list[list[int]]) -> dict[int, list[int]]:
-    """Group pairs by their first members."""
+    """Second members of pairs, grouped by their first members."""
     groups: defaultdict[int, list[int]] = defaultdict(list)
     for first, second in pairs:
         groups[first].append(second)

@@ -1,4 +1,4 @@
-"""Algorithm 2 of [strel] as printed: one roadmap per agent, one question to Z3, and a check of its model.
+"""Algorithm 2 of [strel] as printed: one roadmap per agent, one query to Z3, and a check of its model.
 
     in   Mission, its kernel
     out  Planned or NotFound
@@ -36,7 +36,7 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart: bool = False) -> Outcome:
-    """Motion that Z3 finds on the roadmaps, if the mission accepts it.
+    """Outcome of the published method: a plan if the model that Z3 finds on the roadmaps satisfies the mission.
 
     Args:
         apart: True to exclude collisions of agents, unlike the paper.

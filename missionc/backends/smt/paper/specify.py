@@ -1,10 +1,10 @@
-"""Specification: requirements of a mission in the logic of [strel], over the states of each agent's roadmap.
+"""Requirements of a mission in the logic of [strel], over the states of each agent's roadmap.
 
     in   Mission, one Roadmap for each agent
     out  Specification
 
-Derived operators are expanded to those with an encoding: ``somewhere``, ``everywhere`` and ``surround`` by
-*reach* and *escape*, ``implies`` by *not* and *or*, ``every`` and ``some`` by *and* and *or* over agents.
+Derived operators are expanded to operators with an encoding: ``somewhere``, ``everywhere`` and ``surround`` by *reach*
+and *escape*, ``implies`` by *not* and *or*, ``every`` and ``some`` by *and* and *or* over agents.
 
 Source:
     [strel] Definition 4 and its derived operators.
@@ -22,12 +22,12 @@ from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.ir.language.walk_formulas import formulas_bottom_up
 
 Term: TypeAlias = list[Any]
-"""A formula in JSON: the operator's word, then the indices of its children and its bounds."""
+"""Formula in JSON: the operator's word, then the indices of its children and its bounds."""
 
 
 @dataclass(slots=True)
 class Specification:
-    """Formulas by index, children first; the last one has to hold for the team at step 0.
+    """Formulas by index, children first; the last formula must be true for the team at step 0.
 
     Args:
         graphs: graphs used, by their indices in *reach* and *escape*.
@@ -37,12 +37,12 @@ class Specification:
     graphs: list[ir.Graph] = field(default_factory=list)
 
     def add(self, *term: Any) -> int:
-        """Index of a formula."""
+        """Add a formula and return its index."""
         self.terms.append([*term])
         return len(self.terms) - 1
 
     def graph(self, graph: ir.Graph) -> int:
-        """Index of a graph."""
+        """Index of a graph, which is added if it is new."""
         if graph not in self.graphs:
             self.graphs.append(graph)
         return self.graphs.index(graph)

@@ -1,8 +1,9 @@
 """Encoding and Z3 in a separate process: ``python -I -S worker.py MEMORY_BYTES SEED FOLDER...``.
 
-Both may exceed the available time and memory, and Z3 blocks signals in the interpreter. ``FOLDER`` are the folders that
-contain ``missionc`` and ``z3``. The process reads one problem in JSON to its end, and answers by lines of JSON:
-``seconds`` of the processor for the terms; then ``states``, ``refused`` or ``gave_up``, with the solver's seconds.
+Encoding and solver may exceed the available time and memory, and Z3 blocks signals in the interpreter. ``FOLDER`` are
+the folders that contain ``missionc`` and ``z3``. The process reads one problem in JSON to its end, and answers by lines
+of JSON: ``seconds`` of processor time for the terms; then ``states``, ``refused`` or ``gave_up``, with the solver's
+seconds.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def main() -> None:
 
 
 def solve(problem: dict[str, Any], seed: int) -> None:
-    """Run Algorithm 2, lines 1 to 10."""
+    """Run lines 1 to 10 of Algorithm 2 and print the answer."""
     import z3
 
     from missionc.backends.smt.paper.encode import Encoding

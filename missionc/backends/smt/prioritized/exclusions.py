@@ -1,11 +1,11 @@
-"""Exclusions: mutual exclusion and capacities, which couple agents only when they need the same place.
+"""Exclusions: mutual exclusion and capacity requirements, which couple agents only when they need the same region.
 
     in   conjuncts of the requirements; the reservations of planned agents
     out  allowed states of an agent at each step, given the planned agents
 
-``always[0, end] not (at least 2 truck: bridge)`` names every truck, but each can be planned separately, one after the
-other. Planned agents are at their places, and all others count as absent (a relaxation). A schedule of clot uses
-literals over time intervals instead (``mutex_literals``), since it has no agent states yet.
+``always[0, end] not (at least 2 truck: bridge)`` names every truck, but each truck can be planned separately, one after
+the other. Planned agents follow their trajectories, and all others count as absent (a relaxation). A schedule of clot
+uses literals over time intervals instead (``mutex_literals``), since it has no agent states yet.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from missionc.ir.kernel.walk import children, postorder, rebuilt
 
 
 class Exclusion(Record, eq=False):
-    """Team formula that requires each agent to avoid some states unless enough others do.
+    """Team formula that requires each agent to avoid some states unless enough other agents avoid their states.
 
     Args:
         conjunct: formula of the team, with its steps.
@@ -40,7 +40,7 @@ class Exclusion(Record, eq=False):
 
     @staticmethod
     def of(conjunct: Conjunct, labels: Labels) -> Exclusion | None:
-        """The conjunct as an exclusion; None if it has another form."""
+        """Conjunct as an exclusion; None if the conjunct has another form."""
         elsewhere = 0.5  # share of states with a property, from which the requirement is to avoid the remaining states
         own = frozenset(own_states(postorder((conjunct.formula,)), labels))
         leaves = _leaves(conjunct, own)
@@ -53,7 +53,8 @@ class Exclusion(Record, eq=False):
     def allows(self, agent: int, reservations: Reservations) -> Flags:
         """Allowed states of the agent beside the planned agents, (steps + 1, states), or one row for all steps.
 
-        It must be allowed one step before and after too: between two steps, no two agents swap places.
+        A state must be allowed one step before and after too: between two steps, no two agents exchange their
+        positions.
         """
         now = self._holds(self.conjunct.formula, self.conjunct.agent, agent, reservations)
         before, after = np.concatenate([now[:1], now[:-1]]), np.concatenate([now[1:], now[-1:]])
@@ -74,7 +75,7 @@ class Exclusion(Record, eq=False):
         return reduce(np.logical_and if node.every else np.logical_or, parts)
 
     def among(self, present: frozenset[int]) -> Node | None:
-        """Requirement on the present agents while all others avoid the states; None for nothing."""
+        """Requirement on the present agents if all others avoid the states; None if nothing is required."""
         node, who = self.conjunct.formula, self.conjunct.agent
         asked = self._among(node, who, present)
         return asked if asked is None or who is None else At(who, asked, node.span)
@@ -114,7 +115,7 @@ def _leaves(conjunct: Conjunct, own: frozenset[Node]) -> list[tuple[int, Node]]:
 
 
 def may_be(exclusions: Sequence[Exclusion], agent: int, reservations: Reservations, may: Flags) -> Flags:
-    """Allowed states of an agent, (steps + 1, states), within ``may``, so that all exclusions hold."""
+    """Allowed states of an agent, (steps + 1, states), within ``may``, for which all exclusions are satisfied."""
     bound = [each for each in exclusions if agent in each.named]
     if not bound:
         return may

@@ -1,15 +1,15 @@
-"""Joint search: exact motion of two or three agents together, if one has no path around the other.
+"""Joint search: exact joint motion of two or three agents, if one of them has no path around the others.
 
     in   the task of each agent, the reservations of all others
     out  a joint motion without conflict; or the proof that their roadmaps contain none, for any motion of others
 
-The untimed product of their roadmaps and relaxed residuals (``progression``) gives each joint state's distance to go. A
-joint state without connection to an end has no joint motion. With this bound, the joint time-expanded roadmap is
-searched, like ``single_agent_search`` for one agent.
+The untimed product of their roadmaps and relaxed residuals (``progression``) gives the distance to go of each joint
+state. A joint state without connection to an end has no joint motion. With this bound, the joint time-expanded roadmap
+is searched, like ``single_agent_search`` for one agent.
 
 Source:
     Standley, "Finding optimal solutions to cooperative pathfinding problems", 2010: agents one by one within a step,
-    and only those that cannot be planned separately.
+    and only agents that cannot be planned separately.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from missionc.planning.progression.residuals import TooComplex
 
 
 class JointSearch:
-    """Search for one joint motion.
+    """Search for a joint motion of a few agents.
 
     Args:
-        apart: (agents, agents), required horizontal distance of centres, metres.
-        metric: (agents, agents, dim), as for ``closest_approach``.
+        apart: required horizontal distance of centres, (agents, agents), metres.
+        metric: factors on the axes of their difference, (agents, agents, dim), as for ``closest_approach``.
     """
 
     def __init__(self, movers: Sequence[Mover], apart: Array, metric: Array | None) -> None:
@@ -53,10 +53,10 @@ class JointSearch:
         self._untimed = [self._product(mover) for mover in movers]
         self._spots = [len(each.ends) for each in self._untimed]
         self._to_go = self._distances()
-        """Metres that all have to go at least, by their spots, (joint spots,); infinite where there is no way."""
+        """Lower bound of the remaining distance of all agents, (joint spots,), metres; infinite without a path."""
 
     def _product(self, mover: Mover) -> ProductGraph:
-        """Possible motions of an agent at any time."""
+        """Product of an agent's roadmap and its relaxed residuals, independent of time."""
         task, moves = mover.task, mover.table.roadmap.moves
         usable = mover.table.roadmap.allowed.any(axis=0) & np.asarray(mover.may.any(axis=0))[moves].all(axis=1)
         return ProductGraph.of(
@@ -73,9 +73,13 @@ class JointSearch:
     def _clear_moves(
         self, one: ReservationTable, other: ReservationTable, least: float, factors: Array | None
     ) -> Flags:
-        """Flags of compatible moves of both agents, (moves, moves), at least ``least`` metres apart.
+        """Return true for each pair of moves, (moves, moves), during which the agents stay at least ``least`` metres
+        apart.
 
-        ``factors`` is (dim,).
+        ``factors`` are the factors on the axes, (dim,).
+
+        Raises:
+            TooComplex: there are too many pairs of moves.
         """
         if len(one.length) * len(other.length) > self._settings.joint_edges:
             raise TooComplex
@@ -111,7 +115,7 @@ class JointSearch:
         return np.asarray(dijkstra(graph, indices=[len(ends)]))[0, :-1]
 
     def _joint(self, spots: Sequence[Indices]) -> Indices:
-        """One number for the spots of all agents, (rows,) each."""
+        """Index of the joint spot from the spots of all agents, (rows,) each -> (rows,)."""
         joint = spots[0]
         for each, count in zip(spots[1:], self._spots[1:], strict=True):
             joint = joint * count + each
@@ -124,10 +128,10 @@ class JointSearch:
         return not np.isfinite(self._to_go[self._joint([each.ravel() for each in grid])]).any()
 
     def find(self) -> Indices | None:
-        """Short joint motion, (agents, steps + 1), if there is one in time.
+        """Short joint motion, states (agents, steps + 1); None if none is found in time.
 
         Raises:
-            TooComplex: it takes too much work, or a formula reads the past.
+            TooComplex: the search takes too much work, or a formula reads the past.
         """
         settings = self._settings
         if any(mover.task.memory is not None for mover in self.movers):
@@ -142,7 +146,8 @@ class JointSearch:
         return None
 
     def _within(self, more: float) -> Indices | None:
-        """Shortest joint motion longer than the untimed one by at most ``more``."""
+        """Shortest joint motion, states (agents, steps + 1), whose cost exceeds the untimed lower bound by at most
+        ``more``; None without such a motion."""
         movers = self.movers
         steps = len(movers[0].table.roadmap.allowed)
         grid = np.meshgrid(*(mover.starts for mover in movers), indexing="ij")
@@ -211,7 +216,7 @@ class JointSearch:
         return way
 
     def _left(self, residuals: Sequence[Indices], states: Sequence[Indices]) -> Array:
-        """Lower bound of the remaining metres, (rows,)."""
+        """Lower bound of the remaining distance of all agents together, (rows,), metres."""
         spots, known = [], np.ones(len(states[0]), dtype=np.bool_)
         for mover, untimed, residual, state in zip(self.movers, self._untimed, residuals, states, strict=True):
             kinds, row = np.unique(residual, return_inverse=True)

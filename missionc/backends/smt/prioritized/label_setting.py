@@ -4,8 +4,9 @@
     out  states of a path with the fewest metres within a bound
 
 A path is identified by its state, its residual, and its label: its flags and its level of each resource. Of paths that
-differ only in levels, the cheapest is kept for each bucket of a resource. If more is never worse, it is kept only if it
-has a higher level than any cheaper one. A result is therefore correct, but an empty result proves nothing.
+differ only in levels, the cheapest is retained for each bucket of a resource. If more is never worse, a path is
+retained only if it has a higher level than any cheaper one. A result is therefore correct, but an empty result proves
+nothing.
 
 Source:
     Desrochers and Soumis, "A generalized permanent labelling algorithm for the shortest path problem with time
@@ -48,7 +49,7 @@ from missionc.planning.progression.residuals import (
 
 
 class Carried(Record, eq=False):
-    """Labels of paths: ``flags``, (rows, flags), and ``levels``, (rows, resources)."""
+    """Labels of paths: ``flags``, (rows, flags), and resource ``levels``, (rows, resources)."""
 
     flags: Flags
     levels: Array
@@ -58,14 +59,14 @@ class Carried(Record, eq=False):
 
 
 class OwnMemory:
-    """State of an agent's past that its propositions read, on its roadmap.
+    """Flags and resource levels of an agent on its roadmap, for propositions about the past.
 
     Args:
         nodes: propositions, each an ``Atom`` that reads the past, or its negation.
         exact: True if different paths must not be merged.
 
     Raises:
-        TooComplex: one of them also reads a speed or another agent, or cannot be exact.
+        TooComplex: a proposition also reads a speed or another agent, or cannot be exact.
     """
 
     def __init__(self, nodes: Sequence[Node], agent: int, labels: Labels, roadmap: Roadmap, *, exact: bool) -> None:
@@ -103,12 +104,13 @@ class OwnMemory:
         return Carried(self._sets[starts], levels.reshape(len(starts), len(self._resources)))
 
     def moved(self, carried: Carried, row: Indices, move: Indices, there: Indices) -> Carried:
-        """Labels of paths that continue from these rows by these moves to these states, (rows,) each."""
+        """Labels of paths after one more move: each continues from a row of ``carried`` by a move to a state; rows,
+        moves and states are (rows,) each."""
         flags = self._sets[there] | (carried.flags[row] & self._stays[there])
         return Carried(flags, np.minimum(self._capacity, carried.levels[row] + self._changes[move]))
 
     def letters(self, carried: Carried, state: Indices) -> Indices:
-        """Truth of the propositions, (rows,): a bit for each."""
+        """Truth of the propositions as bits of an integer, (rows,)."""
         letters = np.zeros(len(state), dtype=np.int64)
         for bit, node in enumerate(self.nodes):
             letters |= self._holds(node, self._bases[bit], carried, state).astype(np.int64) << bit
@@ -128,7 +130,8 @@ class OwnMemory:
         return np.asarray(found if isinstance(node, Atom) else ~found)
 
     def kept(self, key: Indices, cost: Array, carried: Carried) -> Indices:
-        """Rows of the kept paths, (kept,): for each key and label, the cheapest; ``cost`` is (rows,), metres."""
+        """Row numbers of the paths to retain, (kept,): for each key and label, the cheapest; ``cost`` is (rows,),
+        metres."""
         buckets = 48  # levels of a resource; of paths with the same levels, the cheapest is kept
         label = np.zeros(len(key), dtype=np.int64)
         for column in carried.flags.T:
@@ -143,7 +146,7 @@ class OwnMemory:
         return self._undominated(rows, key, cost, carried) if self.more_is_better else rows
 
     def _undominated(self, rows: Indices, key: Indices, cost: Array, carried: Carried) -> Indices:
-        """Rows with a higher level than any cheaper row of their key and flags, (kept,).
+        """Row numbers of paths with a higher level than any cheaper path with the same key and flags, (kept,).
 
         ``cost`` is in metres.
         """
@@ -166,7 +169,7 @@ def _atom(node: Node) -> Predicate:
 
 
 def _helped(node: Node) -> bool:
-    """Return whether a higher level can only make a proposition true."""
+    """Return true if a higher resource level can make a proposition true but never false."""
     predicate, sign = _atom(node), 1.0 if isinstance(node, Atom) else -1.0
     return not isinstance(predicate, Compare) or all(
         sign * weight >= 0 for weight, feature in predicate.terms if isinstance(feature, Level)
@@ -185,20 +188,20 @@ def _base(predicate: Predicate, agent: int, labels: Labels, roadmap: Roadmap) ->
 
 
 FAR = 1e-9
-"""Metres to go that count as some."""
+"""Distance to go, metres, below which it counts as 0."""
 
 
 @dataclass(slots=True, eq=False)
 class Task:
-    """Task of one agent on its roadmap.
+    """Task of one agent on its roadmap: formulas to satisfy, as an automaton over propositions of states and moves.
 
     Args:
-        places: (states,) or (steps + 1, states), indices into ``place_letters``: propositions of places.
-        moves: (moves,), indices into ``move_letters``: propositions at a move's beginning; ``ends``: at its end.
-        finish: (states,), True if its path may end there.
-        own_places: (states,), indices into ``own_letters``: propositions that the place alone decides.
-        bound: lower bound of the metres to go for a residual, from each state, (states,).
-        memory: state for propositions about the past; None without any.
+        places: propositions of states, (states,) or (steps + 1, states), as indices into ``place_letters``.
+        moves: propositions at a move's beginning, (moves,), as indices into ``move_letters``; ``ends``: at its end.
+        finish: (states,), True if its path may end in the state.
+        own_places: propositions that the state alone decides, (states,), as indices into ``own_letters``.
+        bound: function from a residual to lower bounds of the distance to go from each state, (states,), metres.
+        memory: flags and levels for propositions about the past; None without such propositions.
     """
 
     progression: Progression
@@ -268,12 +271,12 @@ class Task:
 
     @property
     def work(self) -> int:
-        """Work for computing residuals, in moves."""
+        """Work spent on residuals, in units of moves."""
         left_work = 200  # moves that equal the work of progressing a formula by one step
         return left_work * len(self._after)
 
     def to_go(self, residual: Indices, states: Indices) -> Array:
-        """Lower bound of the remaining metres, (rows,)."""
+        """Lower bound of the remaining distance, (rows,), metres."""
         if len(self._stacked) < len(self.metres):
             self._stacked = np.stack(self.metres)
         if len(self.metres) == 1:
@@ -285,11 +288,11 @@ class Task:
 
 
 class Mover(Record, eq=False):
-    """An agent with its task and its allowed states.
+    """Agent with its task and its allowed states.
 
     Args:
         may: (steps + 1, states), True for allowed states.
-        starts: (starts,), states.
+        starts: start states, (starts,).
     """
 
     task: Task
@@ -300,13 +303,13 @@ class Mover(Record, eq=False):
 
 @dataclass(slots=True, eq=False)
 class Sweep:
-    """Search for one path, step by step.
+    """Search for one path, step by step through the time-expanded roadmap.
 
     Args:
         may: (steps + 1, states), True for allowed states.
-        starts: (starts,), states.
+        starts: start states, (starts,).
         step_cost: cost of a step in metres while the agent is not finished.
-        stride, rest: greatest reduction of the metres to go by a step, and by waiting.
+        stride, rest: greatest reduction of the distance to go by a step, and by waiting, metres.
         pushing: True if conflicts with movable agents are expensive instead of forbidden.
         in_the_way: (states,), states to avoid as the end unless much nearer.
         most: maximum number of expanded moves.
@@ -325,10 +328,10 @@ class Sweep:
     work: int = 0
 
     def within(self, bound: float) -> Indices | None:
-        """Cheapest path, (steps + 1,), with a cost of at most the bound.
+        """Cheapest path, states (steps + 1,), with a cost of at most ``bound``; None without such a path.
 
         Raises:
-            TooComplex: it takes too much work.
+            TooComplex: the search takes too much work.
         """
         step_work = 1_000  # overhead of a step, in moves
         restless = 1e-6  # metres added to each step in motion, more for later steps: of equal paths the earliest wins
@@ -398,7 +401,7 @@ class Sweep:
         return way
 
     def _past(self, carried: Carried | None, state: Indices) -> Indices | None:
-        """Truth of propositions about the past, (rows,); None without any."""
+        """Truth of propositions about the past, as bits, (rows,); None without such propositions."""
         memory = self.task.memory
         return None if memory is None or carried is None else memory.letters(carried, state)
 
@@ -408,7 +411,7 @@ class Sweep:
 
 
 def _of(which: Flags, *columns: NDArray[Any]) -> tuple[NDArray[Any], ...]:
-    """Select rows of the columns, (rows,) each, of any unit; the same columns if all are selected."""
+    """Flagged rows of the columns, (rows,) each, of any unit; the same columns if all rows are flagged."""
     rows = which.nonzero()[0]
     return columns if len(rows) == len(which) else tuple(column.take(rows) for column in columns)
 
@@ -437,7 +440,8 @@ def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
 
 
 def letters_of(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:
-    """Kind of each column, (size,), and the letter of each kind, from one row per proposition."""
+    """Truth of propositions by column: the kind of each column, (size,), and the letter of each kind, from one row per
+    proposition."""
     if not rows:
         return np.zeros(size, dtype=np.int64), [()]
     columns = np.stack(rows, axis=1)
@@ -446,7 +450,7 @@ def letters_of(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]
 
 
 class Signature:
-    """Signature of a residual: its structure, with propositions identified by the states where they hold."""
+    """Signature of a residual: its structure, with propositions identified by the states in which they are true."""
 
     def __init__(self, leaves: dict[Node, bytes]) -> None:
         self._known: dict[Node, object] = dict(leaves)

@@ -1,6 +1,7 @@
-"""Routes in metres beside planned agents: states of one agent in which they hold.
+"""Routes in metres beside planned agents: states of one agent in which formulas over them are true.
 
-Planned agents are at their places, all others far away. The monitor's own functions judge, so that nothing is rounded.
+Planned agents follow their trajectories, and all others are far away. The monitor's own functions evaluate the
+formulas, so that nothing is rounded.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from missionc.verification.monitoring.monitor import truths
 
 
 def is_measured(node: Node) -> bool:
-    """Return whether the formula or a subformula reads lengths in metres."""
+    """Return true if the formula or a subformula reads lengths in metres."""
     return any(map(reads_lengths, postorder((node,))))
 
 
 def holds_beside(node: Node, agent: int, reservations: Reservations, labels: Labels, may: Flags) -> Flags:
-    """Steps and states of the agent, within ``may``, in which it holds: (steps + 1, states).
+    """Steps and states of the agent, within ``may``, in which the formula is true: (steps + 1, states).
 
     Raises:
-        TooComplex: it is about other steps, or names agents that are not planned.
+        TooComplex: the formula is about other steps, or names agents that are not planned.
     """
     away = 1e12  # metres to agents without a path, and between them; no link is that long
     present = {agent, *reservations.agents}

@@ -1,6 +1,6 @@
-"""The planning order: agents that the requirements need, grouped by common planning.
+"""Planning order: the agents that requirements need, in groups that must be planned together.
 
-It follows from the mission and its roadmaps: agents with the longest path come first.
+The order follows from the mission and its roadmaps: agents with the longest path come first.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from missionc.ir.kernel.walk import awaited, children, postorder
 
 
 class Need(Record):
-    """Agents that can make a formula true together, and the steps until each can reach its states."""
+    """Agents that can make a formula true together, and the number of steps until each can reach its states."""
 
     steps: int = 0
     agents: Agents = NOBODY
@@ -29,7 +29,7 @@ class Need(Record):
 
 @dataclass(slots=True, eq=False)
 class PlanningOrder:
-    """Order of planning for groups of agents."""
+    """Order in which groups of agents are planned."""
 
     labels: Labels
     _graphs: dict[int, csr_array] = field(default_factory=dict)
@@ -37,9 +37,9 @@ class PlanningOrder:
     """Roadmap and starts of the last query, and the number of moves to each state, (states,)."""
 
     def groups(self, parts: Iterable[Part]) -> list[tuple[int, ...]]:
-        """Groups of agents that can make these parts true, each for one problem, in order.
+        """Groups of agents that can make these parts true, each planned as one problem, in planning order.
 
-        First come those that others must reach, then those with the longest path.
+        First come agents that others must reach, then the agents with the longest path.
         """
         group_of: dict[int, set[int]] = {}
         steps: dict[int, int] = {}
@@ -60,7 +60,7 @@ class PlanningOrder:
         return sorted(found, key=first)
 
     def need(self, formula: Node) -> Need:
-        """Cheapest choice of agents for a formula."""
+        """Cheapest choice of agents that can make a formula true."""
         needs: dict[Node, Need] = {}
         for node in postorder((formula,)):
             needs[node] = self._need(node, needs)
@@ -81,7 +81,7 @@ class PlanningOrder:
                 return _together([needs[child] for child in children(node)])
 
     def steps_to(self, agent: int, body: Node) -> int:
-        """First step by which the agent can have visited all the states that it needs."""
+        """First step by which the agent can have visited all the states that the formula requires."""
         latest, order = 0, postorder((body,))
         never = len(self.labels.roadmaps[self.labels.roadmap_of[agent]].standing)
         own = own_states(order, self.labels)
@@ -91,7 +91,7 @@ class PlanningOrder:
         return latest
 
     def _moves(self, agent: int, places: Flags, most: int) -> int:
-        """Number of moves to one of these states, (states,), at most ``most``."""
+        """Number of moves from the agent's starts to the nearest flagged state, (states,), at most ``most``."""
         few = 16  # moves of the first search; doubled until a goal is reached
         number = self.labels.roadmap_of[agent]
         roadmap = self.labels.roadmaps[number]
@@ -119,7 +119,7 @@ def _cheapest(needs: list[Need], count: int) -> list[Need]:
 
 
 def _hubs(formula: Node) -> set[int]:
-    """Named agents at the ends of routes."""
+    """Agents named as the ends of routes in a formula."""
     hubs: set[int] = set()
     for node in postorder((formula,)):
         match node:

@@ -1,11 +1,11 @@
-"""Precedence: conditions on some agents until others act, split for separate planning.
+"""Precedence: conditions on some agents until other agents act, split into conditions for separate planning.
 
     in   conjuncts of the requirements
     out  stronger conjuncts, each about fewer agents
 
-``(not (some barge: chamber)) until[0, 10 min] (keeper: hut)`` couples every barge with the keeper. With a chosen step,
-it requires each barge to stay away before it, and the keeper to be there at it. This is stronger: failure to find a
-plan proves nothing.
+``(not (some barge: chamber)) until[0, 10 min] (keeper: hut)`` couples every barge with the keeper. With a selected
+step, it requires each barge to stay away before that step, and the keeper to be in the hut at it. The selected step
+makes the requirement stronger, so that failure to find a plan proves nothing.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from missionc.ir.kernel.walk import children, rebuilt, same_objects
 
 
 def with_steps_chosen(kernel: Kernel, order: PlanningOrder, later: float) -> Kernel:
-    """Choose a step for each ``until`` about several agents; the same kernel if there is none.
+    """Kernel with a selected step for each ``until`` about several agents; the same kernel without such an ``until``.
 
     Args:
-        later: one of ``LATER``.
+        later: position of the selected step in its window, 0 to 1.
     """
     requirements = tuple(_goal_chosen(goal, order, later) for goal in kernel.requirements)
     return kernel if same_objects(requirements, kernel.requirements) else replace(kernel, requirements=requirements)
@@ -41,7 +41,7 @@ def _goal_chosen(goal: Goal, order: PlanningOrder, later: float) -> Goal:
 
 
 def is_precedence(conjunct: Conjunct) -> bool:
-    """Return whether it is an ``until`` from the beginning whose sides are about more than one agent."""
+    """Return true if the conjunct is an ``until`` from the beginning whose sides concern more than one agent."""
     if conjunct.windows or not isinstance(conjunct.formula, Until):
         return False
     formula = _formula(conjunct)
@@ -49,13 +49,13 @@ def is_precedence(conjunct: Conjunct) -> bool:
 
 
 def _formula(conjunct: Conjunct) -> Node:
-    """The conjunct as one formula at step 0."""
+    """Conjunct as one formula at step 0."""
     asked = throughout(conjunct.windows, conjunct.formula)
     return asked if conjunct.agent is None else At(conjunct.agent, asked, asked.span)
 
 
 def _chosen(conjunct: Conjunct, order: PlanningOrder, later: float) -> list[Node]:
-    """``end`` at a step of the window, and ``hold`` at all steps before it."""
+    """Conditions of an ``until`` with a selected step: ``end`` at that step, and ``hold`` at all steps before it."""
     settings = smt_settings(order.labels.mission).prioritized
     agent, _, node = conjunct
     assert isinstance(node, Until)
@@ -68,7 +68,7 @@ def _chosen(conjunct: Conjunct, order: PlanningOrder, later: float) -> list[Node
 
 
 def _sometime(node: Node) -> Node:
-    """Formula that it becomes true for each of its agents separately."""
+    """Formula that a node becomes true for each of its agents separately, at any step."""
     match node:
         case At(agent, body):
             return At(agent, Eventually(body, 0, None, node.span), node.span)

@@ -34,10 +34,10 @@ from missionc.planning.progression.residuals import TooComplex
 
 @dataclass(slots=True, eq=False)
 class ShorterMakespan:
-    """Search for a joint motion of shorter duration.
+    """Search for a joint motion of shorter duration than a given motion.
 
     Args:
-        planner_of: prioritized planning of the requirements on given roadmaps within given work.
+        planner_of: function from roadmaps and a work limit to a prioritized planner of the requirements.
         states: best motion found, (agents, steps + 1); ``planner`` found it.
     """
 
@@ -58,11 +58,11 @@ class ShorterMakespan:
 
     @property
     def best(self) -> int:
-        """Number of steps after which no agent moves."""
+        """Duration of the best motion: number of steps after which no agent moves."""
         return duration(self.states)
 
     def find(self) -> None:
-        """Shorten it as far as possible, and note the known bounds."""
+        """Shorten the motion as far as possible, and record the known bounds."""
         settings = smt_settings(self.setting.mission).work
         account = self.setting.account
         made, before = account.work, self.best
@@ -77,7 +77,7 @@ class ShorterMakespan:
         account.notes.append(f"{duration}, {known}")
 
     def descend(self, least: int) -> None:
-        """Reduce the duration in strides that double after success, and then halve."""
+        """Reduce the duration in strides that double after success, and are halved after failure."""
         vain, stride = least - 1, max(1, (self.best - least) // smt_settings(self.setting.mission).prioritized.strides)
         while self.affordable and self.best - vain > 1:
             target = max(self.best - stride, vain + 1)
@@ -87,10 +87,12 @@ class ShorterMakespan:
                 vain, stride = target, max(1, (self.best - target) // 2)
 
     def attempt(self, steps: int, *, anew: bool = False) -> bool:
-        """Search a joint motion that ends after ``steps`` steps; if found, it becomes the best.
+        """Search for a joint motion that ends after ``steps`` steps; if found, it becomes the best motion. Return true
+        if found.
 
         Args:
-            anew: replan all agents; else punctual agents keep their paths unless pushed.
+            anew: True to plan all agents from scratch; False to preserve the paths of agents that are in time unless
+                pushed.
         """
         settings = smt_settings(self.setting.mission).prioritized
         self.setting.budget.on_progress(Progress("improve", 0, f"{self.best} steps so far, trying {steps}"))
@@ -115,7 +117,7 @@ class ShorterMakespan:
         return tuple(map(still, self.roadmaps))
 
     def least(self, least: int) -> int:
-        """Lower bound of the steps that some single agent needs, starting from ``least``."""
+        """Lower bound of the number of steps from single agents, at least ``least``."""
         own = rests_from(self.states)
         self.most = self.setting.account.work + smt_settings(self.setting.mission).work.makespan
         for agent in sorted(self.planner.everyone, key=lambda agent: (-int(own[agent]), agent)):
@@ -129,7 +131,7 @@ class ShorterMakespan:
         return least
 
     def able(self, agent: int, steps: int) -> bool:
-        """Return whether the agent alone may have a path that ends after ``steps`` steps."""
+        """Return true if the agent alone may have a path that ends after ``steps`` steps."""
         if steps not in self._planners:
             self._planners[steps] = self.planner_of(self.still(steps), self.most)
         planner = self._planners[steps]
@@ -143,7 +145,7 @@ class ShorterMakespan:
 
 
 def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
-    """Replan agents that were planned alone, one by one, for length only."""
+    """Joint motion after replanning agents that were planned alone, one by one, for length only."""
     settings = smt_settings(planner.setting.mission).prioritized
     gain = 1e-6  # least saving of a new path, metres
     reservations = planner.reservations.emptied()
@@ -168,7 +170,7 @@ def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
 
 
 def metres_alone(planner: PrioritizedPlanner) -> float | None:
-    """Least total length with each agent alone, metres, if known."""
+    """Sum of the least path lengths of each agent alone, metres; None if unknown."""
     metres = 0.0
     search = planner.search(haste=0.0)
     for agent in sorted(planner.everyone):
@@ -183,7 +185,7 @@ def metres_alone(planner: PrioritizedPlanner) -> float | None:
 
 
 def path_length(planner: PrioritizedPlanner, states: Indices) -> float:
-    """Total length of a joint motion, (agents, steps + 1), metres."""
+    """Total path length of all agents, metres, for roadmap states (agents, steps + 1)."""
     return sum(planner.single_agent.metres(agent, way) for agent, way in enumerate(states))
 
 
@@ -191,9 +193,10 @@ def path_length(planner: PrioritizedPlanner, states: Indices) -> float:
 class PrioritizedPlan:
     """Prioritized planning of a whole mission.
 
-    ``refused``: requirements in conflict, if these roadmaps are known to contain no plan. ``first``: work limit on the
-    run's account without a plan; ``most``: with one. ``planner``: the last planner that found a plan, or the first one
-    tried.
+    Args:
+        first: work limit on the run's account until there is a plan; ``most``: work limit afterwards.
+        refused: requirements in conflict, if these roadmaps are known to contain no plan.
+        planner: the last planner that found a plan, or the first planner tried.
     """
 
     setting: Setting
@@ -206,11 +209,11 @@ class PrioritizedPlan:
     planner: PrioritizedPlanner | None = None
 
     def find(self) -> Trace | None:
-        """Find the best plan within the limits.
+        """Best plan found within the limits; None if none is found.
 
         Raises:
-            TooLarge: the clauses would pass their limit.
-            Unexpressible: a predicate is about too many agents at once.
+            TooLarge: the clauses would exceed their limit.
+            Unexpressible: a predicate depends on too many agents at once.
         """
         mission, account = self.setting.mission, self.setting.account
         required = replace(self.kernel, preferences=())
@@ -239,10 +242,10 @@ class PrioritizedPlan:
         return self.planner.trace(states)
 
     def first_of(self, required: Kernel, *, choosing: bool) -> tuple[PrioritizedPlanner, Indices | None]:
-        """Last planner tried, with its joint motion, (agents, steps + 1), if there is one.
+        """Last planner tried, with its joint motion, (agents, steps + 1), or None if it found none.
 
         Args:
-            choosing: choose steps for precedences; then there is no bound on the quality of plans.
+            choosing: True to select steps for precedences; then there is no bound on the quality of plans.
         """
         shares = (0.0, 0.5, 1.0) if choosing else (None,)  # share of the remaining window for the awaited goal
         for later in shares:
@@ -254,7 +257,7 @@ class PrioritizedPlan:
 
     @property
     def affordable(self) -> bool:
-        """True if work without a plan and time were left."""
+        """True if work for a search without a plan, and time, are left."""
         return self.setting.account.work < self.first and not is_over(self.setting.budget.deadline)
 
     def planner_of(
@@ -264,7 +267,7 @@ class PrioritizedPlan:
         return PrioritizedPlanner(self.setting, required, roadmaps, self.solvers, most, later)
 
     def again(self, required: Kernel, roadmaps: tuple[Roadmap, ...]) -> Indices | None:
-        """Joint motion, (agents, steps + 1), on these roadmaps, if found."""
+        """Joint motion, (agents, steps + 1), for other requirements or roadmaps; None if not found."""
         planner = self.planner_of(required, roadmaps)
         states = planner.plan()
         if states is not None:
@@ -272,7 +275,8 @@ class PrioritizedPlan:
         return states
 
     def sooner(self, states: Indices, required: Kernel) -> Indices:
-        """Joint motion of shorter duration; its duration is noted."""
+        """Joint motion of at most the duration of ``states``, as short as the search finds; the duration is recorded as
+        a note."""
         assert self.planner is not None
         planner_of = partial(self.planner_of, required)
         search = ShorterMakespan(self.setting, planner_of, self.roadmaps, states, self.planner)
@@ -281,7 +285,8 @@ class PrioritizedPlan:
         return search.states
 
     def shorter(self, states: Indices) -> Indices:
-        """Joint motion of smaller total length; the length is noted."""
+        """Joint motion of at most the total length of ``states``, as short as the search finds; the length is recorded
+        as a note."""
         same = 1e-6  # metres
         assert self.planner is not None
         states = shorter(self.planner, states)

@@ -1,12 +1,13 @@
-"""Prioritized planning in groups: a few agents at a time, around the reserved trajectories of those before them.
+"""Prioritized planning in groups: a few agents at a time, around the reserved trajectories of earlier agents.
 
     in   roadmaps, the requirements in parts
     out  a joint motion that satisfies every requirement, or nothing
 
 Few missions need all their agents at once. The needed agents are planned group by group, each with the parts about
-agents planned by then; all others take the shortest clear path. The monitor judges the whole plan. If a turn fails,
-more agents take part: those that no requirement needs, those of later turns, and at last those planned before. Before
-that, a leader plans for its own requirements, and all others follow it. A failure of this method proves nothing.
+agents planned by then; all others take the shortest clear path. The monitor checks the whole plan. If a group fails,
+more agents are added to it: first agents that no requirement needs, then agents of later groups, and at last agents
+planned before. Before that, a leader is planned for its own requirements, and all others follow it. A failure of this
+method proves nothing.
 """
 
 from __future__ import annotations
@@ -42,29 +43,29 @@ from missionc.verification.monitoring.logic import TRUTH
 
 @dataclass(slots=True, eq=False)
 class PrioritizedPlanner(SingleAgentPlanning):
-    """Prioritized planning of a growing joint motion."""
+    """Prioritized planner: extends a joint motion group by group."""
 
     together: bool = True
     """True if agents without a separate path are planned together by the solver."""
     largest: Problem | None = None
-    """Largest solved problem."""
+    """Largest solved SAT problem."""
     nearest: Trace | None = None
-    """First joint motion so far with the fewest failing parts."""
+    """First joint motion with the fewest violated parts so far."""
     fewest: int = 0
-    """Number of its failing parts."""
+    """Number of violated parts of ``nearest``."""
     rounds: int = 0
     taken: int = 0
     failures: int = 0
 
     def plan(self, first: Agents = NOBODY) -> Indices | None:
-        """Joint motion, (agents, steps + 1), without conflicts that satisfies every requirement, if found.
+        """Joint motion, (agents, steps + 1), without conflicts that satisfies every requirement; None if not found.
 
         Args:
             first: agents planned before all others.
 
         Raises:
-            TooLarge: the clauses would pass their limit.
-            Unexpressible: a predicate is about too many agents at once.
+            TooLarge: the clauses would exceed their limit.
+            Unexpressible: a predicate depends on too many agents at once.
         """
         waiting = self.order.groups(self.requirements.parts)
         if sum(map(len, waiting)) > self.settings.group:
@@ -72,22 +73,24 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return self.completed(sorted(waiting, key=lambda group: first.isdisjoint(group)))
 
     def plan_again(self, states: Indices, agents: Agents, by_solver: Mapping[int, str]) -> Indices | None:
-        """Joint motion with these agents replanned; all others keep their paths unless pushed.
+        """Joint motion with ``agents`` replanned; all others keep their paths unless pushed. The result is None if none
+        is found.
 
         Args:
             states: motion to change, (agents, steps + 1).
-            by_solver: agents whose paths a solver found.
+            by_solver: agents whose paths a solver found, with the solver.
 
         Raises:
-            TooLarge: the clauses would pass their limit.
-            Unexpressible: a predicate is about too many agents at once.
+            TooLarge: the clauses would exceed their limit.
+            Unexpressible: a predicate depends on too many agents at once.
         """
         self.reserve(self.everyone - agents, states, (), alone=True)
         self.by_solver = {agent: by for agent, by in by_solver.items() if agent not in agents}
         return self.completed([(agent,) for agent in sorted(agents)])
 
     def completed(self, waiting: list[tuple[int, ...]]) -> Indices | None:
-        """Joint motion after planning these groups, and replanning agents that violate a part."""
+        """Joint motion after planning these groups, and replanning agents that violate a part of the requirements; None
+        if not found."""
         for _ in range(self.settings.repairs):
             if not self.plan_groups(waiting):
                 return None
@@ -109,7 +112,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return None
 
     def with_shorter_paths(self, whole: Reservations) -> Indices:
-        """Motion after a local search for shorter paths; agents planned alone already have the shortest."""
+        """Joint motion after a local search for shorter paths; agents planned alone already have shortest paths."""
         mission, motion = self.setting.mission, whole.motion
         methods = {agent.name: self.by_solver.get(agent.index, SEARCH) for agent in mission.agents}
         self.setting.account.solved = solved_by(methods)
@@ -124,7 +127,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return lift(states, self.reservations.motion.own_roadmaps, self.setting.mission)
 
     def failing_alone(self) -> list[Part]:
-        """Parts that fail if each agent takes its shortest path alone."""
+        """Parts that are violated if each agent takes its shortest path alone."""
         with self.setting.account.stage("bystanders"):
             nobody = self.reservations.emptied()
             ways = [self.single_agent.way(agent, (), nobody) for agent in sorted(self.everyone)]
@@ -133,7 +136,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
             return self.failing(self.trace(np.stack([way for way in ways if way is not None]))) or []
 
     def failing(self, trace: Trace) -> list[Part] | None:
-        """Parts that fail; None if every requirement holds."""
+        """Parts that a trace violates; None if every requirement is satisfied."""
         goals = [goal.formula for goal in self.kernel.requirements]
         parts = [part.formula for part in self.requirements.parts]
         values = Evaluation(TRUTH, self.setting.mission, trace).values([*goals, *parts])
@@ -142,7 +145,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return [part for part in self.requirements.parts if not values[part.formula][0, 0]]
 
     def plan_groups(self, waiting: list[tuple[int, ...]]) -> bool:
-        """Plan all these groups, separately or as many together as a turn takes; return success."""
+        """Plan all these groups, one by one or as many together as the group size allows; return true on success."""
         size = 1
         waiting = self.plan_in_orders(waiting) if not self.reservations.agents else waiting
         while waiting := self.plan_single_agents(waiting):
@@ -162,7 +165,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return True
 
     def plan_with_helpers(self, batch: Agents, waiting: list[tuple[int, ...]]) -> Agents:
-        """Plan the batch with as many helpers as needed; return the agents, empty after failure."""
+        """Plan the batch with as many additional agents as needed; return the planned agents, empty after failure."""
         groups = [group for group in waiting if batch.isdisjoint(group)]
         later = frozenset(agent for group in groups for agent in group)
         idle = sorted(self.everyone.difference(batch, later, self.reservations.agents))
@@ -187,10 +190,11 @@ class PrioritizedPlanner(SingleAgentPlanning):
             helpers = max(1, 2 * helpers)
 
     def plan_around_leader(self, leaders: Agents) -> bool:
-        """Plan one of these as leader on its shortest path for its own requirements, then all others.
+        """Plan one of ``leaders`` on its shortest path for its own requirements, then all other agents; return true on
+        success.
 
-        Requirements on several agents, such as escorts in turns, then apply to the others with a known leader. False if
-        some agent is already planned, if one turn cannot contain the others, or without success.
+        Requirements on several agents, such as escorts in turns, then apply to the others with a known leader. The
+        method fails at once if some agent is already planned, or if one group cannot contain the others.
         """
         if self.reservations.agents or len(self.everyone) - 1 > self.settings.group:
             return False
@@ -212,7 +216,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         return False
 
     def plan_together(self, batch: Agents) -> bool:
-        """Plan the batch around all other planned agents; return success."""
+        """Plan the batch around all other planned agents with the solver; return true on success."""
         setting, reservations, guaranteed = self.setting, self.reservations, self.guaranteed
         if not batch.isdisjoint(reservations.agents):  # conditions on the others may depend on them
             reservations, guaranteed = reservations.copy(), set()

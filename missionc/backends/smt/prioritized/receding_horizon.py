@@ -27,7 +27,8 @@ from missionc.ir.kernel.nodes import Node
 
 
 def last_asked(formulas: Sequence[Node], mission: Mission) -> int:
-    """Last step that decides joint formulas of the first step and the motion there; the mission's if near."""
+    """Last step that matters for joint formulas at step 0; the mission's last step if the last step is not much
+    later."""
     shorter = 2  # least ratio of the mission's steps to those of a part planned alone
     ahead = steps_ahead(formulas, mission.steps)
     last = max((ahead[formula] for formula in formulas), default=0) + 1
@@ -37,10 +38,8 @@ def last_asked(formulas: Sequence[Node], mission: Mission) -> int:
 def first_steps(
     setting: Setting, roadmaps: tuple[Roadmap, ...], ways: Sequence[Flags], last: int
 ) -> tuple[Setting, tuple[Roadmap, ...], tuple[Flags, ...]]:
-    """Setting, roadmaps and possible states, (steps + 1, states) each, up to a step.
-
-    Unchanged for the last.
-    """
+    """Setting, roadmaps and possible states, (steps + 1, states) each, truncated after the step ``last``; unchanged for
+    the mission's last step."""
     if last == setting.mission.steps:
         return setting, roadmaps, tuple(ways)
     mission = replace(setting.mission, steps=Steps(last))
@@ -59,11 +58,11 @@ def first_steps(
 def continued(
     planning: SingleAgentPlanning, reservations: Reservations, agents: Sequence[int], begun: Indices
 ) -> Indices | None:
-    """Whole paths of agents, (agents of the mission, steps + 1), planned one by one; None if one has none.
+    """Whole paths of agents, states (agents of the mission, steps + 1), planned one by one; None if an agent has none.
 
     Args:
         reservations: reservations of all others.
-        begun: their first steps, (agents of the mission, some steps).
+        begun: first steps of the paths, (agents of the mission, some steps).
     """
     whole, limit = reservations.copy(), planning.setting.budget.limits.clauses
     never, exclusions = dict(planning.requirements.never), planning.requirements.exclusions

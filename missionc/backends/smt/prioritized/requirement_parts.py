@@ -29,11 +29,11 @@ NOBODY: Agents = frozenset()
 
 
 class Part(Record, eq=False):
-    """A formula required as a whole at step 0.
+    """Part of a requirement: a formula that must be satisfied at step 0.
 
     Args:
-        asks: named agents that it restricts.
-        grows: True if additional agents can only help.
+        named: named agents that it restricts.
+        monotone: True if additional agents can make it true but never false.
     """
 
     formula: Node
@@ -42,10 +42,10 @@ class Part(Record, eq=False):
 
 
 class RequirementParts(Record, eq=False):
-    """The requirements as conjuncts.
+    """Requirements split into parts, per-agent forbidden states, and exclusions.
 
-    ``never``: for some agents, forbidden states, (steps + 1, states). These conditions and those of ``exclusions`` are
-    in no part.
+    ``never`` has the forbidden states of some agents, (steps + 1, states). No part repeats the conditions of ``never``
+    and ``exclusions``.
     """
 
     parts: tuple[Part, ...]
@@ -53,13 +53,13 @@ class RequirementParts(Record, eq=False):
     exclusions: tuple[Exclusion, ...]
 
     def excluded(self, present: Agents) -> list[Node]:
-        """Exclusions on the present agents while all others stay away, as formulas at step 0."""
+        """Exclusions on the present agents if all others avoid the states, as formulas at step 0."""
         asked = ((each.conjunct.windows, each.among(present)) for each in self.exclusions)
         return [throughout(windows, node) for windows, node in asked if node is not None]
 
 
 def split_requirements(kernel: Kernel, labels: Labels) -> RequirementParts:
-    """Split the requirements into parts."""
+    """Requirements of a kernel split into parts."""
     never: dict[int, Flags] = {}
     exclusions: list[Exclusion] = []
     formulas: list[Node] = []
@@ -86,7 +86,7 @@ def split_requirements(kernel: Kernel, labels: Labels) -> RequirementParts:
 
 
 def throughout(windows: Iterable[Always], node: Node) -> Node:
-    """The formula over all of these windows, the outermost first."""
+    """Formula that the node holds over all of these nested windows, the outermost first."""
     for window in reversed(tuple(windows)):
         node = Always(node, window.low, window.high, window.span)
     return node
@@ -105,7 +105,7 @@ def named_agents(roots: Iterable[Node]) -> dict[Node, Agents]:
 
 
 def agents_named_by(node: Node) -> Agents:
-    """Agents that the node itself restricts."""
+    """Agents that a node itself names, without its children."""
     match node:
         case At(agent):
             return frozenset((agent,))
@@ -116,9 +116,9 @@ def agents_named_by(node: Node) -> Agents:
 
 
 def restricted_to(formula: Node, named: dict[Node, Agents], present: Agents) -> Node | None:
-    """Stronger formula that restricts only present agents; None if there is none.
+    """Stronger formula that restricts only present agents; None if no such formula exists.
 
-    If some of many suffice, they must be among the present ones.
+    If some of many agents suffice, they must be among the present agents.
     """
     if named[formula] <= present:
         return formula
@@ -150,7 +150,7 @@ def _restricted_to(node: Node, parts: tuple[Node | None, ...], present: Agents) 
 def applicable_parts(
     requirements: RequirementParts, named: dict[Node, Agents], guaranteed: set[Part], present: Agents
 ) -> dict[Part, Node]:
-    """Parts that apply to the present agents, except guaranteed ones; each restricted to them."""
+    """Parts that apply to the present agents, except guaranteed parts, with each formula restricted to these agents."""
     formulas = {
         part: restricted_to(part.formula, named, present) for part in requirements.parts if part not in guaranteed
     }
@@ -158,11 +158,11 @@ def applicable_parts(
 
 
 def deepened(formulas: Sequence[Node], steps: int, first: int) -> Iterator[list[Node]]:
-    """Yield the formulas with short windows, with longer ones, and finally unchanged.
+    """Yield the formulas with short windows, then with longer windows, and finally unchanged.
 
     Args:
         steps: last step of the mission, the end of unbounded windows.
-        first: maximum length of the first windows; doubled each time.
+        first: maximum length of the first windows, steps; doubled each time.
     """
     longest = first
     while 2 * longest <= steps:
@@ -175,10 +175,8 @@ def deepened(formulas: Sequence[Node], steps: int, first: int) -> Iterator[list[
 
 
 def within_horizon(formula: Node, longest: int, steps: int) -> Node:
-    """The formula at the first step, with ``eventually`` and ``until`` windows no longer than ``longest``.
-
-    The same formula if no window is twice as long.
-    """
+    """Formula with its ``eventually`` and ``until`` windows at step 0 reduced to ``longest`` steps; unchanged if no
+    window is twice as long."""
     match formula:
         case Eventually(low=low, high=high) | Until(low=low, high=high):
             last = steps if high is None else high

@@ -1,4 +1,4 @@
-"""Reservations of fixed trajectories: planned agents, and the moves left free for the others."""
+"""Reservations: fixed trajectories of planned agents, and the roadmap moves that remain free for the others."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ from missionc.geometry.vectors import norm
 from missionc.ir import Mission
 
 FIXED = 1 << 17
-"""Weight of an agent that cannot be moved: above all movable ones together."""
+"""Weight of an agent that must not be displaced: above that of all displaceable agents together."""
 
 
 class Reservations:
     """Reserved trajectories: joint motion of some agents, in the order of planning.
 
-    ``states``, (agents, steps + 1), has their motion; entries of other agents are meaningless. Agents in ``alone`` were
-    planned one by one and may be replanned so. ``tables`` has the remaining free moves on each roadmap.
+    ``states``, (agents, steps + 1), contains their motion; entries of other agents are meaningless. Agents in ``alone``
+    were planned one by one and may be replanned individually. ``tables`` contains the remaining free moves on each
+    roadmap.
     """
 
     def __init__(self, motion: Motion, mission: Mission) -> None:
@@ -35,13 +36,13 @@ class Reservations:
         self.alone: set[int] = set()
         self.states = np.zeros((motion.agents, motion.steps + 1), dtype=np.int64)
         self.known: set[int] = set()
-        """Those of whom ``states`` says what they do, or did before they had to make way."""
+        """Agents whose current or last trajectory ``states`` contains."""
         self.moved = np.zeros(motion.agents, dtype=np.int64)
-        """How often each has had to make way, (agents,)."""
+        """Number of times that each agent was displaced, (agents,)."""
         self.tables = [ReservationTable(roadmap, mission) for roadmap in motion.roadmaps]
 
     def reserve(self, agents: Iterable[int], states: Indices, *, alone: bool = False) -> None:
-        """Reserve the trajectories of these agents, ``states``, (agents of the mission, steps + 1)."""
+        """Reserve the trajectories of ``agents`` in ``states``, (agents of the mission, steps + 1)."""
         for agent in agents:
             self.agents.append(agent)
             self.states[agent] = states[agent]
@@ -53,7 +54,7 @@ class Reservations:
                 table.keep_clear_of(agent, track, int(1 + self.moved[agent]) if alone else FIXED)
 
     def release(self, agents: Iterable[int]) -> None:
-        """Release the reservations of these agents."""
+        """Release the reservations of ``agents``."""
         for agent in agents:
             self.agents.remove(agent)
             self.alone.discard(agent)
@@ -68,7 +69,7 @@ class Reservations:
         return other
 
     def emptied(self) -> Reservations:
-        """The same roadmaps without reservations."""
+        """Copy for the same roadmaps without reservations."""
         other = copy(self)
         other.agents, other.alone, other.known = [], set(), set()
         other.states, other.moved = np.zeros_like(self.states), np.zeros_like(self.moved)
@@ -81,7 +82,7 @@ class Reservations:
         return {(agent, self.states[agent].tobytes()) for agent in self.agents}
 
     def in_the_way(self, agent: int, way: Indices) -> list[int]:
-        """Planned agents in conflict with the agent on this path, (steps + 1,)."""
+        """Planned agents that conflict with the agent on this path, states (steps + 1,)."""
         others = np.array(self.agents, dtype=np.int64)
         if not others.size:
             return []
@@ -94,7 +95,8 @@ class Reservations:
         return met
 
     def passed(self, agent: int) -> Flags:
-        """States of an agent with known passes of others too near, once it has had to yield."""
+        """Return true for each state of an agent that is too close to known paths of others; all false until the agent
+        was displaced."""
         roadmap = self.motion.roadmap(agent)
         near = np.zeros(len(roadmap.position), dtype=np.bool_)
         others = sorted(self.known - {agent}) if self.moved[agent] else []
@@ -110,7 +112,7 @@ class Reservations:
         return kinematics(way[None], np.array([agent]), self.motion, self.mission).take(0)
 
     def fixed(self, ways: Sequence[Flags]) -> tuple[Flags, ...]:
-        """Possible states of all agents, (steps + 1, states) each, with planned agents at their places."""
+        """Possible states of all agents, (steps + 1, states) each, with planned agents on their trajectories."""
         settled = set(self.agents)
         fixed = []
         for agent in range(self.motion.agents):
@@ -128,10 +130,11 @@ class Reservations:
 
 
 class ReservationTable:
-    """Reservation table of one roadmap: the free moves at each step.
+    """Reservation table of one roadmap: the moves that are free at each step.
 
-    The blocked cells of each agent are sparse: step and move in one number. ``begins`` has the index of each state's
-    first move, (states + 1,); ``leads_on``, (moves,), is True for moves other than waiting.
+    The blocked cells of each agent are a sparse list; a cell is a step and a move, encoded in one number. ``begins``
+    has the index of each state's first move, (states + 1,); ``leads_on``, (moves,), is true for moves other than
+    waiting.
     """
 
     def __init__(self, roadmap: Roadmap, mission: Mission) -> None:
@@ -145,16 +148,16 @@ class ReservationTable:
         self.longest = float(self.length.max(initial=0.0))
         going = np.flatnonzero((roadmap.allowed & self.leads_on).any(axis=1))
         self.over = int(going[-1]) + 1 if going.size else 0
-        """From this step on nobody can but wait."""
+        """Step from which on agents can only wait."""
         shortest = np.min(np.where(roadmap.allowed, self.length, np.inf), axis=1, initial=np.inf)
         self.to_come = np.append(np.cumsum(shortest[::-1])[::-1], 0.0)
-        """Metres that whoever keeps going makes at least from each step on, (steps + 1,); 0 where it can wait."""
+        """Least distance that an agent still has to move from each step on, (steps + 1,), metres; 0 if it can wait."""
         self.middle, self.reach = _disc(self.moves, mission.step)
         self._tree = cKDTree(self.middle)
         self._taken = np.zeros(roadmap.allowed.shape, dtype=np.int32)
-        """What those weigh together whom each move comes too near, (steps, moves)."""
+        """Total weight of the agents that each move conflicts with, (steps, moves)."""
         self._near: dict[int, tuple[Indices, int]] = {}
-        """The cells that come too near each settled agent, and what it weighs."""
+        """Blocked cells and weight of each planned agent."""
 
     def copy(self) -> ReservationTable:
         other = copy(self)
@@ -162,17 +165,17 @@ class ReservationTable:
         return other
 
     def emptied(self) -> ReservationTable:
-        """The same roadmap without reservations."""
+        """Copy for the same roadmap without reservations."""
         other = copy(self)
         other._taken, other._near = np.zeros(self._taken.shape, dtype=self._taken.dtype), {}
         return other
 
     def keep_clear_of(self, agent: int, track: Motions, weight: int) -> None:
-        """Block all moves that come too near the agent.
+        """Block all moves that come too close to the agent.
 
         Args:
-            track: its motions, (steps).
-            weight: ``FIXED`` if it cannot be moved.
+            track: motions of the agent, (steps).
+            weight: ``FIXED`` if the agent must not be displaced.
         """
         pair = np.array([self.roadmap.agents[0]]), np.array([agent])
         least, factors = float(needed(*pair, self.mission)[0]), metric(*pair, self.mission)
@@ -182,10 +185,10 @@ class ReservationTable:
         self._taken.reshape(-1)[cells] += weight
 
     def too_near(self, others: Motions, least: float, factors: Array | None) -> tuple[Indices, Indices]:
-        """Pairs of others' motions and moves nearer to each other than ``least`` metres, (pairs,) each.
+        """Pairs of others' motions and moves that come closer to each other than ``least`` metres, (pairs,) each.
 
         Args:
-            factors: (..., dim), as for ``closest_approach``.
+            factors: factors on the axes, (..., dim), as for ``closest_approach``.
         """
         (middle, reach), widest = _disc(others, self.mission.step), _within(least, factors)
         around = self._tree.query_ball_point(middle, reach + self.reach.max(initial=0.0) + widest)
@@ -201,25 +204,23 @@ class ReservationTable:
         self._taken.reshape(-1)[cells] -= weight
 
     def free(self, step: int, move: Indices, *, pushing: bool) -> Flags:
-        """Flags of these moves, (rows,), that conflict with no agent at the step.
-
-        With ``pushing``, with no fixed agent.
-        """
+        """Return true for each of these moves, (rows,), that conflicts with no agent at the step, or with ``pushing``,
+        with no fixed agent."""
         free: Flags = self.roadmap.allowed[step].take(move) & (self._taken[step].take(move) < (FIXED if pushing else 1))
         return free
 
     def onward(self, state: Indices) -> tuple[Indices, Indices]:
-        """Moves that leave states, (rows,): the row of each, and the move, (moves,) each."""
+        """Moves that leave states, (rows,): the row of each move, and the move, (moves,) each."""
         sizes = self.sizes.take(state)
         row = np.arange(len(state)).repeat(sizes)
         return row, np.arange(len(row)) + (self.begins.take(state) - sizes.cumsum() + sizes).take(row)
 
     def weight(self, step: int, move: Indices) -> Indices:
-        """Total weight of the agents in conflict with each move, (rows,)."""
+        """Total weight of the agents that conflict with each move at the step, (rows,)."""
         return np.asarray(self._taken[step].take(move))
 
     def metres(self, way: Indices) -> float:
-        """Length of a path, (steps + 1,), metres."""
+        """Length of a path, states (steps + 1,), metres."""
         return float(self.length[self.roadmap.moves_of(way)].sum())
 
     def open_roadmap(self) -> Roadmap:
@@ -227,7 +228,7 @@ class ReservationTable:
 
 
 def _within(least: float, factors: Array | None) -> float:
-    """Distance sufficient in every direction, metres, if ``least`` applies with the factors, (..., dim)."""
+    """Distance, metres, that satisfies the separation ``least`` with these factors, (..., dim), in every direction."""
     return least if factors is None else least / min(1.0, float(factors.min()))
 
 

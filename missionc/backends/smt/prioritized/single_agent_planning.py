@@ -1,9 +1,9 @@
-"""Prioritized planning of single agents: each takes the shortest path left by the previous ones.
+"""Prioritized planning of single agents: each takes the shortest path that the previous agents leave free.
 
     in   roadmaps, the requirements in parts
-    out  reserved trajectories, and the agents without one
+    out  reserved trajectories, and the agents without a path
 
-An agent without a path displaces others, which are planned again. Two agents that repeatedly displace each other are
+An agent without a path displaces others, which are replanned. Two agents that repeatedly displace each other are
 searched jointly. The remaining agents go first in another order, from the beginning.
 
 Source:
@@ -54,10 +54,10 @@ from missionc.planning.progression.residuals import TooComplex
 
 @dataclass(slots=True, eq=False)
 class SingleAgentPlanning:
-    """Growing set of reserved trajectories, agent by agent.
+    """Prioritized planner of single agents: extends a set of reserved trajectories agent by agent.
 
-    ``most``: work limit on the run's account. ``later``: relative position in the window of the step chosen for a
-    precedence (0 to 1).
+    ``most``: work limit on the run's account. ``later``: position of the step selected for a precedence in its window
+    (0 to 1).
     """
 
     setting: Setting
@@ -77,19 +77,19 @@ class SingleAgentPlanning:
     lost_alone: set[int] = field(default_factory=set)
     """Agents without a path even without any planned agent."""
     guaranteed: set[Part] = field(default_factory=set)
-    """Parts that hold for the planned agents and for any additional ones."""
+    """Parts that are satisfied by the planned agents whatever additional agents do."""
     pushed: Counter[tuple[int, int]] = field(default_factory=Counter)
     """Number of times that the first agent has displaced the second."""
     able: set[int] = field(default_factory=set)
     """Agents that can satisfy their own requirements alone."""
     compatible: set[Agents] = field(default_factory=set)
-    """Agents that can all satisfy their own requirements without conflict, as far as an untimed search shows."""
+    """Sets of agents that can satisfy their own requirements without conflict, as far as an untimed search shows."""
     chosen: bool = field(init=False)
-    """True if steps were chosen: the requirements are then stronger, and refusals are not possible."""
+    """True if steps were selected: the requirements are then stronger, and refusals are not possible."""
     refused: tuple[str, ...] | None = None
-    """Requirements in conflict, if these roadmaps are known to contain no plan."""
+    """Names of requirements in conflict, if these roadmaps are known to contain no plan; None otherwise."""
     by_solver: dict[int, str] = field(default_factory=dict)
-    """Planned agents with a solver's path, and the solver; all others used search."""
+    """Solver that found the path, for planned agents with a solver's path; all others used search."""
 
     def __post_init__(self) -> None:
         mission = self.setting.mission
@@ -110,7 +110,7 @@ class SingleAgentPlanning:
 
     @property
     def enough(self) -> int:
-        """Work limit of single-agent searches."""
+        """Work limit of single-agent searches, in units of moves."""
         return self.settings.search_work + self.settings.search_work_each * len(self.everyone)
 
     @property
@@ -134,7 +134,7 @@ class SingleAgentPlanning:
 
     @contextmanager
     def counted(self, search: SingleAgentSearch) -> Iterator[SingleAgentSearch]:
-        """Count the search's work within the context, limited by the remaining work."""
+        """Context in which the work of a search is counted and limited by the remaining work."""
         account, before = self.setting.account, search.work
         search.most = before + (self.most - account.work) / MOVE_STEP
         try:
@@ -144,7 +144,7 @@ class SingleAgentPlanning:
             account.work += MOVE_STEP * (search.work - before)
 
     def refusing(self, agent: int) -> tuple[str, ...] | None:
-        """Requirements for which the agent's roadmap certainly contains no path; None if unknown."""
+        """Names of the requirements for which the agent's roadmap certainly contains no path; None if unknown."""
         if agent in self.able or self.chosen:
             return None
         with suppress(TooComplex):
@@ -157,10 +157,10 @@ class SingleAgentPlanning:
         return None
 
     def plan_in_orders(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
-        """Plan the agents with a separate path, restarting with the remaining ones first.
+        """Plan the agents that have a separate path, restarting with the remaining agents first.
 
         Returns:
-            groups that remain in the last of these orders.
+            groups that remain unplanned in the last of these orders.
         """
         order, left, urgent = list[tuple[int, ...]](), waiting, list[tuple[int, ...]]()
         for _ in range(self.settings.orders):
@@ -182,7 +182,7 @@ class SingleAgentPlanning:
         return left
 
     def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
-        """Plan the agents with a separate path; return the remaining groups."""
+        """Plan the agents that have a separate path; return the remaining groups."""
         queue, left, failures = deque(waiting), list[tuple[int, ...]](), 0
         while queue and failures < self.settings.single_failures and self.affordable and self.refused is None:
             group = queue.popleft()
@@ -206,12 +206,12 @@ class SingleAgentPlanning:
         return left + list(queue)
 
     def plan_single_agent(self, agent: int) -> list[int] | None:
-        """Plan the agent on the shortest path that satisfies its requirements, if there is one.
+        """Plan the agent on the shortest path that satisfies its requirements.
 
-        If others block it, it takes a path with few conflicts with agents that were planned alone.
+        If others block every such path, the agent takes a path with few conflicts with agents that were planned alone.
 
         Returns:
-            displaced agents, which must be planned again.
+            displaced agents, which must be replanned; None if there is no path.
         """
         first = not self.reservations.agents
         if first and agent in self.lost_alone:
@@ -241,7 +241,7 @@ class SingleAgentPlanning:
             return moved
 
     def plan_jointly(self, agents: tuple[int, ...]) -> bool:
-        """Plan agents, the first of them already planned, on the best joint motion; return success or refuse."""
+        """Plan agents, the first of them already planned, on the best joint motion; return true on success."""
         setting, formulas = self.setting, [self.own_parts(agent) for agent in agents]
         one, other = np.array(agents)[:, None], np.array(agents)
         apart, factors = needed(one, other, setting.mission), metric(one, other, setting.mission)
@@ -273,7 +273,7 @@ class SingleAgentPlanning:
         return False
 
     def infeasible(self, formulas: Sequence[Node], ways: Sequence[Flags], present: Agents) -> bool:
-        """Return whether no joint motion of the present agents satisfies these; False proves nothing.
+        """Return true if no joint motion of the present agents satisfies the formulas; False proves nothing.
 
         Args:
             ways: possible states of each agent, (steps + 1, states).
@@ -281,16 +281,15 @@ class SingleAgentPlanning:
         return SingleAgentRelaxation(self.order.labels, ways, present).infeasible(formulas)
 
     def reserve(self, agents: Agents, states: Indices, parts: Iterable[Part], *, alone: bool) -> None:
-        """Reserve the trajectories of these agents, ``states``, (agents of the mission, steps + 1), with
-        their parts.
-        """
+        """Reserve the trajectories of ``agents`` in ``states``, (agents of the mission, steps + 1), and record the
+        parts that they satisfy."""
         self.reservations.reserve(sorted(agents), states, alone=alone)
         self.infeasible_alone.clear()
         self.lost_alone.clear()
         self.guaranteed.update(part for part in parts if part.monotone)
 
     def release(self, agents: Iterable[int]) -> None:
-        """Release these agents, which were planned alone. Effects on others are checked at the end."""
+        """Release agents that were planned alone; effects on other agents are checked at the end."""
         released = frozenset(agents)
         self.reservations.release(sorted(released))
         self.guaranteed = {part for part in self.guaranteed if not part.named or not part.named <= released}
@@ -298,10 +297,10 @@ class SingleAgentPlanning:
 
 
 def smallest_conflict(kernel: Kernel, search: SingleAgentSearch, agent: int) -> tuple[str, ...]:
-    """Smallest set of requirement names for which the agent has no path.
+    """Minimal set of requirement names for which the agent has no path.
 
     Raises:
-        TooComplex: the search cannot express them.
+        TooComplex: the search cannot express the requirements.
     """
     own = {goal.name: own_formulas(goal.formula, agent) for goal in kernel.requirements}
     for name in list(own):
@@ -313,6 +312,6 @@ def smallest_conflict(kernel: Kernel, search: SingleAgentSearch, agent: int) -> 
 
 
 def names_about(kernel: Kernel, agents: Iterable[int]) -> tuple[str, ...]:
-    """Names of requirements on one of these agents alone."""
+    """Names of the requirements that constrain an agent of ``agents`` by name."""
     goals = kernel.requirements
     return tuple(goal.name for goal in goals if any(own_formulas(goal.formula, agent) for agent in agents))

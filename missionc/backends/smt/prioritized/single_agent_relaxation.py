@@ -3,9 +3,9 @@
     in   formulas, possible states of each agent, participating agents
     out  certainly infeasible, or unknown
 
-A formula may hold for an agent in a state if some path from there visits the required states. Conditions on other
-agents count as true if a suitable agent exists. This takes one or two sweeps over the moves of a roadmap, and often
-avoids solving a problem with too few agents.
+A formula may be true for an agent in a state if some path from that state visits the required states. Conditions on
+other agents count as true if a suitable agent exists. The check takes one or two sweeps over the moves of a roadmap,
+and often avoids solving a problem with too few agents.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 
 May = Callable[[int, int], Flags]
-"""States, (states,), in which a formula may hold for an agent at a step; computed on demand."""
+"""Function from an agent and a step to the states, (states,), in which a formula may be true; computed on demand."""
 
 Onward = Callable[[int, int, Flags], Flags]
-"""Function from states that may satisfy a formula one step later to those at a step, (states,)."""
+"""Function from states that may satisfy a formula one step later to states that may satisfy it at a step, (states,)."""
 
 
 STEPS = 5_000
@@ -34,11 +34,11 @@ STEPS = 5_000
 
 
 class SingleAgentRelaxation(Domain[May]):
-    """May analysis of agents: possible truth while participants move and other agents are absent.
+    """Domain of possible truth for single agents, while participants move and other agents are absent.
 
     Args:
         ways: possible states of each agent, (steps + 1, states).
-        taking_part: agents with possible links.
+        taking_part: agents that may have links.
     """
 
     def __init__(self, labels: Labels, ways: Sequence[Flags], taking_part: frozenset[int]) -> None:
@@ -46,10 +46,7 @@ class SingleAgentRelaxation(Domain[May]):
         self._swept = 0
 
     def infeasible(self, formulas: Iterable[Node]) -> bool:
-        """Return whether some formula at step 0 holds in no joint motion of these agents.
-
-        False proves nothing.
-        """
+        """Return true if no joint motion of the participants satisfies some formula at step 0; False proves nothing."""
         with deep():
             return not all((may(0, 0) & self.ways[0][0]).any() for may in evaluate(formulas, self).values())
 
@@ -125,10 +122,11 @@ class SingleAgentRelaxation(Domain[May]):
         return agent in linked and bool(self.taking_part.intersection(linked) - {agent})
 
     def _sweep(self, node: WindowNode | UntilNode, last: May, at: Onward, before: Onward) -> May:
-        """Sweep backwards through a window: ``last`` at its end, then each step from the next.
+        """Possible states of a temporal operator by a backward sweep through its window: ``last`` at its end, then each
+        step from the next.
 
         Args:
-            at: rule for a step of the window; ``before``: rule for one before the window.
+            at: rule for a step of the window; ``before``: rule for a step before the window.
         """
 
         def may(agent: int, step: int) -> Flags:

@@ -1,11 +1,11 @@
 """Single-agent search: shortest path that satisfies one agent's formulas, around the reservations.
 
-    in   formulas about one agent, reservations of agents planned before it
+    in   formulas about one agent, reservations of agents planned before
     out  shortest path on its time-expanded roadmap that satisfies them, or nothing
 
 It searches the product of the time-expanded roadmap and the automaton of residuals (``progression``), step by step.
 States beyond a cost bound (``distance_to_go``) are pruned; the bound grows until there is a path. The result is the
-shortest path. Conditions on planned agents are known.
+shortest path. Conditions on planned agents are evaluated on their trajectories.
 
 Source:
     Hart, Nilsson and Raphael, 1968: f = g + h; here all nodes of a step are expanded together.
@@ -44,17 +44,17 @@ from missionc.planning.progression.residuals import (
 )
 
 Settled = set[tuple[int, bytes]]
-"""Agents and their paths."""
+"""Planned agents with their paths."""
 
 
 class SingleAgentSearch:
-    """Shortest paths of single agents around the planned agents of ``reservations``.
+    """Search for shortest paths of single agents around the planned agents of ``reservations``.
 
     Args:
         never: forbidden states of some agents, (steps + 1, states).
         limit: maximum number of clauses.
-        haste: cost of a step, as a share of the longest move; 0 counts only metres, None means the setting.
-        exclusions: other restrictions near planned agents.
+        haste: cost of a step, as a fraction of the longest move; 0 counts only metres, None means the setting.
+        exclusions: exclusions that restrict an agent near planned agents.
     """
 
     def __init__(
@@ -78,16 +78,16 @@ class SingleAgentSearch:
         self._monotone: dict[Node, bool] = {}
         self._known: tuple[Settled, Formulas] | None = None
         self.work = 0
-        """Moves looked at so far."""
+        """Number of moves expanded so far."""
         self.most = math.inf
-        """A search gives up after so many moves."""
+        """Number of expanded moves after which a search ends without a path."""
 
     def way(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, most: float = np.inf
     ) -> Indices | None:
-        """Shortest path, (steps + 1,), without conflict with planned agents.
+        """Shortest path, states (steps + 1,), without conflict with planned agents.
 
-        None if there is none with a cost of at most ``most``, or if the search cannot express the formulas.
+        The result is None if no such path has a cost of at most ``most``, or if the search cannot express the formulas.
         """
         with deep(), suppress(TooComplex):
             return self._shortest(self.mover(agent, formulas, reservations), agent, reservations, most=most)
@@ -96,10 +96,11 @@ class SingleAgentSearch:
     def way_or_push(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, may_push: bool
     ) -> Indices | None:
-        """Shortest path, (steps + 1,), if necessary with conflicts with movable agents.
+        """Shortest path, states (steps + 1,), if necessary with conflicts with displaceable agents; None without a
+        path.
 
-        A conflict-free path is not considered if its detour costs more than a push. Assumptions between agents are
-        checked when all are planned.
+        A conflict-free path is not considered if its detour costs more than a displacement. Assumptions between agents
+        are checked when all are planned.
         """
         way = self._way_or_push(agent, formulas, reservations, may_push)
         if way is None and self._known is not None and self._known[0] != reservations.settled:
@@ -125,7 +126,7 @@ class SingleAgentSearch:
         return way
 
     def with_bystanders(self, reservations: Reservations, everyone: Iterable[int]) -> Reservations | int:
-        """Reservations of all agents, the unplanned ones on shortest paths; or the first agent without a path."""
+        """Reservations of all agents, unplanned agents on shortest paths; or the first agent without a path."""
         whole = reservations.copy()
         for agent in sorted(set(everyone).difference(whole.agents)):
             way = self.way(agent, (), whole)
@@ -135,29 +136,30 @@ class SingleAgentSearch:
         return whole
 
     def alone(self, agent: int, formulas: Sequence[Node], *, shortest: bool = True) -> Indices | None:
-        """Shortest path, (steps + 1,), without other agents; None if its roadmap certainly has none.
+        """Shortest path, states (steps + 1,), without other agents; None if the agent's roadmap certainly contains
+        none.
 
         Args:
             shortest: False if any path suffices.
 
         Raises:
-            TooComplex: the formulas are about others, or it takes too much work.
+            TooComplex: the formulas concern other agents, or the search takes too much work.
         """
         with deep():
             return self._shortest(self.mover(agent, formulas, None), agent, self._nobody, any_way=not shortest)
 
     def metres(self, agent: int, way: Indices) -> float:
-        """Length of a path of the agent, (steps + 1,), metres."""
+        """Length of a path of the agent, states (steps + 1,), metres."""
         table = self._nobody.tables[self._labels.roadmap_of[agent]]
         return table.metres(way)
 
     # ------------------------------------------------------------------- task
 
     def mover(self, agent: int, formulas: Sequence[Node], reservations: Reservations | None) -> Mover:
-        """The agent with its task from the formulas; without reservations nothing is known about others.
+        """Agent with its task from the formulas; without reservations nothing is known about other agents.
 
         Raises:
-            TooComplex: the search cannot express them.
+            TooComplex: the search cannot express the formulas.
         """
         around = reservations or self._nobody
         table = around.tables[self._labels.roadmap_of[agent]]
@@ -256,7 +258,8 @@ class SingleAgentSearch:
         )
 
     def _beside(self, node: Node, agent: int, reservations: Reservations, may: Flags) -> Flags:
-        """Steps and states in which a condition on others certainly holds: (steps + 1, states)."""
+        """Return true for each step and state in which a condition on other agents is certainly true: (steps + 1,
+        states)."""
         changed = 0.2  # share of changed agents from which a monotone formula is evaluated again
         leaf = node.body if isinstance(node, Not) else node
         labels, motion = self._labels, reservations.motion
@@ -293,7 +296,8 @@ class SingleAgentSearch:
         return found
 
     def _formulas(self, reservations: Reservations, changed: float) -> Formulas:
-        """Literals for planned agents, or for an earlier set of them up to the share ``changed``."""
+        """Encoded formulas for the planned agents, or for an earlier set of planned agents that differs by at most the
+        fraction ``changed``."""
         agents, settled = reservations.agents, reservations.settled
         if self._known is None or len(self._known[0] ^ settled) > changed * len(agents):
             motion, clauses = reservations.motion, Clauses(self._limit)  # known facts need none
@@ -310,13 +314,13 @@ class SingleAgentSearch:
         return self._known[1]
 
     def _may(self, agent: int, reservations: Reservations) -> Flags:
-        """Allowed states of the agent, (steps + 1, states), from restrictions about others."""
+        """Allowed states of the agent, (steps + 1, states), given forbidden states and exclusions."""
         standing = reservations.tables[self._labels.roadmap_of[agent]].roadmap.standing
         may = standing & ~self._never[agent] if agent in self._never else standing
         return may_be(self._exclusions, agent, reservations, may)
 
     def admits(self, agents: Iterable[int], states: Indices, reservations: Reservations) -> bool:
-        """Return whether the exclusions admit the joint ``states``, (agents of the mission, steps + 1), of agents.
+        """Return true if the exclusions admit the joint ``states``, (agents of the mission, steps + 1), of agents.
 
         Args:
             reservations: reservations of all others.
@@ -339,12 +343,13 @@ class SingleAgentSearch:
         more: float = np.inf,
         any_way: bool = False,
     ) -> Indices | None:
-        """Cheapest path with a cost of at most ``most``, and at most ``more`` above the lower bound.
+        """Cheapest path, states (steps + 1,), with a cost of at most ``most``, and at most ``more`` above the lower
+        bound; None without such a path.
 
-        With ``any_way``, a path of any cost.
+        With ``any_way``, the path need not be the cheapest.
 
         Raises:
-            TooComplex: it takes too much work.
+            TooComplex: the search takes too much work.
         """
         settings = smt_settings(mover.table.mission).search
         # Bounds on the cost of a path that displaces others: one push, and these multiples of the excess; then none.

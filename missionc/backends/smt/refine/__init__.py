@@ -1,1 +1,1 @@
-"""Lazy constraint generation (CEGAR): collisions are forbidden when a model has them; unsat cores."""
+"""Lazy constraint generation (CEGAR): collisions are forbidden once a model contains them; unsatisfiable cores."""

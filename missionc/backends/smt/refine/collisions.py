@@ -1,7 +1,7 @@
-"""Separation constraints, added when a model violates them: no two bodies nearer than the mission allows.
+"""Separation constraints, added when a model violates them: no two bodies closer than the mission allows.
 
 Conflicts are computed from a model's joint motion. The added constraints cover all agents and steps: two agents in one
-place, in places too near each other, or on simultaneous moves that come too near.
+roadmap state, in states too close to each other, or on simultaneous moves that come too close.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
 
 CUSHION = 1e-6
-"""Additional separation, metres, so that rounding causes no contact."""
+"""Additional separation, metres, so that rounding errors cause no contact."""
 
 
 class Near(Record, eq=False):
-    """Pairs of agents that come too near within a step, (pairs,) each."""
+    """Pairs of agents that come too close within a step: both agents and the step, (pairs,) each."""
 
     first: Indices
     second: Indices
@@ -35,10 +35,10 @@ class Near(Record, eq=False):
 
 
 def too_near(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> Near:
-    """All pairs of these agents that violate the separation in a joint motion.
+    """All pairs of ``agents`` that violate the separation in a joint motion, with the steps.
 
     Args:
-        states: (agents of the mission, steps + 1), each agent's state in its roadmap.
+        states: each agent's state in its roadmap, (agents of the mission, steps + 1).
     """
     first, second = np.triu_indices(len(agents), k=1)
     moving = kinematics(states[agents], agents, motion, mission)
@@ -55,20 +55,21 @@ def needed(first: Indices, second: Indices, mission: Mission) -> Array:
 
 
 def metric(first: Indices, second: Indices, mission: Mission) -> Array | None:
-    """Factors of the axes of their differences, (pairs, dim), dimensionless; None if all are equal."""
+    """Factors on the axes of the differences of pairs of agents, (pairs, dim), dimensionless; None if all factors are
+    1."""
     return SpacingTable.of(mission).metric(first, second)
 
 
 def each_step(factors: Array | None) -> Array | None:
-    """The same factors for each step: (pairs, dim) to (pairs, 1, dim), dimensionless."""
+    """Factors for every step: (pairs, dim) -> (pairs, 1, dim), dimensionless; None stays None."""
     return None if factors is None else factors[:, None]
 
 
 def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> Motions:
-    """Motions of each step, (agents, steps); at rest at the only step of a mission without steps.
+    """Motions of each step, (agents, steps); in a mission without steps, one motion at rest.
 
     Args:
-        states: (agents, steps + 1), in the roadmap of each of ``agents``, (agents,).
+        states: states in the roadmap of each of ``agents`` (mission indices, (agents,)), (agents, steps + 1).
     """
     rows = []
     for agent, row in zip(agents.tolist(), states, strict=True):
@@ -84,7 +85,7 @@ def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Missio
 
 @dataclass(slots=True)
 class Separation:
-    """Separation constraints so far, for the agents of ``cast``, (cast,)."""
+    """Separation clauses so far, for the agents of ``cast``, (cast,)."""
 
     mission: Mission
     motion: Motion
@@ -94,17 +95,17 @@ class Separation:
     _apart: set[tuple[tuple[int, ...], tuple[int, ...]]] = field(default_factory=set)
     _events: dict[tuple[int, ...], Literals] = field(default_factory=dict)
     _members: list[list[int]] = field(init=False)
-    """For each roadmap, its agents."""
+    """For each roadmap, its agents that are encoded."""
 
     def __post_init__(self) -> None:
         numbers = self.motion.roadmap_of[self.cast]
         self._members = [self.cast[numbers == number].tolist() for number in range(len(self.motion.roadmaps))]
 
     def one_in_each_place(self) -> None:
-        """Add in advance that no two agents are in one place.
+        """Add in advance that no two agents are in one state.
 
         Raises:
-            TooLarge: the clauses would pass their limit.
+            TooLarge: the clauses would exceed their limit.
         """
         for members in self._members:
             there = [self.motion.states[agent].ravel() for agent in members]
@@ -113,13 +114,13 @@ class Separation:
         self._alone.update(range(self.motion.places))
 
     def forbid(self, near: Near, states: Indices) -> None:
-        """Add clauses that forbid these conflicts, and similar ones.
+        """Add clauses that forbid these conflicts, and the same conflicts of other agents and steps.
 
         Args:
-            states: their joint motion, (agents, steps + 1).
+            states: joint motion with the conflicts, (agents, steps + 1).
 
         Raises:
-            TooLarge: the clauses would pass their limit.
+            TooLarge: the clauses would exceed their limit.
         """
         last = self.motion.steps
         for first, second, step in zip(near.first.tolist(), near.second.tolist(), near.step.tolist(), strict=True):
@@ -147,28 +148,26 @@ class Separation:
         return float(np.linalg.norm(apart)) < float(needed(*pair, self.mission)[0])
 
     def _one_at(self, place: int) -> None:
-        """Add that a place contains at most one agent at every step."""
+        """Add that a state contains at most one agent at every step."""
         if place not in self._alone:
             self._alone.add(place)
             number, state = self._state(place)
             self._one_of(np.stack([self.motion.states[agent][:, state] for agent in self._members[number]], axis=1))
 
     def _one_of(self, there: Literals) -> None:
-        """Add that at most one literal of each row, (rows, agents), holds."""
+        """Add that at most one literal of each row, (rows, agents), is true."""
         crowded = (there != FALSE).sum(axis=1) > 1
         add_at_most_one(self.clauses, there[crowded])
 
     def _not_both(self, one: tuple[int, ...], other: tuple[int, ...]) -> None:
-        """Add that no two agents occupy both places, or moves, at any step."""
+        """Add that no two agents occupy both states, or make both moves, at any step."""
         if (one, other) not in self._apart:
             self._apart |= {(one, other), (other, one)}
             self.clauses.add(-self._event(one), -self._event(other))
 
     def _event(self, places: tuple[int, ...]) -> Literals:
-        """Literals that some agent is in the place, or moves from the first to the second.
-
-        Shape: (steps,) or one more.
-        """
+        """Literals that some agent is in the state, or moves from the first to the second state: (steps,), or one more
+        for a state."""
         if places not in self._events:
             number, *_ = (self._state(place)[0] for place in places)
             moments = self.motion.steps + 2 - len(places)
@@ -181,6 +180,7 @@ class Separation:
         return self._events[places]
 
     def _state(self, place: int) -> tuple[int, int]:
-        """Roadmap of a place, and its index there."""
+        """Index of the roadmap of a place (a state counted over all roadmaps), and the state's index in that
+        roadmap."""
         number = int(np.searchsorted(self.motion.first_place, place, side="right")) - 1
         return number, place - int(self.motion.first_place[number])

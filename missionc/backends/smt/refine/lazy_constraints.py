@@ -23,18 +23,17 @@ from missionc.ir import Mission
 
 
 class Effort(Record):
-    """Effort of one question, counted so that it is equal on every machine.
+    """Limits of one SAT query in counted units, so that they are equal on every machine.
 
-    ``conflicts`` is the limit of each call of the solver.
+    ``conflicts`` is the limit of each call of the solver, ``rounds`` the maximum number of calls.
     """
 
     conflicts: int
     rounds: int
 
     def within(self, work: float, clauses: int) -> Effort:
-        """Limit the effort to ``work`` units with this number of clauses, with a minimum of rounds: the first is
-        expensive.
-        """
+        """Limits reduced to ``work`` units for this number of clauses, but not below a minimum of rounds, since the
+        first is expensive."""
         least_rounds = 8  # rounds of collision clauses of every question
         conflicts, rounds = conflicts_of(work, clauses), work / question_work(max(1, clauses), 0)
         fewer = self.conflicts if conflicts is None else min(self.conflicts, conflicts)
@@ -52,7 +51,7 @@ Result: TypeAlias = JointMotion | Unsatisfiable | Stopped
 
 @dataclass(slots=True)
 class LazyConstraints:
-    """Lazy constraint generation for one problem. Collision clauses stay for later questions.
+    """Lazy constraint generation for one problem; collision clauses are retained for later queries.
 
     ``cast``, (cast,), are the agents to plan. Other agents are absent, or their motion is known and out of reach of the
     agents' moves.
@@ -66,16 +65,16 @@ class LazyConstraints:
     account: Account
     listen: Callable[[Progress], None]
     proves: bool = True
-    """True if a refusal proves that the roadmaps contain no such plan; False for a stronger problem."""
+    """True if a refusal proves that the roadmaps contain no plan; False for a problem stronger than the mission."""
     rounds: int = 0
     work: float = 0.0
-    """Units of ``work`` of its questions."""
+    """Work of its queries, in units of ``work``."""
     presolve_budget: int = field(init=False)
-    """Clauses that presolves may still read; 0 once one presolve was not enough."""
+    """Number of clauses that presolves may still read; 0 once a presolve gave no answer."""
     nearest: Indices | None = None
-    """First model so far with the fewest collisions, (agents, steps + 1), as in ``JointMotion``."""
+    """First model with the fewest collisions so far, states (agents, steps + 1), as in ``JointMotion``."""
     fewest: int = 0
-    """Number of its collisions."""
+    """Number of collisions of ``nearest``."""
     _separation: Separation = field(init=False)
 
     def __post_init__(self) -> None:
@@ -88,7 +87,7 @@ class LazyConstraints:
                 self._separation.one_in_each_place()
 
     def find(self, assumptions: tuple[int, ...], effort: Effort | None = None) -> Result:
-        """Joint motion without collisions under the assumptions, or the reason for none."""
+        """Joint motion without collisions under the assumptions, or the reason why there is none."""
         most = None if effort is None else self.rounds + effort.rounds
         while self.rounds != most:
             self.rounds += 1
@@ -111,7 +110,8 @@ class LazyConstraints:
         return Stopped(Reason.SOLVER, wrong, paused=True)
 
     def joint_motion(self, assumptions: tuple[int, ...], effort: Effort | None) -> Indices | Unsatisfiable | Stopped:
-        """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or the reason for none."""
+        """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or the reason why there is
+        none."""
         presolved = 100  # assumed number of conflicts of a presolve, which does not report them
         seen = None
         if self.presolve_budget > 0:
@@ -126,7 +126,7 @@ class LazyConstraints:
         return self._states(self.solvers.values) if isinstance(answer, Satisfiable) else answer
 
     def ask(self, assumptions: tuple[int, ...], effort: Effort | None = None) -> Answer:
-        """Answer of the solver for the clauses so far; a refusal has its core."""
+        """Answer of the solver for the clauses so far; a refusal contains its core."""
         self.solvers.add(self.clauses)
         before = self.solvers.conflicts
         answer = self.solvers.solve(assumptions, conflicts=effort.conflicts if effort else None)
@@ -134,16 +134,16 @@ class LazyConstraints:
         return answer
 
     def worked(self, conflicts: int) -> None:
-        """Count the work of a question with this number of conflicts."""
+        """Add the work of a query with this number of conflicts to the account."""
         done = question_work(self.clauses.count, conflicts)
         self.work += done
         self.account.work += done
 
     def _states(self, holding: Callable[[Literals], Flags | Stopped]) -> Indices | Stopped:
-        """States of the agents in a model; read step by step, only for reachable states.
+        """States of the agents in a model, (agents, steps + 1), read step by step, only for reachable states.
 
         Args:
-            holding: truth of variables, by number, in the model.
+            holding: function from variables, by number, to their truth in the model.
         """
         motion = self.motion
         states = np.zeros((motion.agents, motion.steps + 1), dtype=np.int64)

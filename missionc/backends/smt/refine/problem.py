@@ -1,4 +1,4 @@
-"""One SAT problem: agents, formulas, and reservations of planned agents."""
+"""SAT problem: agents to plan, formulas, and reservations of planned agents."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from missionc.ir.kernel.nodes import Goal
 
 
 class Problem(Record, eq=False):
-    """A SAT problem; ``lowered`` has a literal for each goal."""
+    """SAT problem with its variables and its search; ``lowered`` has a literal for each goal."""
 
     motion: Motion
     lowered: Lowered
@@ -32,7 +32,7 @@ class Problem(Record, eq=False):
 
 
 class Setting(Record, eq=False):
-    """Setting shared by all problems of a run."""
+    """Data and limits that all problems of a run share."""
 
     mission: Mission
     budget: Budget
@@ -50,17 +50,18 @@ class Setting(Record, eq=False):
         most_links: int,
         solvers: Solvers,
     ) -> Problem:
-        """Clauses, and the search that asks the solvers about them.
+        """SAT problem of some agents and goals, with the search that queries the solvers.
 
         Args:
             roadmaps: roadmaps with the allowed moves of the planned agents.
             ways: possible states of each agent, (steps + 1, states).
             planned: agents to plan.
             reserved: agents with one fixed motion each, out of reach of the planned agents' moves.
+            most_links: maximum number of links of a route.
 
         Raises:
-            TooLarge: the clauses would pass their limit.
-            Unexpressible: a predicate is about too many agents at once.
+            TooLarge: the clauses would exceed their limit.
+            Unexpressible: a predicate depends on too many agents at once.
         """
         with self.account.stage("lower"):
             clauses = Clauses(self.clauses)

@@ -1,6 +1,6 @@
-"""Unsat core over assumption literals, minimised by deletion: requirements in conflict.
+"""Unsatisfiable core over assumption literals, minimised by deletion: requirements in conflict.
 
-Each question has a limit on conflicts, which grows with the clauses.
+Each query has a limit on conflicts, which decreases with the number of clauses.
 """
 
 from __future__ import annotations
@@ -16,18 +16,19 @@ from missionc.ir import Mission
 
 
 def named_by_solver(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
-    """The core without literals that the solver does not name; a presolve names none.
+    """Core without literals that the solver does not need; a presolve returns all assumptions as core.
 
-    The question ignores collisions: a refusal is then still certain, and literals without one stay in the core.
+    The query ignores collisions: a refusal is then still certain, and without a refusal the core is unchanged.
     """
     answer = search.ask(core, effort(search.mission, search.clauses))
     return tuple(literal for literal in core if literal in answer.core) if isinstance(answer, Unsatisfiable) else core
 
 
 def minimise(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
-    """Minimise the core: first drop all literals that the solver does not name, then try each of the rest.
+    """Core minimised by deletion: first all literals that the solver does not need, then single other literals, while
+    work is left.
 
-    The questions ignore collisions, as in ``named_by_solver``.
+    The queries ignore collisions, as in ``named_by_solver``.
     """
     settings = smt_settings(search.mission).work
     account = search.account
@@ -45,48 +46,46 @@ def minimise(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
 
 @dataclass(slots=True)
 class Deletion:
-    """A shrinking conflict; its names are jointly unsatisfiable.
+    """Conflict that is minimised by deletion; its names are jointly unsatisfiable.
 
-    A satisfiable subset stays satisfiable as the conflict shrinks, so no question is repeated.
+    A satisfiable subset stays satisfiable as the conflict shrinks, so no query is repeated.
     """
 
     conflict: tuple[str, ...]
     needed: set[str] = field(default_factory=set)
-    """Names without which the others are satisfiable."""
+    """Names without which the conflict is satisfiable."""
     left_open: set[str] = field(default_factory=set)
-    """Names with an undecided question, and the conflict at that time."""
+    """Names for which it is undecided if the conflict without the name is satisfiable."""
 
     @property
     def smallest(self) -> bool:
-        """True if every proper subset is satisfiable."""
+        """True if every proper subset of the conflict is satisfiable."""
         return self.needed.issuperset(self.conflict)
 
     def question(self) -> str | None:
-        """A name for which satisfiability of the others is unknown; None if no question is left."""
+        """Next name whose removal from the conflict is to be tested; None if no test is left."""
         return next((name for name in self.conflict if name not in self.needed | self.left_open), None)
 
     def without(self, name: str) -> tuple[str, ...]:
         return tuple(other for other in self.conflict if other != name)
 
     def holds(self, without: str) -> None:
-        """Note that the others are satisfiable without this name."""
+        """Record that the conflict is satisfiable without this name."""
         self.needed.add(without)
 
     def refused(self, core: Collection[str]) -> None:
-        """Note that these names are jointly unsatisfiable.
-
-        Undecided questions of a larger conflict are asked again.
-        """
+        """Record that the names of ``core`` are jointly unsatisfiable; undecided queries of the larger conflict are
+        repeated."""
         self.conflict = tuple(name for name in self.conflict if name in core)
         self.left_open.clear()
 
     def unknown(self, without: str) -> None:
-        """Note that the question without this name is undecided."""
+        """Record that the query about the conflict without this name is undecided."""
         self.left_open.add(without)
 
 
 def effort(mission: Mission, clauses: Clauses) -> Effort:
-    """Effort of one question: fewer conflicts for many clauses, since each takes longer."""
+    """Limits of one SAT query: fewer conflicts for many clauses, since each conflict takes longer."""
     settings = smt_settings(mission).solver
     conflicts = min(settings.improve_most, settings.improve_work // max(1, clauses.count))
     return Effort(max(settings.improve_least, conflicts), settings.improve_rounds)

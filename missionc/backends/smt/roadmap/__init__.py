@@ -1,1 +1,1 @@
-"""Probabilistic roadmaps (PRM): sampled nodes, steerable motions, unrolled to steps, labelled. [strel]"""
+"""Probabilistic roadmaps (PRM): sampled nodes, steerable edges, unrolled over time, with labels. [strel]"""

@@ -19,12 +19,12 @@ from missionc.ir import Dynamics
 
 
 class Edges(Record, eq=False):
-    """Motions between nodes.
+    """Directed edges of a roadmap: motions of several steps between nodes.
 
     Args:
-        source: (edges,), node indices; ``target`` likewise.
-        count: (edges,), number of steps, at least 1.
-        bend: (edges,), rad, left turn between steps; 0 for straight edges.
+        source: node at the start of each edge, (edges,); ``target``: node at its end.
+        count: number of steps, (edges,), at least 1.
+        bend: left turn between steps, (edges,), rad; 0 for straight edges.
     """
 
     source: Indices
@@ -33,7 +33,7 @@ class Edges(Record, eq=False):
     bend: Array
 
     def take(self, which: Indices | Flags) -> Edges:
-        """Select edges by indices, (taken,), or by flags, (edges,)."""
+        """Edges selected by indices, (taken,), or by flags, (edges,)."""
         return Edges(self.source[which], self.target[which], self.count[which], self.bend[which])
 
     def __len__(self) -> int:
@@ -44,7 +44,7 @@ NONE = Edges(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
 
 
 def joined(parts: list[Edges]) -> Edges:
-    """Concatenate the edges of all parts."""
+    """All edges of several parts, one after the other."""
     return Edges(
         np.concatenate([part.source for part in parts]),
         np.concatenate([part.target for part in parts]),
@@ -54,7 +54,8 @@ def joined(parts: list[Edges]) -> Edges:
 
 
 def paths(dynamics: Dynamics, nodes: States, edges: Edges, step: float) -> Iterator[tuple[Indices, Array, Array]]:
-    """Edges of equal length: their indices, and positions and velocities at their steps, (edges, count + 1, dim).
+    """Yield the edges with equal numbers of steps: their indices, and positions and velocities at their steps, (edges,
+    count + 1, dim).
 
     Positions are in metres, velocities in m/s.
     """
@@ -65,7 +66,7 @@ def paths(dynamics: Dynamics, nodes: States, edges: Edges, step: float) -> Itera
 
 
 def are_clear(ground: Ground, nodes: States, edges: Edges) -> Flags:
-    """Flags of edges, (edges,), that stay in the world and clear of static obstacles."""
+    """Return true for each edge, (edges,), that stays in the world and clear of static obstacles."""
     dynamics, step, world = ground.agents[0].dynamics, ground.mission.step, ground.mission.world
     clear = np.zeros(len(edges), dtype=bool)
     straight = np.zeros(len(edges), dtype=bool) if dynamics.has_momentum else edges.bend == 0
@@ -86,7 +87,7 @@ def are_clear(ground: Ground, nodes: States, edges: Edges) -> Flags:
 
 
 def _extent(motions: Motions, step: float) -> tuple[Array, Array]:
-    """Bounding box of each motion of one step: least and largest coordinates, (motions, dim), metres."""
+    """Bounding box of each motion of one step: least and largest coordinates, (motions, dim) each, metres."""
     bend = np.where(motions.acceleration == 0, 1.0, motions.acceleration)
     turning = np.clip(np.where(motions.acceleration == 0, 0.0, -motions.velocity / bend), 0.0, step)
     extreme = motions.position + motions.velocity * turning + motions.acceleration * (turning * turning / 2)

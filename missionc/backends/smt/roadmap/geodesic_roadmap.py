@@ -1,12 +1,11 @@
-"""Geodesic roadmap: places named by the mission, and the shortest paths between them around static obstacles.
+"""Geodesic roadmap: terminals of the mission and the shortest paths between them around static obstacles.
 
-in   Ground, Kernel
-out  nodes and their Edges
+    in   Ground, Kernel
+    out  nodes and their Edges
 
-Its nodes are places of decisions: resting, turning, meeting. They are the starts and finishes, places in the required
-regions, the corners of the shortest paths between these, and waypoints on long paths for waiting. The corners come from
-a visibility graph of the obstacles, grown by the body and some additional clearance. Nodes on no such path are left
-out.
+Terminals are the starts and finishes, and positions in the required regions. Further nodes are the corners of the
+shortest paths between terminals, and waypoints on long paths for waiting. The corners come from a visibility graph of
+the obstacles, grown by the body and some additional clearance. Nodes on no such path are omitted.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ from missionc.ir.language.margins.predicate_margins import of_states
 from missionc.planning.shortest_paths import greedy_spanner, left_at, on_shortest_ways
 
 TOUCHING = 1e-6
-"""Share by which corners are further from obstacles than bodies have to be."""
+"""Fraction by which corners are further from obstacles than bodies have to be."""
 
 
 SPHERE = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
@@ -44,26 +43,27 @@ SPHERE = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-
 
 
 class Goal(Record, eq=False):
-    """Predicate that one agent's place decides, and free points at which it holds, (points, dim), deepest first."""
+    """Predicate that one agent's position decides, and free points at which it is true, (points, dim), metres, deepest
+    first."""
 
     predicate: Predicate
     points: Array
     depth: float
     """Margin of the first point, metres."""
     agents: int
-    """Number of agents that must satisfy it."""
+    """Number of agents that must satisfy the predicate."""
     relays: int
-    """Number of agents that may rest there as relays: all if links are required."""
+    """Number of agents that may rest in the region as relays: all agents if links are required."""
 
 
 def geodesic_roadmap(
     ground: Ground, kernel: Kernel, generator: np.random.Generator
 ) -> tuple[States, Edges] | NoRoadmap:
-    """Nodes and edges of a geodesic roadmap; for dynamics that can wait.
+    """Nodes and edges of a geodesic roadmap, for dynamics that can wait; or the reason why there is none.
 
     Args:
-        kernel: requirements, for the places.
-        generator: equal seeds give equal arrays.
+        kernel: requirements, which determine the terminals.
+        generator: random generator; equal seeds give equal arrays.
     """
     places = exact_places(ground, generator)
     if isinstance(places, NoRoadmap):
@@ -91,7 +91,7 @@ def geodesic_roadmap(
 
 
 def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> list[Goal]:
-    """Required predicates that an agent's place decides and that hold in a part of the world."""
+    """Required predicates that an agent's position decides and that are true in a part of the world."""
     settings = smt_settings(ground.mission).shortest_paths
     world, goals = ground.mission.world, []
     here = {agent.index for agent in ground.agents}
@@ -113,10 +113,7 @@ def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> li
 
 
 def _asked(kernel: Kernel, *, holds: bool) -> dict[Predicate, set[int]]:
-    """Predicates that one agent's place decides, required or with ``holds`` False negated.
-
-    With their agents.
-    """
+    """Predicates that one agent's position decides, required (or with ``holds`` False, negated), with their agents."""
     asked: dict[Predicate, set[int]] = {}
     for formula in kernel.formulas:
         for node, agents in agents_asked(formula).items():
@@ -133,7 +130,7 @@ def _asked(kernel: Kernel, *, holds: bool) -> dict[Predicate, set[int]]:
 
 
 def _margin(ground: Ground, predicate: Predicate, points: Array) -> Array:
-    """Margins of a predicate at points: (points, dim) -> (points,), metres."""
+    """Margins of a predicate at points: (points, dim), metres -> (points,), metres."""
     agent = ground.agents[0].index
     margin = np.asarray(of_states(predicate, ground.mission, agent, points, np.zeros_like(points)))
     return np.broadcast_to(margin, len(points))
@@ -145,10 +142,7 @@ def _stride(ground: Ground) -> float:
 
 
 def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
-    """Indices of points at least ``gap`` metres from each other and from ``taken``.
-
-    Shape: (at most most,), in order.
-    """
+    """Indices of points at least ``gap`` metres from each other and from ``taken``: (at most ``most``,), ascending."""
     away = np.full(len(points), np.inf) if len(taken) == 0 else np.asarray(cKDTree(taken).query(points)[0])
     chosen: list[int] = []
     while len(points) and len(chosen) < most and away.max() > gap:
@@ -158,7 +152,7 @@ def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
 
 
 def _resting_places(ground: Ground, goal: Goal) -> Array:
-    """Resting places in the goal, (places, dim), metres: one per required agent, and deep ones for relays."""
+    """Resting positions in the goal, (places, dim), metres: one per required agent, and deep positions for relays."""
     settings = smt_settings(ground.mission).shortest_paths
     margin = _margin(ground, goal.predicate, goal.points)
     pitch = ground.passing
@@ -172,7 +166,7 @@ def _resting_places(ground: Ground, goal: Goal) -> Array:
 
 
 def _spare(ground: Ground) -> float:
-    """Additional clearance of paths if there is room, metres."""
+    """Preferred additional clearance of paths, metres."""
     settings = smt_settings(ground.mission).shortest_paths
     world = ground.mission.world
     longest = float(np.max(np.subtract(world.high, world.low)))
@@ -220,7 +214,7 @@ def _corners(ground: Ground, kernel: Kernel) -> Array:
 
 
 def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal], seen: Visibility) -> Array:
-    """Points where the shortest paths from the places enter each goal: (entries, dim), metres."""
+    """Points at which the shortest paths from the terminals enter each goal: (entries, dim), metres."""
     settings = smt_settings(ground.mission).shortest_paths
     nodes = np.concatenate([places, corners])
     tree, looks, nears, lasts, made = cKDTree(nodes), min(len(nodes), settings.entry_candidates), [], [], [places[:0]]
@@ -240,10 +234,7 @@ def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal], s
 
 
 def _toward(ground: Ground, goal: Goal, nodes: Array) -> Array:
-    """First place well in the goal on the line from each node to the nearest goal point.
-
-    Shape: (nodes, dim), metres.
-    """
+    """First point well inside the goal on the line from each node to the nearest goal point: (nodes, dim), metres."""
     halvings = 20
     enough = goal.depth * smt_settings(ground.mission).shortest_paths.edge
     inner = goal.points[_margin(ground, goal.predicate, goal.points) >= enough]
@@ -257,10 +248,10 @@ def _toward(ground: Ground, goal: Goal, nodes: Array) -> Array:
 
 
 def _roadmap(ground: Ground, places: Array, corners: Array, names: Indices, seen: Visibility) -> tuple[States, Edges]:
-    """Shortest paths between all places, and second ones, with waypoints.
+    """Nodes and edges of the shortest and second shortest paths between all terminals, with waypoints.
 
     Args:
-        names: names of the places and corners in ``seen``, (nodes,).
+        names: identifiers of the terminals and corners in ``seen``, (nodes,).
     """
     settings = smt_settings(ground.mission).shortest_paths
     nodes = np.concatenate([places, corners])
@@ -289,9 +280,10 @@ def _roadmap(ground: Ground, places: Array, corners: Array, names: Indices, seen
 
 
 def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
-    """Paths with a place beside each waypoint, if there is room, to let another body pass.
+    """Nodes, (nodes, dim), metres, and edges with a siding beside each waypoint, if there is room, so that another body
+    can pass.
 
-    It is joined to the waypoint, and to the previous and next ones if clear. Nodes are (nodes, dim), metres.
+    The siding is joined to the waypoint, and to the previous and next nodes if the path is clear.
     """
     degree = np.bincount(used.ravel(), minlength=len(nodes))
     passing = ground.passing * (1 + smt_settings(ground.mission).shortest_paths.entry_spacing / 10)
@@ -320,10 +312,8 @@ def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, I
 
 
 def _with_waypoints(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
-    """Paths with additional nodes on long edges, at whole numbers of steps at full speed.
-
-    Shape: (nodes, dim), metres.
-    """
+    """Nodes, (nodes, dim), metres, and edges with additional nodes on long edges, at whole numbers of steps at full
+    speed."""
     settings = smt_settings(ground.mission).shortest_paths
     dynamics = ground.agents[0].dynamics
     if dynamics.has_momentum or len(used) == 0:

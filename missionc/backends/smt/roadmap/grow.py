@@ -1,10 +1,12 @@
-"""Roadmap growth: nodes joined by edges, momentum if needed, stepping stones for isolated nodes.
+"""Roadmap growth: nodes joined by edges, nodes in motion for agents with momentum, intermediate nodes for isolated
+nodes.
 
     in   Ground, points
     out  nodes, node i at point i, and their Edges, each a whole number of steps and clear of static obstacles
 
-Each node is joined to its nearest steerable neighbours, both ways, and components to each other. With speeds of 1..2
-m/s, the nearest nodes are too near to be reached in a step. The neighbours are therefore the nearest *steerable* ones.
+Each node is joined to its nearest steerable neighbours, in both directions, and components to each other. With speeds
+of 1..2 m/s, the nearest nodes are too near to be reached in a step. The neighbours are therefore the nearest
+*steerable* nodes.
 
 Source:
     [strel] Algorithm 1, lines 3-9.
@@ -40,8 +42,8 @@ def connect(ground: Ground, nodes: States, mirror: Indices, neighbours: int) -> 
     """Edges of a roadmap, sorted by source and target; each with its reverse.
 
     Args:
-        nodes: nodes; those of first-order dynamics have velocity 0.
-        mirror: (nodes,), node at the same place with the opposite velocity.
+        nodes: nodes, with velocity 0 for first-order dynamics.
+        mirror: index of the node with the same position and the opposite velocity, (nodes,).
         neighbours: number of neighbours of each node; half of them about a stride away, if possible.
     """
     if len(nodes) < 2:
@@ -57,10 +59,10 @@ def connect(ground: Ground, nodes: States, mirror: Indices, neighbours: int) -> 
 
 
 def _sides(ground: Ground) -> tuple[int, ...]:
-    """Steering modes between nodes: straight, and arcs if straight paths are too few.
+    """Steering modes between nodes: straight (0), and arcs (1, -1) if straight paths are too few.
 
-    Straight paths are too few if an agent cannot wait and turns little per step, or if it has only one speed, so that
-    few distances are whole numbers of steps.
+    Straight paths are too few if an agent cannot wait and turns little per step. They are also too few for an agent of
+    one speed, since few distances are whole numbers of steps.
     """
     flexible = 1.05  # ratio of top to least speed, above which nearly every distance takes a whole number of steps
     dynamics = ground.agents[0].dynamics
@@ -78,7 +80,7 @@ def _stride(ground: Ground) -> float:
 
 
 def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[Edges]:
-    """Edges of each node to its nearest steerable neighbours."""
+    """Edges from each node to its nearest steerable neighbours."""
     first_look = 4  # initial candidates per neighbour; doubled while they are too few
     block_size = 1 << 19  # pairs of nodes in one array
     tree, rows = cKDTree(nodes.position), np.arange(len(nodes))
@@ -103,7 +105,8 @@ def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[E
 def _pick(
     ground: Ground, nodes: States, tree: cKDTree, rows: Indices, look: int, neighbours: int, side: int
 ) -> tuple[Edges, Flags]:
-    """Edges of some nodes among their ``look`` nearest, and flags of nodes, (rows,), with enough of them."""
+    """Edges from some nodes to some of their ``look`` nearest nodes, and flags of the nodes, (rows,), that have enough
+    edges."""
     distance, target = _nearest(tree, nodes.position[rows], look + 1)
     pairs = _steered(ground, nodes, np.repeat(rows, look + 1), target.ravel(), side)
     able = np.flatnonzero((pairs.count > 0) & (pairs.source != pairs.target))
@@ -138,7 +141,7 @@ def _steered(ground: Ground, nodes: States, source: Indices, target: Indices, si
 
 
 def both_ways(forward: list[Edges], mirror: Indices) -> Edges:
-    """All edges and their reverses, each once: a reverse takes the same steps and bends to the other side."""
+    """All edges and their reverses, each once; a reverse takes the same steps and bends to the other side."""
     back = [Edges(mirror[edges.target], mirror[edges.source], edges.count, -edges.bend) for edges in forward]
     both = joined([*forward, *back])
     names = np.stack([both.source, both.target, np.sign(both.bend).astype(np.int64)], axis=1)
@@ -147,7 +150,7 @@ def both_ways(forward: list[Edges], mirror: Indices) -> Edges:
 
 
 def _join(ground: Ground, nodes: States, edges: Edges) -> Edges:
-    """For every component except the largest, the fastest few edges to the largest."""
+    """For every component except the largest, the few fastest edges to the largest component."""
     pair_bytes = 200  # approximate memory of one pair of nodes
     links = coo_array((np.ones(len(edges)), (edges.source, edges.target)), shape=(len(nodes), len(nodes)))
     parts, part = connected_components(links, directed=False)
@@ -167,9 +170,8 @@ def _join(ground: Ground, nodes: States, edges: Edges) -> Edges:
 
 
 def _nearest(tree: cKDTree, points: Array, count: int) -> tuple[Array, Indices]:
-    """Distances, metres, and indices of the ``count`` nearest to points (points, dim): (points, count),
-    nearest first.
-    """
+    """Distances, metres, and indices of the ``count`` nearest nodes to points (points, dim): (points, count) each,
+    nearest first."""
     distance, which = tree.query(points, k=np.arange(1, count + 1))
     return np.asarray(distance, dtype=np.float64), np.asarray(which, dtype=np.int64)
 
@@ -194,10 +196,8 @@ def grow(ground: Ground, points: Array, neighbours: int, generator: np.random.Ge
 
 
 def _with_momentum(ground: Ground, points: Array, generator: np.random.Generator) -> tuple[States, Indices]:
-    """Nodes at rest and in motion on points (points, dim), metres.
-
-    The second result is each node's mirror with opposite velocity, (nodes,).
-    """
+    """Nodes at rest and in motion at points, (points, dim), metres, and for each node its mirror with opposite
+    velocity, (nodes,)."""
     # If reaching the top speed takes more steps, edges are long and have enough states within them.
     steps_to_speed = 4
     moving = 2  # one point in this many also carries nodes in motion, in both directions
@@ -219,7 +219,7 @@ def _with_momentum(ground: Ground, points: Array, generator: np.random.Generator
 
 
 def _stepping_stones(ground: Ground, point: Array, generator: np.random.Generator) -> Array:
-    """Places one step from an isolated point, spread around it: (at most STONES, dim), metres."""
+    """Points one step from an isolated point, spread around it: (at most STONES, dim), metres."""
     stones_tried = 64
     dynamics, step = ground.agents[0].dynamics, ground.mission.step
     shortest, longest = (speed * step for speed in speeds(dynamics))

@@ -1,4 +1,4 @@
-"""Roadmap labels: states, moves and pairs of states in which each predicate holds, and headings of moves."""
+"""Roadmap labels: states, moves and pairs of states in which each predicate is true, and headings of moves."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from missionc.ir.language.margins.predicate_margins import holds, least_in_motio
 
 
 def faced(way: Array, turned_to: Array) -> Array:
-    """Heading at the beginning of each move, rad: along it, or for a waiting agent that of its next state.
+    """Heading at the beginning of each move, rad: its direction, or for a waiting agent the heading of its next state.
 
     Args:
-        way: (..., dim), metres.
-        turned_to: (...), rad, heading of the move's target state; NaN if arbitrary.
+        way: movement, (..., dim), metres.
+        turned_to: heading of the move's target state, (...), rad; NaN if arbitrary.
     """
     still = 1e-9  # metres; an agent that moves less in a step keeps its heading
     moves = norm(way[..., :2]) > still
@@ -31,15 +31,15 @@ def faced(way: Array, turned_to: Array) -> Array:
 
 
 OwnState: TypeAlias = "tuple[Array, Array, Array | None]"
-"""Positions and velocities, (..., dim) each, and headings, (...), if needed."""
+"""Positions, metres, and velocities, m/s, (..., dim) each, and headings, (...), rad, if needed."""
 
 
 class Unexpressible(ValueError):
-    """A predicate that no state, move, or pair of states decides."""
+    """Error for a predicate that no state, move, or pair of states decides."""
 
 
 class Labels:
-    """Truth on roadmap states, computed once per predicate.
+    """Truth of predicates on roadmap states, cached per predicate.
 
     ``roadmap_of`` has the index of each agent's roadmap.
     """
@@ -52,7 +52,7 @@ class Labels:
         self._parts: dict[Predicate, tuple[Predicate, ...]] = {}
 
     def of_places(self, predicate: Predicate) -> bool:
-        """Return whether the place alone decides it, for any agent."""
+        """Return true if the state alone decides the predicate, for any agent."""
         return (
             not predicate.others
             and not predicate.reads_past
@@ -60,34 +60,37 @@ class Labels:
         )
 
     def of_moves(self, predicate: Predicate, number: int) -> bool:
-        """Return whether it depends on the motion from a step, not only on the state in that roadmap."""
+        """Return true if the predicate depends on the move from a step, not only on the state in the roadmap
+        ``number``."""
         first = self.roadmaps[number].agents[0]
         momentum = self.mission.agents[first].dynamics.has_momentum
         return predicate.reads_motion or (predicate.reads_speed and not momentum)
 
     def places_where(self, predicate: Predicate, truth: bool) -> Flags:
-        """Flags of places in which it holds, or fails: (places,)."""
+        """Return true for each state of all roadmaps in which the predicate has this truth: (places,)."""
         return np.concatenate([self.states_where(predicate, number, truth) for number in range(len(self.roadmaps))])
 
     def states_where(self, predicate: Predicate, number: int, truth: bool) -> Flags:
-        """Flags of states of that roadmap in which it holds, or fails: (states,)."""
+        """Return true for each state of the roadmap ``number`` in which the predicate has this truth: (states,)."""
         holds = self.states(predicate, number)
         return holds if truth else ~holds
 
     def states(self, predicate: Predicate, number: int) -> Flags:
-        """Flags of states of that roadmap in which it holds: (states,)."""
+        """Return true for each state of the roadmap ``number`` in which the predicate is true: (states,)."""
         roadmap = self.roadmaps[number]
         return self._own(predicate, number, "states", lambda: (roadmap.position, roadmap.velocity, None))
 
     def standing(self, predicate: Predicate, number: int) -> Flags:
-        """Flags of states of that roadmap in which it holds for a static agent: (states,)."""
+        """Return true for each state of the roadmap ``number`` in which the predicate is true for an agent at rest:
+        (states,)."""
         position = self.roadmaps[number].position
         return self._own(predicate, number, "standing", lambda: (position, np.zeros_like(position), None))
 
     def moves(self, predicate: Predicate, number: int, holds: bool, *, at_end: bool) -> Flags:
-        """Flags of moves with a first, or with ``at_end`` last, state in which it holds, or fails: (moves,).
+        """Return true for each move in whose first (``at_end``: last) state the predicate is true, or if not ``holds``,
+        false: (moves,).
 
-        The heading of a waiting agent with an arbitrary heading is unknown; then it neither holds nor fails.
+        The heading of a waiting agent with an arbitrary heading is unknown; the result is then false in both cases.
         """
         roadmap = self.roadmaps[number]
         source, target = roadmap.moves.T
@@ -123,16 +126,16 @@ class Labels:
         return self._known[key]
 
     def parts(self, predicate: Predicate) -> tuple[Predicate, ...]:
-        """Predicates about fewer agents whose conjunction it is."""
+        """Predicates about fewer agents whose conjunction equals the predicate; cached."""
         if predicate not in self._parts:
             self._parts[predicate] = predicate.parts
         return self._parts[predicate]
 
     def pair(self, predicate: Predicate, agents: tuple[int, int], first: int, second: int) -> Flags:
-        """Flags of pairs of states in which it holds for the first agent: (states, states).
+        """Return true for each pair of states in which the predicate is true for the first agent: (states, states).
 
         Raises:
-            Unexpressible: it reads a speed, or a third agent.
+            Unexpressible: the predicate depends on a speed, or on a third agent.
         """
         key = (predicate, agents, first, second)
         if key not in self._known:
@@ -145,16 +148,18 @@ class Labels:
         return self._known[key]
 
     def pairs_where(self, predicate: Predicate, agents: tuple[int, int], first: int, second: int, truth: bool) -> Flags:
-        """Flags of pairs of states in which it holds, or fails, for the first agent: (states, states).
+        """Return true for each pair of states in which the predicate has this truth for the first agent: (states,
+        states).
 
         Raises:
-            Unexpressible: it reads a speed, or a third agent.
+            Unexpressible: the predicate depends on a speed, or on a third agent.
         """
         holds = self.pair(predicate, agents, first, second)
         return holds if truth else ~holds
 
     def _places(self, number: int) -> tuple[Array, Indices]:
-        """Distinct positions of that roadmap's states, (places, dim), metres, and the index for each state."""
+        """Distinct positions of a roadmap's states, (places, dim), metres, and for each state the index of its
+        position."""
         position = self.roadmaps[number].position
         first, place = distinct(position)
         return position[first], place
@@ -168,7 +173,7 @@ class Labels:
 
 
 def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:
-    """Nodes, given children first, that an agent's own state decides."""
+    """Nodes whose truth an agent's own state decides; nodes are given children first."""
     own: set[Node] = set()
     for node in order:
         match node:
@@ -186,7 +191,7 @@ def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:
 
 
 def states_of(node: Node, agent: int, labels: Labels) -> Flags:
-    """Flags of states, (states,), in which an agent's own state makes it true."""
+    """Return true for each state, (states,), in which the agent's own state makes the node true."""
     number = labels.roadmap_of[agent]
     shape = len(labels.roadmaps[number].position)
     match node:

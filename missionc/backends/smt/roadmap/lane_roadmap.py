@@ -1,4 +1,4 @@
-"""User's roadmap: exactly its nodes and lanes, and paths to exact places beside them.
+"""Roadmap of the user: exactly the user's nodes and lanes, and paths to starts and finishes beside them.
 
 in   Ground, Lanes
 out  nodes and their Edges, the names of the nodes, and for vehicles their flown paths
@@ -21,23 +21,21 @@ from missionc.ir import Lanes
 from missionc.ir.lower.flyable_steps import BETWEEN_RESTS, flown_way, step_limits
 
 ROUNDING = 1e-9
-"""Share of a step that does not require another step on a lane."""
+"""Fraction of a step by which a lane may exceed a whole number of steps without another step."""
 
 
 Way: TypeAlias = tuple[int, int, Array]
-"""Its first and last node, and positions at its steps, (steps + 1, dim), metres."""
+"""Path along lanes: its first and last node, and positions at its steps, (steps + 1, dim), metres."""
 
 
 def lane_roadmap(
     ground: Ground, lanes: Lanes
 ) -> tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | None] | NoRoadmap:
-    """Nodes and edges for one kind of agent; lanes too short for the least speed are left out.
+    """Nodes, edges and node names for one kind of agent, and flown paths; or the reason why there is no roadmap.
 
-    An exact place that is not a node is an additional node, joined in both directions to the nearest node with a clear
-    straight path.
-
-    If the agents' vehicle cannot start at full speed, paths with acceleration and braking replace edges, within a lane
-    or several straight ones.
+    Lanes too short for the minimum speed are omitted. An exact start or finish that is not a node becomes an additional
+    node, joined in both directions to the nearest node with a clear straight path. If the agents' vehicle cannot start
+    at full speed, paths with acceleration and braking replace edges, within a lane or several lanes in a straight line.
     """
     mission = ground.mission
     places = [tuple(place) for place in positions(lanes).tolist()]
@@ -64,7 +62,7 @@ def lane_roadmap(
 def _flown(
     ground: Ground, lanes: Lanes, nodes: States, edges: Edges, ways: list[tuple[int, int, float]]
 ) -> tuple[Way, ...] | None:
-    """Flown paths of vehicles on the edges; None if they can start at full speed, or never reach it."""
+    """Paths on the edges that the vehicles can fly; None if they can start at full speed, or never reach it."""
     agent, step, most = ground.agents[0], float(ground.mission.step), ground.mission.steps
     limits = step_limits(agent, step)
     if limits is None or not BETWEEN_RESTS * limits.rest < agent.dynamics.top_speed <= limits.speed * (1 + SLACK):
@@ -92,7 +90,7 @@ def _flown(
 
 
 def _slowest(length: float, speed: float, duration: float) -> float:
-    """Minimum duration of a lane by its own limits at a constant speed, seconds."""
+    """Minimum duration of a lane at a constant speed within the lane's limits, seconds."""
     return max(length / speed, float(duration))
 
 

@@ -1,10 +1,10 @@
-"""Nodes in narrow passages, which even sampling may miss: the bridge test.
+"""Sampling of nodes in narrow passages, which uniform sampling may miss, by the bridge test.
 
-    in   Ground, spacing of an even sampling
+    in   Ground, spacing of a uniform sampling
     out  points in free space with obstacles on both sides
 
-A bridge is a short segment whose ends are blocked and whose middle is free. Its first end is on the border of an
-obstacle, grown by the body, so that thin walls get as many bridges as thick ones.
+A bridge is a short segment whose ends are blocked and whose midpoint is free. Its first end is on the border of an
+obstacle, grown by the body, so that thin walls get as many bridges as thick walls.
 
 Source:
     Hsu, Jiang, Reif, Sun, "The bridge test for sampling narrow passages with probabilistic roadmap planners" (2003).
@@ -25,19 +25,18 @@ from missionc.geometry.sampling import far_apart
 from missionc.ir import Ball
 
 EACH = 8
-"""Bridges from one place of a border."""
+"""Number of bridges from one point of a border."""
 
 ASIDE = 1e-6
-"""Metres by which a bridge begins inside the obstacle."""
+"""Distance inside the obstacle at which a bridge begins, metres."""
 
 
 def passage_nodes(ground: Ground, spacing: float, most: int, taken: Array, generator: np.random.Generator) -> Array:
-    """Points in passages narrower than ``spacing``.
-
-    Shape: (at most ``most``, dim), metres, about one per body width.
+    """Points in passages narrower than ``spacing``: (at most ``most``, dim), metres, about one per body width.
 
     Args:
-        taken: (points, dim), existing nodes, metres.
+        spacing: metres.
+        taken: existing nodes, (points, dim), metres.
     """
     borders = [_border(ground, solid, places, generator) for solid, places in _shares(ground)]
     none = np.zeros((0, ground.mission.dimension))
@@ -64,7 +63,7 @@ def passage_nodes(ground: Ground, spacing: float, most: int, taken: Array, gener
 
 
 def _shares(ground: Ground) -> list[tuple[Solid, int]]:
-    """Number of border places for each obstacle, proportional to its border's length."""
+    """Obstacles with their numbers of border points, which are proportional to the length of the border."""
     around = np.array(
         [
             2 * math.pi * each.radius if isinstance(each, Ball) else _perimeter(each.base) + 2 * math.pi * each.radius
@@ -82,7 +81,7 @@ def _perimeter(base: shapely.Geometry) -> float:
 
 
 def _border(ground: Ground, solid: Solid, places: int, generator: np.random.Generator) -> Array:
-    """Places just inside an obstacle's border, grown by the body: (places, dim), metres."""
+    """Points just inside an obstacle's border, grown by the body: (places, dim), metres."""
     world, room = ground.mission.world, max(ground.margin - ASIDE, 0.0)
     if isinstance(solid, Ball):
         direction = generator.standard_normal((places, 3))

@@ -34,28 +34,24 @@ from missionc.ir.kernel.walk import postorder
 __all__ = ["Indices", "NoRoadmap"]
 
 OwnRoadmap: TypeAlias = tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | None]
-"""Nodes, edges, names of the nodes, and paths of vehicles."""
+"""Nodes, edges, names of the nodes, and flown paths of vehicles."""
 
 
 class Roadmap(Record, eq=False):
-    """States and one-step moves of every agent in ``agents``.
+    """Roadmap of the agents ``agents``: states, and moves of one step each.
 
     Args:
-        agents: mission indices that share it (equal dynamics, radius, altitude and vehicle).
+        agents: mission indices of the agents that share it (equal dynamics, radius, altitude and vehicle).
         position: (states, dim), metres.
-        velocity: (states, dim), m/s; the state's own velocity for a double
-            integrator, zero for first-order dynamics.
+        velocity: (states, dim), m/s; the state's own velocity for a double integrator, zero for first-order dynamics.
         heading: (states,), rad; NaN if arbitrary.
-        moves: (moves, 2), state indices from and to, sorted; each takes exactly
-            one step and obeys the dynamics. A move from a state to itself is
-            waiting.
-        standing: (steps + 1, states): True if the state is clear of moving obstacles at
-                the step.
+        moves: (moves, 2), state indices from and to, sorted; each takes exactly one step and satisfies the dynamics. A
+            move from a state to itself is waiting.
+        standing: (steps + 1, states): True if the state is clear of moving obstacles at the step.
         allowed: (steps, moves): True if the move may start at the step (moving obstacles).
         starts: possible start states of each of ``agents``.
-        finishes: possible last states of each of ``agents`` (all states without a
-                finish).
-        nodes: its nodes before the edges were unrolled to steps.
+        finishes: possible last states of each of ``agents`` (all states without a finish).
+        nodes: nodes before the edges were unrolled over time.
         edges: edges between those nodes.
         names: names of the nodes, for a user's roadmap.
         flown: True if agents accelerate and brake on its edges like their vehicle.
@@ -76,17 +72,17 @@ class Roadmap(Record, eq=False):
     flown: bool = False
 
     def motions(self, mission: Mission) -> Motions:
-        """Motions of its moves, (moves)."""
+        """Motions of the roadmap's moves, (moves)."""
         states = States(self.position, self.velocity)
         start, end = (states.take(each) for each in self.moves.T)
         return motions_between(mission.agents[self.agents[0]].dynamics, start, end, mission.step)
 
     def lengths(self, mission: Mission) -> Array:
-        """Lengths of its moves, (moves,), metres."""
+        """Lengths of the roadmap's moves, (moves,), metres."""
         return self.motions(mission).lengths(mission.step)
 
     def moves_of(self, way: Indices) -> Indices:
-        """Moves of a path through its states, (..., steps + 1) -> (..., steps)."""
+        """Moves of a path, from its states: (..., steps + 1) -> (..., steps)."""
         count = len(self.position)
         keys = self.moves[:, 0] * count + self.moves[:, 1]
         return np.searchsorted(keys, way[..., :-1] * count + way[..., 1:])
@@ -101,19 +97,19 @@ def build_roadmaps(
     passages: bool = False,
     kernel: Kernel | None = None,
 ) -> tuple[Roadmap, ...] | NoRoadmap:
-    """One roadmap for each kind of agent: equal dynamics, radius, altitude and vehicle.
+    """Sampled roadmaps, one for each kind of agent (equal dynamics, radius, altitude and vehicle); or the reason why
+    there is none.
 
     Args:
-        nodes: number of nodes of each, if places and regions need no more.
-            States add to them: between the ends of an edge of several steps,
-            and one for each heading if turning is bounded.
+        nodes: number of nodes of each roadmap, if starts, finishes and regions need no more. States add to them:
+            between the ends of an edge of several steps, and one for each heading if turning is bounded.
         neighbours: number of neighbours of each node.
-        generator: equal seeds give equal arrays.
+        generator: random generator; equal seeds give equal arrays.
         passages: True to add nodes in narrow passages, at most as many again.
         kernel: requirements whose local speed limits get slow moves.
 
     Returns:
-        in the order of the kinds in the mission.
+        roadmaps in the order of the kinds in the mission.
     """
     return _of_each_kind(
         mission, kernel or Kernel((), ()), lambda ground: _sampled(ground, nodes, neighbours, generator, passages)
@@ -140,12 +136,13 @@ def build_relay_roadmaps(
 def build_geodesic_roadmaps(
     mission: Mission, kernel: Kernel, generator: np.random.Generator
 ) -> tuple[Roadmap, ...] | NoRoadmap:
-    """One roadmap for each kind of agent, of the shortest paths between the mission's places."""
+    """Geodesic roadmaps, one for each kind of agent; or the reason why there is none."""
     return _of_each_kind(mission, kernel, lambda ground: geodesic_roadmap(ground, kernel, generator))
 
 
 def build_lane_roadmaps(mission: Mission, lanes: Lanes) -> tuple[Roadmap, ...] | NoRoadmap:
-    """One roadmap for each kind of agent, of the user's lanes with their directions and speeds."""
+    """Roadmaps of the user's lanes with their directions and speeds, one for each kind of agent; or the reason why
+    there is none."""
     return _of_each_kind(mission, Kernel((), ()), lambda ground: lane_roadmap(ground, lanes))
 
 
@@ -173,7 +170,7 @@ def _of_each_kind(
 
 
 def _along_course(mission: Mission, agent: Agent) -> Roadmap:
-    """Single path of an agent with a given motion: one state per step."""
+    """Roadmap of an agent with a given trajectory: one state per step."""
     count = mission.steps + 1
     position = np.array(agent.course, dtype=np.float64)
     moves = np.stack([np.arange(count - 1), np.arange(1, count)], axis=1)
@@ -211,9 +208,9 @@ def _build(
     names: tuple[str, ...] = (),
     ways: tuple[Way, ...] | None = None,
 ) -> Roadmap | NoRoadmap:
-    """Roadmap on these nodes and edges; named ones are the user's own, possibly one-way.
+    """Roadmap on these nodes and edges; named nodes are the user's own, with possibly one-way edges.
 
-    If there are paths of vehicles, they replace the edges.
+    If ``ways`` are given (flown paths of vehicles), they replace the edges.
     """
     mission, dynamics = ground.mission, ground.agents[0].dynamics
     slow = list(slow_paths(ground, kernel, nodes, edges))
@@ -260,7 +257,11 @@ def _build(
 
 
 def _may_be(ground: Ground, place: InitialSet | None, step: int, states: States) -> Flags:
-    """Flags of states, (states,), at rest and clear, that an agent may have at that place and step."""
+    """Return true for each state, (states,), at rest and clear, in which an agent may start or finish in ``place`` at
+    the step.
+
+    If ``place`` is None, the result is true for every state.
+    """
     if place is None:
         return np.ones(len(states), dtype=bool)
     if place.point is not None:
@@ -272,15 +273,16 @@ def _may_be(ground: Ground, place: InitialSet | None, step: int, states: States)
 
 
 def _headings_asked(kernel: Kernel) -> tuple[float | Beacon, ...]:
-    """Distinct directions and beacons that the requirements use for headings."""
+    """Distinct directions and beacons in the heading predicates of the requirements."""
     atoms = (node.predicate for node in postorder(kernel.formulas) if isinstance(node, Atom))
     return tuple(dict.fromkeys(predicate.towards for predicate in atoms if isinstance(predicate, Facing)))
 
 
 def _useful(whole: Unrolled, starts: list[Flags], ending: Flags, steps: int) -> Flags:
-    """Flags of states, (states,), reachable from a start and with a continuation or a possible end.
+    """Return true for each state, (states,), that is reachable from a start and has a continuation or is a possible
+    end.
 
-    Dead ends are left out, unless some agent then has no start: a short mission may end before such a path does.
+    Dead ends are omitted, unless some agent then has no start: a short mission may end before such a path does.
     """
     source, target = whole.moves[:, 0], whole.moves[:, 1]
     able = np.ones(len(whole.states), dtype=bool)  # more moves are possible than counted

@@ -16,7 +16,7 @@ from missionc.ir.kernel.nodes import Kernel
 
 
 def first_graphs(mission: Mission, kernel: Kernel, seed: int) -> tuple[RoadmapGraph, ...] | NoRoadmap:
-    """First roadmaps that can be built, one graph for each kind of agent; or the reason for none."""
+    """First roadmaps that can be built, one graph for each kind of agent; or the reason why there is none."""
     missing = NoRoadmap("there is no agent")
     for attempt in roadmaps_to_try(mission, kernel, seed):
         built = attempt.build()
@@ -27,7 +27,7 @@ def first_graphs(mission: Mission, kernel: Kernel, seed: int) -> tuple[RoadmapGr
 
 
 def graphs_of(mission: Mission, roadmaps: tuple[Roadmap, ...]) -> tuple[RoadmapGraph, ...]:
-    """Each roadmap with its nodes and edges before unrolling."""
+    """Graph of each roadmap, with its nodes and edges before unrolling over time."""
     return tuple(_graph(mission, roadmap) for roadmap in roadmaps)
 
 

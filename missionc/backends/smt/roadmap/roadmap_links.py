@@ -1,11 +1,11 @@
-"""Links between roadmap places for a graph, grouped to share clauses.
+"""Communication links between roadmap states, grouped to share clauses.
 
-With velocities and headings, many places are near each other and have mostly the same links. Places are therefore
-ordered so that neighbours are adjacent. If a whole aligned run of that order is linked to a place, it is one group.
+With velocities and headings, many states are near each other and have mostly the same links. States are therefore
+ordered so that neighbours are adjacent. If a whole aligned run of that order is linked to a state, it is one group.
 
 Source:
-    de Berg et al., "Computational Geometry" (2008), 10.3: runs are the nodes of
-    a segment tree, over the leaves of a kd-tree (5.2).
+    de Berg et al., "Computational Geometry" (2008), 10.3: runs are the nodes of a segment tree, over the leaves of a
+    kd-tree (5.2).
 """
 
 from __future__ import annotations
@@ -19,27 +19,25 @@ from missionc.ir import Graph
 from missionc.ir.language.margins.links import places_linked
 
 DENSE = 32
-"""Number of links per place above which groups save more than they cost."""
+"""Number of links per state above which groups save more than they cost."""
 
 BLOCK = 1 << 20
-"""Number of pairs of places processed at once."""
+"""Number of pairs of states processed at once."""
 
 WIDTH = 4
-"""Number of places, or groups, in a group."""
+"""Number of states, or groups, in a group."""
 
 
 class Links(Record, eq=False):
-    """For each place, the places linked to it, excluding itself.
+    """For each roadmap state (place), the other states linked to it.
 
-    No two agents are ever at one point. Places at the same point therefore have equal links, and none to each other.
+    No two agents are ever at one point. States at the same point therefore have equal links, and none to each other.
 
     Args:
-        first: (places + 1,): index of each place's first link; of several at a
-                point, only the first has links.
-        linked: (links,): places, and groups after them: index ``places + i``
-                stands for group ``i``.
-        groups: (groups, 4): places and groups of each group.
-        same: (places,): first place at the same point.
+        first: index of each state's first link, (places + 1,); of several states at a point, only the first has links.
+        linked: linked states, and groups after them, (links,): index ``places + i`` stands for group ``i``.
+        groups: states and groups in each group, (groups, 4).
+        same: first state at the same point, (places,).
     """
 
     first: Indices
@@ -48,11 +46,11 @@ class Links(Record, eq=False):
     same: Indices
 
     def beside(self, places: Indices) -> tuple[Indices, Indices, Indices]:
-        """Links of these places, in sequence.
+        """Links of these states, in sequence.
 
         Returns:
-            number of links of each, (places,); owner of each link, as a position in
-                ``places``; and the linked place, in the same order.
+            number of links of each state, (places,); owner of each link, as a position in ``places``; and the linked
+            state, in the same order.
         """
         places = self.same[places]
         sizes = np.diff(self.first)[places]
@@ -62,7 +60,7 @@ class Links(Record, eq=False):
 
 
 def links_between(graph: Graph, position: Array) -> Links:
-    """Links between places, (places, dim), metres."""
+    """Links of a graph between states at these positions, (places, dim), metres."""
     first, point = distinct(position)
     points = position[first]
     order, levels, groups = np.arange(len(position)), 0, np.zeros((0, WIDTH), dtype=np.int64)
@@ -75,7 +73,7 @@ def links_between(graph: Graph, position: Array) -> Links:
 
 
 def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
-    """Mean number of places, (places, dim), metres, linked to one of the points, (points, dim)."""
+    """Mean number of states, at (places, dim), metres, that are linked to one of the points, (points, dim), metres."""
     sampled = 128  # points at which links are counted
     some = points[:: max(1, len(points) // sampled)]
     linked = places_linked(graph, some[:, None, :], position[None, :, :])
@@ -83,12 +81,12 @@ def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
 
 
 class LinkPlaces(Record, eq=False):
-    """Places and their points.
+    """States and their distinct positions.
 
     Args:
-        points: (points, dim), metres, distinct.
-        first: (points,): first place at each.
-        point: (places,): index of each place's point.
+        points: distinct positions, (points, dim), metres.
+        first: first state at each position, (points,).
+        point: index of each state's position, (places,).
     """
 
     graph: Graph
@@ -97,10 +95,10 @@ class LinkPlaces(Record, eq=False):
     point: Indices
 
     def links(self, order: Indices, levels: int) -> tuple[Indices, Indices]:
-        """Number of links of each place, (places,), and all links, place by place.
+        """Number of links of each state, (places,), and all links, state by state.
 
         Args:
-            order: order of the places, (places,); groups are runs of it.
+            order: order of the states, (places,); groups are runs of it.
             levels: number of levels of groups.
         """
         places, column_of = len(order), self.point[order]
@@ -128,7 +126,7 @@ class LinkPlaces(Record, eq=False):
 
 
 def _groups(order: Indices, levels: int) -> Indices:
-    """Content of each group, (groups, 4), level by level; incomplete runs are unused."""
+    """Members of each group, (groups, 4), level by level; incomplete runs are unused."""
     places = len(order)
     width = _padded(places, levels)
     below = np.concatenate([order, np.zeros(width - places, dtype=np.int64)])
@@ -141,15 +139,16 @@ def _groups(order: Indices, levels: int) -> Indices:
 
 
 def _padded(places: int, levels: int) -> int:
-    """Number of places rounded up to whole groups at every level."""
+    """Number of states rounded up to whole groups at every level."""
     run = int(WIDTH**levels)
     return -(-places // run) * run
 
 
 def _neighbours_together(position: Array) -> Indices:
-    """Order of places, (places,), indices: recursive halves, cut across the longer side.
+    """Order of states, (places,), in which near states are adjacent: recursive bisection across the longer side.
 
-    Positions are in metres.
+    Args:
+        position: (places, dim), metres.
     """
     order = np.arange(len(position))
     size = 1 << max(0, len(position) - 1).bit_length()

@@ -1,7 +1,7 @@
-"""Node sampling of a roadmap: named places, covered regions, even filling of the remaining free space.
+"""Node sampling of a roadmap: starts and finishes, positions in regions, uniform filling of the remaining free space.
 
     in   Mission, the agents of one kind
-    out  points in free space, or the place without any
+    out  points in free space, or the start, finish or region without any
 
 Source:
     [strel] Algorithm 1, line 1, and "Multi-agent PRM" (initial states are sampled in).
@@ -26,13 +26,13 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 
 class NoRoadmap(Record):
-    """Reason for a missing roadmap, in the mission's terms."""
+    """Reason why there is no roadmap, in the mission's terms."""
 
     statement: str
 
 
 class Ground(Record, eq=False):
-    """Free space of one kind of agent, without moving obstacles."""
+    """Free space of one kind of agent: the mission, the agents, and the static obstacles."""
 
     mission: Mission
     agents: tuple[Agent, ...]
@@ -40,31 +40,29 @@ class Ground(Record, eq=False):
 
     @property
     def margin(self) -> float:
-        """Required distance of a centre from every obstacle, metres."""
+        """Required distance of an agent's centre from every obstacle, metres."""
         return self.agents[0].radius + self.mission.clearance - ROUNDING
 
     @property
     def passing(self) -> float:
-        """Required distance of two of these agents side by side, metres."""
+        """Required distance of two agents of this kind that pass each other side by side, metres."""
         one = self.agents[0].index
         return float(self.mission.spacing(one, one).sideways)
 
     def is_free(self, points: Array) -> Flags:
-        """Flags of points, (points, dim), metres, in the world and clear of static obstacles.
-
-        Shape: (points,), boolean.
-        """
+        """Return true for each point, (points, dim), metres, in the world and clear of static obstacles: (points,)."""
         world, margin = self.mission.world, np.full(len(points), self.margin)
         within: Flags = np.all((points >= world.low) & (points <= world.high), axis=1)
         return within & clear_of(self.obstacles, points, points, margin)
 
     def is_free_at(self, step: int, points: Array) -> Flags:
-        """Flags of the points, (points, dim), metres, clear of all obstacles at a step: (points,)."""
+        """Return true for each point, (points, dim), metres, in the world and clear of all obstacles at a step:
+        (points,)."""
         free: Flags = self.is_free(points) & clear_places(self.mission, points, self.margin, (step,))[0]
         return free
 
     def keeps_within(self, points: Array) -> Flags:
-        """Flags of points, (points, dim), metres, with room for the body in the world: (points,)."""
+        """Return true for each point, (points, dim), metres, at which the body is inside the world: (points,)."""
         world, radius = self.mission.world, self.agents[0].radius
         low, high = np.add(world.low, radius), np.subtract(world.high, radius)
         within: Flags = np.all((points >= low) & (points <= high), axis=1)
@@ -84,16 +82,14 @@ def free_ground(mission: Mission, agents: tuple[Agent, ...]) -> Ground:
 
 
 def sample_nodes(ground: Ground, count: int, generator: np.random.Generator) -> Array | NoRoadmap:
-    """Nodes of one roadmap.
+    """Nodes of one roadmap: (nodes, dim), metres, distinct; or the reason why there are none.
 
-    Every exact place is a node. Every region has several, spread out, one of them deep. A start or finish region has at
-    least twice as many as agents, and at least four more, as far apart as possible.
+    Every exact start and finish is a node. Every region has several nodes, spread out, one of them deep. A start or
+    finish region has at least twice as many nodes as agents, and at least four more than agents, as far apart as
+    possible.
 
     Args:
-        count: total number of nodes, if places and regions need no more.
-
-    Returns:
-        (nodes, dim), metres, distinct.
+        count: total number of nodes, if starts, finishes and regions need no more.
     """
     nodes = exact_places(ground, generator)
     if isinstance(nodes, NoRoadmap):
@@ -106,7 +102,8 @@ def sample_nodes(ground: Ground, count: int, generator: np.random.Generator) -> 
 
 
 def exact_places(ground: Ground, generator: np.random.Generator) -> Array | NoRoadmap:
-    """Start and finish places: exact ones, and places for all agents in their regions, (places, dim), metres."""
+    """Start and finish positions, (places, dim), metres: exact positions, and a position in the region for every other
+    agent."""
     nodes = _named_places(ground)
     if isinstance(nodes, NoRoadmap):
         return nodes
@@ -119,14 +116,14 @@ def exact_places(ground: Ground, generator: np.random.Generator) -> Array | NoRo
 
 
 def spacing(ground: Ground, count: int) -> float:
-    """Spacing of ``count`` nodes that fill the world evenly, metres."""
+    """Spacing of ``count`` nodes that fill the world uniformly, metres."""
     world, body = ground.mission.world, 2 * ground.agents[0].radius
     sides = np.maximum(np.subtract(world.high, world.low) - body, 0.0)
     return math.pow(float(np.prod(sides)) / count, 1 / world.dimension)
 
 
 def _named_places(ground: Ground) -> Array | NoRoadmap:
-    """Distinct exact places, (places, dim), metres."""
+    """Distinct exact start and finish positions, (places, dim), metres; or the reason why one of them is not free."""
     points: dict[tuple[float, ...], None] = {}
     for agent in ground.agents:
         for place, step in ((agent.start, 0), (agent.finish, ground.mission.steps)):
@@ -149,10 +146,8 @@ def _crowds(ground: Ground) -> list[Crowd]:
 
 
 def _points_to_be_at(ground: Ground, step: int, region: Region, generator: np.random.Generator) -> Array:
-    """Free points of a region at a step, (points, dim), metres.
-
-    With room for the body in the world if possible.
-    """
+    """Free points of a region at a step, (points, dim), metres; only points with the body inside the world, if there
+    are any."""
     points, _ = points_in(
         region.shape, ground.mission.world, smt_settings(ground.mission).roadmap.region_samples, generator
     )
@@ -162,10 +157,7 @@ def _points_to_be_at(ground: Ground, step: int, region: Region, generator: np.ra
 
 
 def _crowd(ground: Ground, crowd: Crowd, taken: Array, generator: np.random.Generator) -> Array:
-    """Places for agents that start or finish in one region, as far apart as possible.
-
-    Shape: (places, dim), metres.
-    """
+    """Positions for agents that start or finish in one region, as far apart as possible: (places, dim), metres."""
     aside = 1e-6  # metres: agents further apart than their separation by this much surely do not touch
     free = _points_to_be_at(ground, crowd.step, crowd.region, generator)
     agents = len(crowd.agents)
@@ -180,7 +172,8 @@ def _crowd(ground: Ground, crowd: Crowd, taken: Array, generator: np.random.Gene
 
 
 def _cover(ground: Ground, region: Region, taken: Array, generator: np.random.Generator) -> Array:
-    """Missing nodes of a region, (nodes, dim), metres: one as deep as the body or nearly the deepest, and others."""
+    """Nodes that a region still needs, (nodes, dim), metres: one as deep as the body or nearly the deepest, and
+    others."""
     settings = smt_settings(ground.mission).roadmap
     nearly = 0.8  # share of the greatest sampled depth that is deep enough
     points, depth = points_in(region.shape, ground.mission.world, settings.region_samples, generator)

@@ -1,4 +1,4 @@
-"""Sequence of roadmaps to try: shortest paths between named places, then increasingly fine samples.
+"""Sequence of roadmaps to try: a geodesic roadmap, then increasingly fine samples.
 
 in   Mission, its kernel
 out  an iterator of Attempts, each built in its turn
@@ -28,12 +28,12 @@ from missionc.ir.kernel.walk import postorder
 
 
 class Attempt(Record, eq=False):
-    """One roadmap to try.
+    """Attempt with one roadmap.
 
     Args:
         number: index from 1.
-        nodes: number of sampled nodes; 0 for one of shortest paths.
-        build: function that builds it, for each kind of agent.
+        nodes: number of sampled nodes; 0 for a geodesic roadmap.
+        build: function that builds the roadmap for each kind of agent.
     """
 
     number: int
@@ -46,15 +46,15 @@ class Attempt(Record, eq=False):
 
 
 def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int | None = None) -> Iterator[Attempt]:
-    """Roadmaps of a mission, in the order of attempts.
+    """Yield the roadmaps of a mission, in the order of attempts.
 
-    A mission with its own roadmap has only that one, and a mission with ``nodes`` only one sampled roadmap of this
-    size. Otherwise the shortest paths come first, or second if agents must be linked, which needs places everywhere.
+    A mission with its own roadmap has only that roadmap, and a mission with ``nodes`` only one sampled roadmap of this
+    size. Otherwise the geodesic roadmap comes first, or second if agents must be linked, which needs nodes everywhere.
     Samples are denser in passages.
 
     Args:
         seed: equal seeds give equal arrays.
-        sampled: maximum number of sampled roadmaps; default from the settings.
+        sampled: maximum number of sampled roadmaps; None for the number in the settings.
     """
     lanes = mission.solve.roadmap
     if lanes is not None:
@@ -91,12 +91,12 @@ def roadmaps_between_samples(
 
 
 def _has_geodesics(mission: Mission) -> bool:
-    """Return whether straight paths with stops suit every agent: no inertia, and each can wait."""
+    """Return true if straight paths with stops suit every agent: no momentum, and each can wait."""
     return all(can_wait(agent.dynamics) and not agent.dynamics.has_momentum for agent in mission.agents)
 
 
 def _is_linked(kernel: Kernel) -> bool:
-    """Return whether links or formations are required, which need places everywhere."""
+    """Return true if links or formations are required, which need nodes everywhere."""
     nodes = postorder(kernel.formulas)
     atoms = (node.predicate for node in nodes if isinstance(node, Atom))
     return any(isinstance(node, NeighbourNode | ReachNode | RouteNode | PathLength) for node in nodes) or any(

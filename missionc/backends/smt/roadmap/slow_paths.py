@@ -1,10 +1,10 @@
-"""Slow paths: roadmap edges with local speed limits, fast outside and slow within.
+"""Slow paths: roadmap edges with local speed limits, fast outside a limited area and slow inside.
 
     in   Ground, the kernel, nodes and Edges
     out  for edges that touch a limit, positions at their steps
 
-At constant speed, an edge is too fast for places with a speed limit. Here a move that touches such a place at either
-end is slow, and all others have full length.
+At constant speed, an edge is too fast in an area with a speed limit. On a slow path, a move that touches such an area
+at either end is slow, and all others have full length.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from missionc.ir.kernel.walk import postorder
 
 
 def slow_paths(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Iterator[tuple[int, Array]]:
-    """Yield edges and their positions at the steps, (count + 1, dim), metres.
+    """Yield edges that touch a speed limit, with their positions at the steps, (count + 1, dim), metres.
 
-    There are none for dynamics with momentum or bounded turning.
+    Nothing is yielded for dynamics with momentum or bounded turning.
     """
     dynamics, step = ground.agents[0].dynamics, ground.mission.step
     if dynamics.has_momentum or np.isfinite(turn_in_step(dynamics, step)):
@@ -58,11 +58,12 @@ def slow_paths(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> I
 
 
 def _paced(share: Array, slower: Array, strides: float) -> Array:
-    """Share of the path at each step, from 0 to 1, (steps + 1,), at a constant speed in each part of one limit.
+    """Fraction of the path at each step, 0 to 1, (steps + 1,), with constant speed in each part with one limit.
 
     Args:
-        share: places on the path, (places,), from 0 to 1; ``slower``: time per metre there relative to full speed.
-        strides: length of the path in longest steps, dimensionless number.
+        share: samples on the path, (places,), as fractions 0 to 1.
+        slower: time per metre at the samples, relative to that at full speed, (places,).
+        strides: length of the path in longest steps, dimensionless.
     """
     rounding = 1e-9  # a piece does not get another step for this share of one
     within = np.maximum(slower[:-1], slower[1:])
@@ -77,7 +78,8 @@ def _paced(share: Array, slower: Array, strides: float) -> Array:
 
 
 def always_slow(ground: Ground, kernel: Kernel) -> bool:
-    """Return whether all agents of this kind obey its limits at all steps, so that fast edges are unused."""
+    """Return true if all agents of this kind must satisfy its speed limits at all steps, so that fast edges are
+    unused."""
     asked: dict[Node, set[int]] = {}
     for conjunct in conjuncts(goal.formula for goal in kernel.requirements):
         if conjunct.agent is not None and conjunct.windows and _reads_speed(conjunct.formula):
@@ -89,7 +91,7 @@ def always_slow(ground: Ground, kernel: Kernel) -> bool:
 
 
 def _limits(ground: Ground, kernel: Kernel) -> list[tuple[int, list[Node]]]:
-    """Requirements on agents of this kind over whole windows, each for its first agent."""
+    """Requirements on speeds over whole windows, for agents of this kind, each listed for its first agent."""
     asked: dict[Node, int] = {}
     kind = {agent.index for agent in ground.agents}
     for agent, windows, node in conjuncts(goal.formula for goal in kernel.requirements):

@@ -3,10 +3,11 @@
     in   nodes and Edges
     out  Unrolled: states, headings and moves; state i is node i for every node
 
-If turning is bounded, a state also has a heading, that of the motion which ended there. Every edge has its own arrival
+If turning is bounded, a state also has a heading, that of the motion which ended in it. Every edge has its own arrival
 state, with continuations that turn little enough. Node i then stands for an agent with an arbitrary heading, which is
-possible only at the mission's start. If waiting is allowed, a ring of headings at each node lets an agent turn there,
-within its limit per step. If a mission uses headings, the ring includes them, also for agents with unbounded turning.
+possible only at the mission's start. If waiting is allowed, a ring of headings at each node lets an agent turn at the
+node, within its limit per step. If a mission uses headings, the ring includes them, also for agents with unbounded
+turning.
 
 Source:
     [strel] Algorithm 1, lines 7-9.
@@ -33,7 +34,7 @@ class Unrolled(Record, eq=False):
     Args:
         states: nodes, then states within and at the ends of edges.
         heading: (states,), rad; NaN if arbitrary.
-        moves: (moves, 2), from and to, sorted, distinct.
+        moves: states from and to, (moves, 2), sorted, distinct.
     """
 
     states: States
@@ -56,13 +57,13 @@ def unroll(
     """States and one-step moves of a roadmap.
 
     Args:
-        slow: edges and their positions at the steps, (count + 1, dim), metres, at a slower pace; for first-order
-                dynamics with unbounded turning.
+        slow: edges and their positions at the steps, (count + 1, dim), metres, at a lower speed; for first-order
+            dynamics with unbounded turning.
         fast_too: True if these edges also exist at full speed.
         one_way: True if an edge is not the reverse of another, so that each is unrolled separately.
         asked: directions, rad, and beacons of the requirements: a waiting agent may turn to them.
         ways: one-way paths between nodes with positions at the steps, (count + 1, dim), metres; for first-order
-                dynamics with unbounded turning that wait only at nodes.
+            dynamics with unbounded turning that wait only at nodes.
     """
     limit = turn_in_step(dynamics, step)
     if math.isfinite(limit):
@@ -143,7 +144,7 @@ def _unroll_headings(
 
 
 def _spokes(nodes: States, limit: float, asked: Sequence[float | Beacon]) -> Array:
-    """Headings at each node, rad, (nodes, slots), in circular order, no further apart than the limit."""
+    """Headings of the states at each node, (nodes, slots), rad, in circular order, no further apart than ``limit``."""
     spoke = np.linspace(0.0, 2 * math.pi, math.ceil(2 * math.pi / limit), endpoint=False, dtype=np.float64)
     parts: list[Array] = [np.tile(spoke, (len(nodes), 1))]
     for towards in asked:
@@ -156,18 +157,18 @@ def _spokes(nodes: States, limit: float, asked: Sequence[float | Beacon]) -> Arr
 
 
 def _links(chain: Indices) -> Indices:
-    """Moves along chains of states, (chains, states) each."""
+    """Moves along chains of states, (chains, states): (moves, 2)."""
     return np.stack([chain[:, :-1].ravel(), chain[:, 1:].ravel()], axis=1)
 
 
 def _listed(position: Array, velocity: Array) -> States:
-    """States of paths, (paths, states, dim), metres and m/s, path by path."""
+    """States of paths, (paths, states, dim), metres and m/s, as one list, path by path."""
     dimension = position.shape[-1]
     return States(position.reshape(-1, dimension), velocity.reshape(-1, dimension))
 
 
 def _pairs(into: Indices, out: Indices, nodes: int) -> tuple[Indices, Indices]:
-    """Pairs of edges that end and start at the same node; ``out`` is sorted."""
+    """Pairs of edges such that the first ends and the second starts at the same node; ``out`` is sorted."""
     begin = np.searchsorted(out, np.arange(nodes + 1))
     many = np.diff(begin)[into]
     before = np.cumsum(many) - many
@@ -182,7 +183,7 @@ def _turns(before: Array, after: Array) -> Array:
 
 
 def _waits(dynamics: Dynamics, states: States) -> Indices:
-    """A move to itself for every state at rest, if the dynamics allow waiting."""
+    """Moves from each state at rest to itself, (moves, 2), if the dynamics allow waiting."""
     resting: Flags = np.all(states.velocity == 0, axis=1) & can_wait(dynamics)
     return np.repeat(np.flatnonzero(resting)[:, None], 2, axis=1)
 

@@ -1,6 +1,6 @@
 """Visibility graph of a geodesic roadmap: straight clear paths between nodes.
 
-    in   Ground, nodes, of which the first are places
+    in   Ground, nodes, of which the first are terminals
     out  lengths of the paths, longer without additional clearance
 
 Results for pairs of nodes are cached. Unlike ``geodesic_bounds``, whose lengths are lower bounds, these paths must be
@@ -26,7 +26,7 @@ from missionc.geometry.clearance import clear_of
 
 @dataclass(slots=True, eq=False)
 class Visibility:
-    """Cached visibility of pairs of nodes, by name.
+    """Cache of the visibility of pairs of nodes, by node identifier.
 
     ``spare``: preferred additional clearance, metres.
     """
@@ -38,10 +38,11 @@ class Visibility:
     roomy: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
     def graph(self, nodes: Array, names: Indices, places: int) -> csr_array:
-        """Graph of nodes, (nodes, dim), metres, of which the first are places.
+        """Graph of clear straight paths between nodes, (nodes, dim), metres, of which the first ``places`` are
+        terminals.
 
         Args:
-            names: (nodes,), a fixed number for each node.
+            names: fixed identifier of each node, (nodes,).
         """
         most_nodes = 1 << 31  # more than can occur
         settings = smt_settings(self.ground.mission).shortest_paths

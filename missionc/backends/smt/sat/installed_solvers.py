@@ -1,4 +1,4 @@
-"""Installed solvers: Z3 always; CaDiCaL, and proofs with it, from an optional package."""
+"""Installed SAT solvers: Z3 always; CaDiCaL, and proofs with it, from an optional package."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from missionc.base.diagnostics.model import Diagnostic
 
 
 def solver_missing(options: Options) -> Diagnostic | None:
-    """Diagnostic if the options need a solver or a proof that is not installed."""
+    """Finding if the options need a solver or a proof that is not installed; None otherwise."""
     if find_spec("pysat") is not None:
         return None
     if "cadical" in SOLVERS[options.solver]:

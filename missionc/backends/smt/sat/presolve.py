@@ -1,8 +1,8 @@
 """Presolve with a conflict limit by Z3's own program: easy problems are answered before a solver is ready.
 
 The program reads DIMACS text directly into Z3's clause solver, and solves ten thousand clauses before the library has
-made its terms. It answers one question only, supports no assumptions and gives no core. It therefore runs only briefly,
-and open questions go to a full solver.
+made its terms. The program answers one query only, supports no assumptions and gives no core. It therefore runs only
+briefly, and undecided queries go to a full solver.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ YES, NO = b"s SATISFIABLE", b"s UNSATISFIABLE"
 class PresolveAnswer(Record, eq=False):
     """Answer of a presolve.
 
-    ``model`` has the truth of every variable, (variables + 1,), with index 0 unused; None without a model. ``refused``:
-    there is no model.
+    ``model`` is the truth of every variable, (variables + 1,), with index 0 unused; None if no model was found.
+    ``refused`` is true if the clauses are proved to have no model.
     """
 
     model: Flags | None
@@ -36,7 +36,7 @@ class PresolveAnswer(Record, eq=False):
 
 
 class Presolver(Process):
-    """One process for one question. It reads clauses as they are made."""
+    """Process that presolves one query; it reads clauses while they are made."""
 
     def __init__(self, z3: Path, memory_bytes: int, seed: int, conflicts: int) -> None:
         settings = {**PARAMETERS, "random_seed": str(seed % 2**31), "max_conflicts": str(conflicts)}
@@ -46,11 +46,11 @@ class Presolver(Process):
 
     @property
     def told(self) -> bool:
-        """True if it has read clauses."""
+        """True if the process has read clauses."""
         return self._told > 0
 
     def tell(self, clauses: Clauses) -> None:
-        """Send the clauses that are new since the last time."""
+        """Send the clauses that are new since the last call."""
         new, self._told = clauses.since(self._told)
         if new.size:
             self.outbox.put(lines(new, clauses.variables))
@@ -59,7 +59,7 @@ class Presolver(Process):
         """Model under the assumptions, or their refusal, if found within the conflict limit.
 
         Args:
-            deadline: end on the clock of ``time.monotonic``.
+            deadline: end of the query on the clock of ``time.monotonic``, seconds.
         """
         self.tell(clauses)
         self.weigh()  # while it surely runs; after its answer it may be gone
@@ -74,7 +74,7 @@ class Presolver(Process):
         return PresolveAnswer(holds, False)
 
     def _said(self, deadline: float) -> bytes:
-        """Output of the process; empty if it takes longer than allowed."""
+        """Output of the process; empty if it does not end before the deadline."""
         output = b""
         while wait([self], deadline):
             self.weigh()
@@ -87,6 +87,6 @@ class Presolver(Process):
 
 @cache
 def program(folder: str) -> Path | None:
-    """Z3's program in the package of this folder; None if missing."""
+    """Path of Z3's program in the package in this folder; None if missing."""
     places = Path(folder, "../../../bin/z3").resolve(), Path(sysconfig.get_path("scripts"), "z3.exe")
     return next((place for place in places if place.is_file() and os.access(place, os.X_OK)), None)

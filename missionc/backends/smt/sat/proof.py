@@ -1,7 +1,7 @@
 """DRAT proofs of unsatisfiability: the CNF and a proof for independent checkers.
 
-CaDiCaL writes it for the answer of any solver. Z3 can write proofs too, but checkers reject them because it deletes
-clauses that it still uses.
+CaDiCaL writes the proof for the answer of any solver. Z3 can write proofs too, but checkers reject them because Z3
+deletes clauses that it still uses.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ CNF, DRAT = "impossible.cnf", "impossible.drat"
 
 
 class Proof(Record):
-    """The clauses, with assumptions as unit clauses, and the proof."""
+    """Clauses in DIMACS, with assumptions as unit clauses, and the DRAT proof of their unsatisfiability."""
 
     cnf: bytes
     drat: bytes
 
 
 class Unproved(Record):
-    """Reason for a missing proof."""
+    """Reason why there is no proof."""
 
     statement: str
 
 
 def certify(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget, account: Account) -> None:
-    """Add the files of a proof, or the reason for none, to a run's account."""
+    """Add the files of a proof, or a note why there is none, to a run's account."""
     with account.stage("proof"):
         match prove(clauses, assumptions, budget):
             case Proof(cnf, drat):
@@ -45,7 +45,8 @@ def certify(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget, acco
 
 
 def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Proof | Unproved:
-    """Solve again from the beginning with a proof.
+    """Proof that the clauses are unsatisfiable under the assumptions, from a new solver run; or the reason why there is
+    none.
 
     Raises:
         RuntimeError: CaDiCaL has a model for clauses that another solver refused.

@@ -1,4 +1,5 @@
-"""Parent side of the solver processes: clauses are sent, answers awaited within limits, no orphan."""
+"""Parent side of the solver processes: sends clauses, and awaits answers within limits; children end with their
+parent."""
 
 from __future__ import annotations
 
@@ -26,52 +27,54 @@ DEFAULTS = SolverSettings()
 WORKER = Path(__file__).with_name("worker.py")
 
 SOLVERS = {"auto": ("z3",), "z3": ("z3",), "cadical": ("cadical",), "race": ("z3", "cadical")}
-"""Values of ``--solver``, and the children that they start."""
+"""Child processes that each value of ``--solver`` starts."""
 
 RELIEF = {"auto": "cadical"}
-"""Second solver that takes turns with each, if installed."""
+"""Second solver that takes turns with the first, if installed, by value of ``--solver``."""
 
 PACKAGES = {"z3": "z3", "cadical": "pysat", "proof": "pysat"}
-"""Packages of the solvers in the worker."""
+"""Python package of each solver in the worker."""
 
 
 def for_refusals(solver: str) -> str:
-    """Solver for questions with mostly refusals: CaDiCaL if the choice is open.
+    """Value of ``--solver`` for queries that are mostly refused: CaDiCaL if the choice is open and CaDiCaL is
+    installed.
 
-    It refuses covers with fewer conflicts than Z3: for ten agents in a chain 7,500, while Z3 needs more than 20,000.
+    CaDiCaL refuses covers with fewer conflicts than Z3: for ten agents in a chain 7,500, while Z3 needs more than
+    20,000.
     """
     other = RELIEF.get(solver, "")
     return other if other and package_folder(PACKAGES[other]) else solver
 
 
 OUT_OF_MEMORY = {-signal.SIGABRT, -signal.SIGKILL, -signal.SIGSEGV, 101}
-"""Exit statuses of a child without memory: a signal, or Z3's own status."""
+"""Exit statuses of a child that ran out of memory: a signal, or Z3's own status."""
 
 
 class Satisfiable(Record):
-    """There is a model; ``Solvers.values`` reads it."""
+    """Answer that there is a model; ``Solvers.values`` reads it."""
 
 
 class Unsatisfiable(Record):
-    """There is no model; with the assumptions of the core."""
+    """Answer that there is no model, with the assumptions in the core."""
 
     core: tuple[int, ...]
 
 
 class Stopped(Record):
-    """There is no answer, with the reason."""
+    """Outcome without an answer, with the reason."""
 
     reason: Reason
     detail: str
     paused: bool = False
-    """True if the conflict limit was reached: it may be asked again, and continues with its learned clauses."""
+    """True if the conflict limit was reached: the query may be repeated, with the solver's learned clauses."""
 
 
 Answer: TypeAlias = Satisfiable | Unsatisfiable | Stopped
 
 
 class ChildEnded(Exception):
-    """The child closed its pipe: it died, or reported why it gave up."""
+    """Exception: the child closed its pipe, because it died, or after it reported an error."""
 
 
 class Child(Process):
@@ -81,13 +84,13 @@ class Child(Process):
         super().__init__(worker(name, memory_bytes, seed))
         self.name = name
         self.told = 0
-        """The place in the clauses up to which it knows them."""
+        """Position in the clause list up to which the child has the clauses."""
         self.limit: int | None = None
-        """The conflicts that it was last told to give up after."""
+        """Conflict limit that the child has; None for no limit."""
         self._received = b""
 
     def begin(self) -> None:
-        """Reset its clauses."""
+        """Remove all clauses from the child."""
         self.told, self.limit = 0, None
         self.send(b"N", b"")
 
@@ -100,11 +103,11 @@ class Child(Process):
             self.send(b"C", np.array([most], dtype=np.int32).tobytes())
 
     def send(self, kind: bytes, payload: bytes) -> None:
-        """Send a message."""
+        """Send a message: its letter and its content."""
         self.outbox.put(kind + len(payload).to_bytes(8, "little") + payload)
 
     def receive(self) -> None:
-        """Receive the available data.
+        """Read the available output of the child.
 
         Raises:
             ChildEnded: the child has ended.
@@ -115,7 +118,7 @@ class Child(Process):
         self._received += data
 
     def next_message(self) -> tuple[bytes, bytes] | None:
-        """Next complete message: its letter and its content; None if incomplete."""
+        """Next complete message of the child, its letter and its content; None if it is incomplete."""
         end = 9 + int.from_bytes(self._received[1:9], "little")
         if len(self._received) < max(end, 9):
             return None
@@ -124,10 +127,10 @@ class Child(Process):
 
 
 class Solvers:
-    """Solvers of one run; as a context manager, it ends all processes.
+    """Solver processes of one run; as a context manager, it ends all processes.
 
-    A presolve answers most questions. The incremental children are started at the first other question; the first that
-    answers is kept.
+    A presolve answers most queries. The incremental children are started at the first query that it does not answer;
+    the first child that answers is retained.
 
     Args:
         presolve: conflict limit of presolves; 0 disables them.
@@ -139,17 +142,17 @@ class Solvers:
         self.deadline = deadline
         self.peak_bytes = 0
         self.conflicts = 0
-        """Conflicts of all questions that were answered or given up."""
+        """Number of conflicts of all queries, answered or not."""
         self.answered = ""
-        """Solver that had the last model."""
+        """Name of the solver that had the last model."""
         self.cut = False
-        """Whether a question was left without an answer because it was time to end."""
+        """True if a query was abandoned because time was up or a signal arrived."""
         self._solver, self._memory_bytes, self._seed, self._presolve = solver, memory_bytes, seed, presolve
         self._z3 = program(package_folder(PACKAGES["z3"])) if presolve and "z3" in SOLVERS[solver] else None
         self._presolver = self._new_presolver()  # it starts while the roadmaps are built
         self._children: list[Child] = []
         self._relief: Child | None = None
-        """The one that takes turns with the only child, while it is not its turn; it is started for its first."""
+        """Solver that takes turns with the only child, while it is not its turn; started at its first turn."""
         self._relieved = RELIEF[solver] if solver in RELIEF and package_folder(PACKAGES[RELIEF[solver]]) else ""
         self._started = False
 
@@ -162,7 +165,7 @@ class Solvers:
         self.close()
 
     def close(self) -> None:
-        """End every process; no further questions are possible."""
+        """End every process; no further queries are possible."""
         self._started = True
         self._replace_presolver(None)
         self._keep(())
@@ -173,11 +176,11 @@ class Solvers:
 
     @property
     def takes_turns(self) -> bool:
-        """Return whether another solver can be asked if the current one does not answer."""
+        """True if another solver can be queried when the current solver does not answer."""
         return bool(self._relieved)
 
     def relieve(self) -> None:
-        """Switch to the other solver; the current one keeps its state for its next turn."""
+        """Switch to the other solver; the current solver keeps its state for its next turn."""
         if not self._relieved or len(self._children) != 1:
             return
         child = self._relief or Child(self._relieved, self._memory_bytes, self._seed)
@@ -204,10 +207,11 @@ class Solvers:
             self._presolver.tell(clauses)
 
     def presolve(self, clauses: Clauses, assumptions: tuple[int, ...]) -> Flags | Unsatisfiable | None:
-        """Presolve all clauses: true variables of a model, a refusal, or None.
+        """Presolve of all clauses under the assumptions.
 
         Returns:
-            The model, (variables + 1,), with index 0 unused; a refusal with all assumptions as core; or None.
+            truth of the variables in a model, (variables + 1,), with index 0 unused; or a refusal with all assumptions
+            as core; or None if undecided.
         """
         presolver = (self._presolver or self._new_presolver()) if self.alive else None
         if presolver is None:
@@ -220,13 +224,13 @@ class Solvers:
         return Unsatisfiable(assumptions) if seen.refused else seen.model
 
     def start(self) -> None:
-        """Start the children, unless already started."""
+        """Start the incremental solvers, unless they run already."""
         if not self._started:
             self._children = [Child(name, self._memory_bytes, self._seed) for name in SOLVERS[self._solver]]
         self._started = True
 
     def add(self, clauses: Clauses) -> None:
-        """Send the new clauses to the children."""
+        """Send the new clauses to the incremental solvers."""
         few = 1_000  # number of literals up to which calls of Z3 are faster than text
         self.start()
         text = b""
@@ -243,9 +247,10 @@ class Solvers:
     def solve(
         self, assumptions: tuple[int, ...], deadline: float | None = None, conflicts: int | None = None
     ) -> Answer:
-        """Answer whether there is a model under the assumptions.
+        """Answer to the query for a model under the assumptions.
 
         Args:
+            deadline: earlier end of the query on the clock of ``time.monotonic``, seconds.
             conflicts: conflict limit of a solver; racing solvers may exceed it.
         """
         if len(self._children) == 1:
@@ -266,7 +271,7 @@ class Solvers:
                 return _gave_up(detail.decode(errors="replace"), paused=conflicts is not None)
 
     def values(self, variables: Literals) -> Flags | Stopped:
-        """Truth of the variables in the last model: (variables,) -> (variables,)."""
+        """Truth of variables in the last model: (variables,) -> (variables,); or the reason why it is not available."""
         answer = self._ask(b"V", variables.astype(np.int32).tobytes(), self.deadline)
         return answer if isinstance(answer, Stopped) else np.frombuffer(answer, dtype=np.uint8).astype(bool)
 
@@ -290,7 +295,7 @@ class Solvers:
         return stopped
 
     def _dropped(self, child: Child, detail: str) -> Stopped:
-        """Drop a lost child; the others continue."""
+        """Remove a child that ended, and return the reason; other children continue."""
         self._keep(tuple(other for other in self._children if other is not child))
         if not detail and child.process.returncode in OUT_OF_MEMORY:
             detail = "memory"
@@ -300,7 +305,7 @@ class Solvers:
         return None if self._z3 is None else Presolver(self._z3, self._memory_bytes, self._seed, self._presolve)
 
     def _replace_presolver(self, presolver: Presolver | None) -> None:
-        """Replace the presolver."""
+        """End the current presolver and set the next (None: no presolver)."""
         if self._presolver is not None:
             self._presolver.close()
             self.peak_bytes = max(self.peak_bytes, self._presolver.peak_bytes)
@@ -315,7 +320,7 @@ class Solvers:
 
 
 def _answer(child: Child, kind: bytes) -> bytes | str | None:
-    """Answer of a child, its error, or None."""
+    """Answer of a child, or the text of its error (empty if it died); None if the answer is incomplete."""
     try:
         child.receive()
     except ChildEnded:
@@ -330,14 +335,14 @@ def _answer(child: Child, kind: bytes) -> bytes | str | None:
 
 
 def worker(what: str, memory_bytes: int, seed: int) -> list[str]:
-    """Command that starts a child: without ``site`` and environment, it is ready a fifth sooner."""
+    """Command that starts a child; without ``site`` and environment, the child is ready a fifth sooner."""
     limits = str(memory_bytes), str(seed)
     return [sys.executable, "-I", "-S", str(WORKER), what, *limits, package_folder(PACKAGES[what])]
 
 
 @cache
 def package_folder(package: str) -> str:
-    """Folder of a package; empty if missing."""
+    """Folder that contains a Python package; empty if the package is missing."""
     spec = find_spec(package)
     return "" if spec is None or spec.origin is None else str(Path(spec.origin).parent.parent)
 

@@ -1,4 +1,4 @@
-"""Process of a solver: messages, waiting, memory, and termination with the run."""
+"""Process of a solver: messages, waiting, memory, and termination together with the run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from missionc.base.signals import stop_requested
 
 
 class Process:
-    """A command that reads from one pipe and answers on another."""
+    """Process of a command that reads from one pipe and answers on another."""
 
     def __init__(self, command: list[str]) -> None:
         self.peak_bytes = 0
@@ -35,16 +35,16 @@ class Process:
         self.outbox = Outbox(self.process.stdin)
 
     def fileno(self) -> int:
-        """Descriptor of the answer pipe."""
+        """File descriptor of the answer pipe."""
         assert self.process.stdout is not None
         return self.process.stdout.fileno()
 
     def read(self) -> bytes:
-        """Read available data, waiting for some; empty at the end."""
+        """Available output of the process, after waiting for some; empty at its end."""
         return os.read(self.fileno(), 1 << 20)
 
     def weigh(self) -> None:
-        """Record its peak memory while it runs, if the system reports it."""
+        """Record the peak memory of the running process, if the system reports it."""
         try:
             status = Path(f"/proc/{self.process.pid}/status").read_text()
         except OSError:
@@ -101,10 +101,10 @@ Stream = TypeVar("Stream", bound=HasFileno)
 
 
 def wait(streams: Sequence[Stream], deadline: float) -> list[Stream]:
-    """Streams with data; empty when time is up, or after a signal.
+    """Streams with available data; empty when time is up, or after a signal.
 
     Args:
-        deadline: end on the clock of ``time.monotonic``.
+        deadline: end of the wait on the clock of ``time.monotonic``, seconds.
     """
     patience = 0.1  # seconds between two checks for a signal
     while not is_over(deadline):
@@ -116,5 +116,5 @@ def wait(streams: Sequence[Stream], deadline: float) -> list[Stream]:
 
 
 def is_over(deadline: float) -> bool:
-    """Return whether time is up, or a signal came."""
+    """Return true if time is up, or a signal arrived."""
     return stop_requested() or time.monotonic() >= deadline

@@ -2,8 +2,8 @@
 
 Z3 in the same process would swallow Ctrl-C, and its memory limit would end the interpreter. This file imports nothing
 from the compiler and little from Python, so that the child is ready soon. ``FOLDER`` is the folder of the solver's
-package. It reads messages from standard input and answers on standard output. A message is a letter, a length of eight
-bytes, and its content:
+package. The process reads messages from standard input and answers on standard output. A message is a letter, a length
+of eight bytes, and its content:
 
     A  clauses as DIMACS text
     L  clauses as literals, with a 0 after each
@@ -13,7 +13,7 @@ bytes, and its content:
        or the reason
     V  variables: the answer is V with a byte for each, 1 if true in the last model
 
-It sends R when it is ready, and E with the reason after a failure.
+The process sends R when it is ready, and E with the reason after a failure.
 
 As ``proof`` it reads one DIMACS text to its end, and writes a DRAT proof of unsatisfiability; nothing if satisfiable.
 """
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 SAT, UNSAT, UNKNOWN = b"s", b"u", b"?"
 
 OUT_OF_MEMORY = ("memory", "failed to map segment")
-"""Error texts for a lack of memory: from Z3, and from the system's loader."""
+"""Texts in the errors of Z3, and of the system's loader, that mean a lack of memory."""
 
 POINTER, NUMBER, TEXT = ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p
 SIGNATURES: dict[str, tuple[Any, ...]] = {
@@ -100,14 +100,14 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "stats_inc_ref": (None, POINTER, POINTER),
     "stats_size": (ctypes.c_uint, POINTER, POINTER),
 }
-"""Used functions of Z3's C interface: result, then arguments."""
+"""Functions of Z3's C interface that are used: type of the result, then types of the arguments."""
 
 PARAMETERS = {"branching.heuristic": "chb"}
-"""Z3 parameters that solved all of the larger test problems; the defaults failed on some of them."""
+"""Z3 parameters with which all of the larger test problems were solved; the defaults failed on some of them."""
 
 
 CONFLICTS = b"sat conflicts"
-"""Names of the conflict counters in Z3's statistics."""
+"""Name of the conflict counter in Z3's statistics."""
 
 
 class Z3:
@@ -200,7 +200,7 @@ class Z3:
         return bytes(values)
 
     def term(self, literal: int) -> int:
-        """Term of a literal; it is kept forever because Z3 counts references."""
+        """Term of a literal; it is retained forever because Z3 counts references."""
         if literal not in self.terms:
             library, context = self.library, self.context
             if literal > 0:
@@ -212,13 +212,17 @@ class Z3:
         return self.terms[literal]
 
     def check(self) -> None:
-        """Raise the errors of Z3 since the last time."""
+        """Raise an error that Z3 has reported since the last call.
+
+        Raises:
+            RuntimeError: Z3 has reported an error.
+        """
         if code := self.library.Z3_get_error_code(self.context):
             raise RuntimeError(self.library.Z3_get_error_msg(self.context, code).decode())
 
 
 def z3_library(folder: str) -> Any:
-    """Library of the package z3-solver; the system's if the package has none."""
+    """Z3's library in the package z3-solver, or the system's if the package contains none."""
     inside = os.path.join(folder, "z3", "lib")
     names = sorted(os.listdir(inside)) if os.path.isdir(inside) else []
     paths = [os.path.join(inside, name) for name in names if name.startswith("libz3.")]
@@ -234,7 +238,7 @@ def terms(made: list[int]) -> Any:
 
 
 class CaDiCaL:
-    """CaDiCaL through python-sat."""
+    """CaDiCaL solver through the package python-sat."""
 
     def __init__(self, proof: bool = False) -> None:
         from pysat.solvers import Cadical195
@@ -282,7 +286,7 @@ class CaDiCaL:
         return bytes(variable in self.true for variable in variables)
 
     def proof(self) -> bytes:
-        """Derived and deleted clauses up to the empty clause: DRAT, as text."""
+        """DRAT proof as text: derived and deleted clauses up to the empty clause."""
         lines = self.solver.get_proof()
         return "".join(f"{line}\n" for line in lines[: lines.index("0") + 1]).encode()
 
@@ -348,7 +352,7 @@ def send(sink: BinaryIO, kind: bytes, payload: bytes) -> None:
 
 
 def die_with_parent() -> None:
-    """End this process with its parent: by the kernel on Linux, by a thread elsewhere."""
+    """Make this process end with its parent: by the kernel on Linux, by a thread on other systems."""
     parent = os.getppid()
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(1, 9)  # PR_SET_PDEATHSIG, SIGKILL

@@ -4,7 +4,7 @@ The cost-to-go of an agent is a lower bound on its path length from every state 
 agent's own state become restrictions of its states, or visits. A *phase* is the set of completed visits, a bit for
 each. Other agents are ignored, so no plan is shorter. The length of a move plus the bound after it is at least the
 bound before it. The difference, its *excess*, adds up along a motion to the motion's length above the minimum. A unary
-totalizer counts it.
+totalizer counts the excess.
 
 ``distance_to_go`` differs: it bounds every residual formula without time. Here the steps count, as in the clauses.
 
@@ -33,7 +33,7 @@ class SingleAgentTask(Record, eq=False):
 
     Args:
         room: (steps + 1, states), True for allowed states.
-        visits: (visits, steps + 1, states): each must be satisfied by one of these states at its step.
+        visits: (visits, steps + 1, states): each visit must be satisfied by one of these states at its step.
     """
 
     room: Flags
@@ -41,7 +41,7 @@ class SingleAgentTask(Record, eq=False):
 
     @classmethod
     def nothing(cls, room: Flags) -> SingleAgentTask:
-        """Task without visits."""
+        """Task with the allowed states ``room``, (steps + 1, states), and without visits."""
         return cls(room, np.zeros((0, *room.shape), dtype=np.bool_))
 
     def and_also(self, more: SingleAgentTask) -> SingleAgentTask:
@@ -51,11 +51,11 @@ class SingleAgentTask(Record, eq=False):
 
 
 class CostToGo(Record, eq=False):
-    """Cost-to-go of one agent.
+    """Cost-to-go of one agent: a lower bound of the distance that it still has to travel.
 
     Args:
-        left: (steps + 1, states, phases), lower bound of the remaining metres; infinite without a path.
-        made: (steps + 1, states), visits satisfied by a state at a step, as bits.
+        left: lower bound of the remaining distance, (steps + 1, states, phases), metres; infinite without a path.
+        made: visits satisfied by a state at a step, as bits, (steps + 1, states).
     """
 
     task: SingleAgentTask
@@ -64,23 +64,23 @@ class CostToGo(Record, eq=False):
 
     @property
     def least(self) -> float:
-        """Length of its shortest motion, metres."""
+        """Lower bound of the length of the agent's whole path, metres."""
         return float(self.begin().min())
 
     def begin(self) -> Array:
-        """Metres to go from each possible start state: (states,)."""
+        """Lower bound of the path length from each start state: (states,), metres."""
         begin: Array = self.left[0, np.arange(self.left.shape[1]), self.made[0]]
         return begin
 
 
 def single_agent_tasks(goals: Goals) -> list[SingleAgentTask]:
-    """Task of each agent alone in the goals that hold, (agents)."""
+    """Task of each agent alone that the goals imply, in mission order."""
     asked = _tasks(goals.formulas, goals)
     return [asked.get(agent) or SingleAgentTask.nothing(way) for agent, way in enumerate(goals.motion.ways)]
 
 
 def disjunctive_tasks(goals: Goals) -> Iterator[list[tuple[int, SingleAgentTask]]]:
-    """Tasks of each required *or* with a condition on one agent in each part: agents and tasks."""
+    """Yield, for each required *or* with a condition on one agent in each part, the agents and their tasks."""
     for agent, windows, node in conjuncts(goals.formulas):
         if agent is None and not windows and isinstance(node, Any):
             options = [list(_tasks((part,), goals).items()) for part in node.parts]
@@ -112,7 +112,7 @@ def cost_to_go(goals: Goals, agent: int, task: SingleAgentTask, metres: Array) -
     """Cost-to-go of an agent, by dynamic programming backwards over the steps.
 
     Args:
-        metres: (moves,), length of each move of its roadmap, metres.
+        metres: length of each move of its roadmap, (moves,), metres.
     """
     roadmap = goals.motion.roadmap(agent)
     source, target = roadmap.moves.T
@@ -137,12 +137,13 @@ def add_totalizer(
     """Literals, (most + 1,), implied by a joint motion: the ``k``-th by an excess of more than ``k`` units.
 
     Args:
-        alone: cost-to-go of each agent; ``metres``: (moves,), of each roadmap.
+        alone: cost-to-go of each agent.
+        metres: length of each move, for each roadmap, (moves,), metres.
         unit: metres. Each move's excess is rounded down to units.
         most: larger excesses are not distinguished.
 
     Raises:
-        TooLarge: the clauses would pass their limit.
+        TooLarge: the clauses would exceed their limit.
     """
     numbers = [
         number
@@ -162,7 +163,8 @@ def add_totalizer(
 def _numbers(
     clauses: Clauses, motion: Motion, agent: int, least: CostToGo, lengths: Array, unit: float, most: int
 ) -> Iterator[Literals]:
-    """Excess of an agent's start and of each of its moves, (moves,), in units of ``unit`` metres."""
+    """Yield unary numbers for the excess of an agent's start and of each of its moves, (moves,), in units of ``unit``
+    metres."""
     roadmap, states, made = motion.roadmap(agent), motion.states[agent], least.made
     source, target = roadmap.moves.T
     left = least.left / unit
@@ -191,12 +193,12 @@ def _numbers(
 
 
 def _units(over: Array, unit: float, most: int) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Whole units of an excess, (rows,), metres, rounded down; at most ``most + 1``."""
+    """Excess, (rows,), metres, in whole units, rounded down; at most ``most + 1``."""
     return np.floor(np.clip(over / unit - 1e-9, 0.0, most + 1.0)).astype(np.int64)
 
 
 def _visited(clauses: Clauses, states: Literals, least: CostToGo) -> list[Literals]:
-    """For each visit, literals, (steps + 1,), that it is made by then."""
+    """For each visit, literals, (steps + 1,), that the visit is completed by then."""
     literals = []
     for visit in least.task.visits:
         by_then = clauses.fresh(len(states))
@@ -212,19 +214,19 @@ def _visited(clauses: Clauses, states: Literals, least: CostToGo) -> list[Litera
 
 
 class _Number:
-    """One number, at most ``most + 1`` units, from clauses for its lower bounds."""
+    """Unary number of at most ``most + 1`` units, defined by clauses for its lower bounds."""
 
     def __init__(self, clauses: Clauses, most: int) -> None:
         self.clauses, self.most = clauses, most
         self.parts: list[tuple[np.ndarray[tuple[int], np.dtype[np.int64]], tuple[Literals, ...]]] = []
 
     def add(self, units: np.ndarray[tuple[int], np.dtype[np.int64]], *unless: Literals) -> None:
-        """Add ``units``, (rows,), unless one of the row's literals holds."""
+        """Add ``units``, (rows,), that count unless one of the row's literals is true."""
         some = units > 0
         self.parts.append((units[some], tuple(literals[some] for literals in unless)))
 
     def done(self) -> Iterator[Literals]:
-        """The number, if ever positive: literals, the ``k``-th implied by more than ``k`` units."""
+        """Yield the number, if it can be positive: literals, the ``k``-th implied by more than ``k`` units."""
         size = max((int(units.max(initial=0)) for units, _ in self.parts), default=0)
         if size:
             number = self.clauses.fresh(size)

@@ -2,9 +2,9 @@
 
 *Duration*: bisection between the shortest plan and the number of steps known to be insufficient.
 
-*Distance*: SAT questions narrow the total length. Each agent has a least length independent of the others
-(``cost_to_go``); clauses count only a plan's excess over these. The excess is counted in units and rounded down, so
-that refusals are valid. The length of a plan itself is measured exactly.
+*Distance*: SAT queries narrow the total length. Each agent has a least length independent of the others
+(``cost_to_go``); clauses count only a plan's excess over these lengths. The excess is counted in units and rounded
+down, so that refusals are valid. The length of a plan itself is measured exactly.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ from missionc.ir.kernel.nodes import Kernel
 def shorten_duration(
     plan: JointMotion, required: tuple[int, ...], search: LazyConstraints, enough: Callable[[float], float]
 ) -> JointMotion:
-    """Shorten the duration by bisection between the shortest plan and the known or failed lower bound.
+    """Plan of the shortest duration found, by bisection between the shortest plan and the lower bound.
 
     Args:
-        enough: as in ``Budget``.
+        enough: lower bound function, as ``Budget.lower_bound``.
     """
     best, stops = duration(plan.states), 0
     impossible = vain = int(enough(best)) - 1
@@ -75,19 +75,23 @@ def shorten_duration(
 
 
 def duration(states: Indices) -> int:
-    """Number of steps after which no agent changes its state, (agents, steps + 1)."""
+    """Number of steps after which no agent changes its state, from states (agents, steps + 1)."""
     return int(rests_from(states).max(initial=0))
 
 
 def rests_from(states: Indices) -> Indices:
-    """Number of steps after which each agent no longer changes its state, (agents, steps + 1): (agents,)."""
+    """Number of steps after which each agent no longer changes its state: (agents, steps + 1) -> (agents,)."""
     changes = states[:, 1:] != states[:, :-1]
     last = changes.shape[1] - np.argmax(changes[:, ::-1], axis=1)
     return np.where(changes.any(axis=1), last, 0)
 
 
 def add_stillness(clauses: Clauses, motion: Motion) -> Literals:
-    """For each step, (steps,), a literal that implies that no agent changes its state from it to the next."""
+    """Literals, one per step (steps,), that imply that no agent changes its state from the step to the next.
+
+    Raises:
+        TooLarge: the clauses would exceed their limit.
+    """
     still = clauses.fresh(motion.steps)
     for states in motion.states:
         step, state = np.nonzero(states[:-1] != FALSE)
@@ -103,12 +107,12 @@ def shorten_distance(
     with_shorter_paths: Callable[[JointMotion], JointMotion],
     enough: Callable[[float], float],
 ) -> JointMotion:
-    """Search shorter plans until there is none, or the effort is used.
+    """Plan of the shortest distance found, until no plan is shorter, or the effort is used up.
 
     Args:
         required: literals of the goals.
-        with_shorter_paths: function to an equal or better plan near the given one.
-        enough: as in ``Budget``.
+        with_shorter_paths: function to an equal or better plan near the given plan.
+        enough: lower bound function, as ``Budget.lower_bound``.
     """
     distance_search = DistanceSearch(goals, required, search, with_shorter_paths, plan)
     distance_search.bound = max(distance_search.bound, enough(distance_search.best))
@@ -134,7 +138,7 @@ def shorten_distance(
 
 @dataclass(slots=True)
 class DistanceSearch:
-    """Search for the shortest plan: the best found, its length, and a lower bound for all plans, metres."""
+    """Search for the shortest plan: the best plan found, its length, and a lower bound for all plans, metres."""
 
     goals: Goals
     kept: tuple[int, ...]
@@ -144,7 +148,7 @@ class DistanceSearch:
     best: float = field(init=False)
     bound: float = field(init=False)
     alone: list[CostToGo] = field(init=False)
-    """Cost-to-go of each agent, and their total length, ``floor``."""
+    """Cost-to-go of each agent; ``floor`` is the sum of their least path lengths, metres."""
     floor: float = field(init=False)
     metres: list[Array] = field(init=False)
 
@@ -169,15 +173,13 @@ class DistanceSearch:
 
     @property
     def over(self) -> bool:
-        """Return whether there is no shorter plan."""
+        """True if no plan is shorter than the best plan found."""
         same = 1e-6  # metres: smaller savings do not count
         return self.best - self.bound < same
 
     def in_parts(self, parts: int) -> bool:
-        """Search with the present plan's excess in ``parts`` units.
-
-        Return whether every question was answered.
-        """
+        """Search for shorter plans with the current plan's excess divided into ``parts`` units; return true if every
+        query was answered."""
         search = self.search
         unit = (self.best - self.floor) / parts
         excess = add_totalizer(search.clauses, self.goals.motion, self.alone, self.metres, unit, parts)
@@ -201,7 +203,7 @@ class DistanceSearch:
         return True
 
     def travelled(self, plan: JointMotion) -> float:
-        """Total length of all agents, metres."""
+        """Total path length of all agents, metres."""
         motion = self.goals.motion
         return float(
             sum(
@@ -218,11 +220,12 @@ def improve(
     search: LazyConstraints,
     enough: Callable[[float], float] = no_bound,
 ) -> JointMotion:
-    """The same plan or a better one; results and open questions are noted.
+    """Plan improved by preferences and objective, or the given plan; results and undecided queries are recorded as
+    notes.
 
     Args:
         literals: literals of each requirement, then of each preference.
-        enough: as in ``Budget``.
+        enough: lower bound function, as ``Budget.lower_bound``.
     """
     required = literals[: len(kernel.requirements)]
     formulas = [goal.formula for goal in kernel.requirements]

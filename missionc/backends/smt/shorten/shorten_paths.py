@@ -1,7 +1,7 @@
-"""Local search that replaces one agent's path at a time by a shorter one with every goal satisfied.
+"""Local search that replaces one agent's path at a time by a shorter one, with every goal satisfied.
 
 Models of the clauses are not tidy: an agent without a task moves at random. The states and steps on which the goals
-depend are kept (``slack``). Within these, and clear of all others, an agent takes the shortest path on the
+depend are preserved (``slack``). Within these, and clear of all others, an agent takes the shortest path on the
 time-expanded roadmap.
 
 Unlike ``label_setting``, this search reads no formulas and has no reservations. It is one dense pass over all states of
@@ -29,10 +29,10 @@ from missionc.ir.kernel.nodes import Node
 
 
 class TimeExpandedRoadmap:
-    """Time-expanded roadmap: the moves of one roadmap at each step, by target.
+    """Time-expanded roadmap: the moves of one roadmap at each step, sorted by target.
 
     ``cost``, (steps, moves), is their length in metres plus a small, increasing cost for not waiting. Of equally long
-    paths, the one with the fewest motions wins, then the earliest.
+    paths, the path with the fewest motions is selected, then the earliest.
     """
 
     def __init__(self, mission: Mission, motion: Motion, number: int) -> None:
@@ -51,14 +51,14 @@ class TimeExpandedRoadmap:
         self._begins = self._into[self._reached]
 
     def taken(self, way: Indices) -> Indices:
-        """Moves of a path, (steps + 1,): (steps,)."""
+        """Moves of a path, from its states: (steps + 1,) -> (steps,)."""
         return np.searchsorted(self.target * self._count + self.source, way[1:] * self._count + way[:-1])
 
     def cost_of(self, way: Indices) -> float:
         return float(self.cost[np.arange(len(way) - 1), self.taken(way)].sum())
 
     def shortest(self, room: Flags, free: Flags) -> Indices | None:
-        """Path of least cost, (steps + 1,).
+        """Path of least cost, states (steps + 1,); None without a path.
 
         Args:
             room: (steps + 1, states), True for allowed states.
@@ -83,7 +83,7 @@ class TimeExpandedRoadmap:
 
 
 class JointPaths:
-    """Paths of all agents, (agents, steps + 1), without conflicts, and the search for shorter ones."""
+    """Conflict-free paths of all agents, states (agents, steps + 1), and the search for shorter paths."""
 
     def __init__(self, states: Indices, motion: Motion, mission: Mission) -> None:
         self.states, self.motion, self.mission = states.copy(), motion, mission
@@ -94,7 +94,7 @@ class JointPaths:
         self.apart, self.metric = [needed(*pair) for pair in pairs], [each_step(metric(*pair)) for pair in pairs]
 
     def cost(self, agent: int) -> float:
-        """Cost of the agent's present path, metres."""
+        """Cost of the agent's current path, metres."""
         expanded = self.expanded_of(agent)
         return expanded.cost_of(self.states[agent])
 
@@ -102,13 +102,15 @@ class JointPaths:
         return self.expanded[int(self.motion.roadmap_of[agent])]
 
     def shorter_path(self, agent: int, room: Flags, still_from: int, gain: float) -> Indices | None:
-        """Best path cheaper than its own by more than ``gain``, without conflict with the others.
+        """Best path of an agent, states (steps + 1,), that is cheaper than the current path by more than ``gain`` and
+        has no conflict; None without such a path.
 
         Conflicting moves are blocked lazily: a result before all are blocked costs at most as much as afterwards.
 
         Args:
             room: (steps + 1, states), True for allowed states.
-            still_from: from this step on the agent stays at its place.
+            still_from: step from which on the agent does not move.
+            gain: metres.
         """
         expanded, least, factors = self.expanded_of(agent), self.apart[agent], self.metric[agent]
         free = expanded.allowed.copy()
@@ -131,7 +133,7 @@ class JointPaths:
         return None
 
     def take(self, agent: int, way: Indices) -> None:
-        """Replace the agent's path."""
+        """Replace the agent's path by ``way``, states (steps + 1,)."""
         self.states[agent] = way
         own = kinematics(way[None], np.array([agent]), self.motion, self.mission)
         self.tracks.put(agent, own.take(0))
@@ -145,13 +147,13 @@ def shorten_paths(
     mission: Mission,
     still_from: int | None = None,
 ) -> Indices:
-    """The same joint motion, (agents, steps + 1), or one with shorter paths of some of these agents.
+    """Joint motion, (agents, steps + 1), with shorter or equal paths of some of the agents.
 
-    Both satisfy the same formulas, and collision freedom is preserved. Agents with formulas about the past keep their
-    paths, since each step affects later ones. An agent is tried again only after another path has changed.
+    The result satisfies the same formulas, and collision freedom is preserved. Agents with formulas about the past keep
+    their paths, since each step affects later steps. An agent is tried again only after another path has changed.
 
     Args:
-        still_from: from this step on, agents with a new path stay at their places.
+        still_from: step from which on agents with a new path do not move; None for no such step.
     """
     settings = smt_settings(mission).shortening
     gain = 1e-6  # a smaller saving, in metres, does not replace a path

@@ -1,8 +1,8 @@
-"""Slack: allowed states of one agent at each step, with all others fixed and every goal satisfied.
+"""Slack: allowed states of one agent at each step, with all other agents fixed and every goal satisfied.
 
 A satisfied goal depends on some of its satisfied subformulas: one part of an *or*, one step of an *eventually*. These
-give a set of states for each step; an agent that moves within these sets violates nothing. Other motions may also be
-valid, but alternative choices are not searched.
+subformulas give a set of states for each step; an agent that moves within these sets violates nothing. Other motions
+may also be valid, but other choices of subformulas are not searched.
 """
 
 from __future__ import annotations
@@ -29,11 +29,13 @@ from missionc.verification.monitoring.monitor import truths
 
 @dataclass(slots=True)
 class Goals:
-    """Goals evaluated at step 0.
+    """Goals evaluated at step 0, with properties of their nodes.
 
-    ``instant``: nodes that the states at their own step decide. ``own``: those of them that the evaluated agent's own
-    state decides. ``ahead``: look-ahead of the others in steps, including the motion from the last. ``concerns``:
-    (agents, agents), True if the motion of the first may matter for the second.
+    Args:
+        instant: nodes that the states at their own step decide.
+        own: instant nodes that the evaluated agent's own state decides.
+        ahead: look-ahead of the other nodes in steps, including the move from the last step.
+        concerns: (agents, agents), True if the motion of the first agent may matter for the second.
     """
 
     formulas: tuple[Node, ...]
@@ -66,24 +68,24 @@ class Goals:
         return self._read[node]
 
     def states(self, node: Node, agent: int) -> Flags:
-        """Flags of the agent's roadmap states, (states,), in which its own state makes such a node true."""
+        """Return true for each of the agent's roadmap states, (states,), that makes the node true."""
         if (node, agent) not in self._states:
             self._states[node, agent] = states_of(node, agent, self.labels)
         return self._states[node, agent]
 
     def _of_moves(self, predicate: Predicate) -> int:
-        """Look-ahead in steps of a predicate of moves."""
+        """Look-ahead of a predicate in steps: 1 if it depends on moves, otherwise 0."""
         return int(any(self.labels.of_moves(predicate, number) for number in range(len(self.motion.roadmaps))))
 
 
 class EvaluatedMotion(Record, eq=False):
-    """A joint motion, (agents, steps + 1), with the truth of every node below the goals, (agents, steps + 1)."""
+    """Joint motion, states (agents, steps + 1), with the truth of every node below the goals, (agents, steps + 1)."""
 
     states: Indices
     trace: Trace
     truths: dict[Node, Flags]
     good: bool
-    """True if all goals hold."""
+    """True if all goals are satisfied."""
 
     @classmethod
     def of(cls, goals: Goals, states: Indices) -> EvaluatedMotion:
@@ -94,9 +96,10 @@ class EvaluatedMotion(Record, eq=False):
 
 
 def slack(goals: Goals, agent: int, evaluated: EvaluatedMotion) -> Flags:
-    """Slack of an agent: allowed states, (steps + 1, states of its roadmap), at each step.
+    """Slack of an agent: allowed states of its roadmap at each step, (steps + 1, states).
 
-    Its present motion lies within. Any other motion within satisfies every goal if the others keep theirs.
+    The agent's current motion is within the slack. Any other motion within the slack satisfies every goal if the other
+    agents keep their motions.
     """
     found = Slack(goals, agent, evaluated)
     for formula in goals.formulas:
@@ -105,7 +108,7 @@ def slack(goals: Goals, agent: int, evaluated: EvaluatedMotion) -> Flags:
 
 
 class Slack:
-    """Slack of one agent during the traversal of the goals."""
+    """Slack of one agent, computed by a traversal of the goals."""
 
     def __init__(self, goals: Goals, agent: int, evaluated: EvaluatedMotion) -> None:
         self.goals, self.agent = goals, agent
@@ -117,11 +120,11 @@ class Slack:
         self.tried: dict[tuple[Node, int], tuple[Flags, Flags]] = {}
 
     def holds(self, node: Node, asked: int, step: int) -> bool:
-        """Return the present truth."""
+        """Return the truth of the node, for agent ``asked`` at the step, in the current motion."""
         return bool(self.truths[node][asked, step])
 
     def need(self, node: Node, asked: int, step: int) -> None:
-        """Keep the subformulas on which a true node depends."""
+        """Restrict the slack so that a true node stays true for agent ``asked`` at the step."""
         key = (node, asked, step)
         if key in self.seen or not self.concerns[node][asked]:
             return
@@ -155,7 +158,8 @@ class Slack:
                     self._stay(moment)
 
     def mask(self, node: Node, asked: int, step: int, wanted: Flags) -> Flags:
-        """Flags of wanted states, (states,), in which an instant node holds; other states are undefined."""
+        """Return true for each state of ``wanted``, (states,), in which an instant node is true; other states are
+        undefined."""
         if not self.concerns[node][asked]:
             return np.full(len(wanted), self.holds(node, asked, step))
         match node:
@@ -176,7 +180,7 @@ class Slack:
                 return self._supposed(node, asked, step, wanted)
 
     def _supposed(self, node: Node, asked: int, step: int, wanted: Flags) -> Flags:
-        """Flags, (states,), of its truth with the agent in each wanted state at this step."""
+        """Truth of a node with the agent in each wanted state at the step: (states,)."""
         shape = (len(self.states), len(wanted))
         value, known = self.tried.setdefault((node, step), (np.zeros(shape, np.bool_), np.zeros(shape[1], np.bool_)))
         missing = np.flatnonzero(wanted & ~known)
@@ -194,10 +198,8 @@ class Slack:
         return found
 
     def _kinds(self, node: Node, step: int, states: Indices) -> tuple[Indices, Indices]:
-        """One state of each kind, and the kind of each state; states of a kind are equivalent.
-
-        States of a kind have equal links and equal predicates.
-        """
+        """One state of each kind, and the kind of each state; states of a kind have equal links and equal
+        predicates."""
         atoms, graphs = self.goals.read_by(node)
         number = int(self.motion.roadmap_of[self.agent])
         if not all(self.labels.of_places(predicate) for predicate in atoms):
@@ -212,7 +214,8 @@ class Slack:
         return states[first], kind
 
     def _some(self, count: int, options: Iterable[tuple[Node, int, int]]) -> None:
-        """Keep ``count`` of the true options: first those independent of the agent, then in order."""
+        """Restrict the slack so that ``count`` of the true options stay true: first options independent of the agent,
+        then in order."""
         true = [option for option in options if self.holds(*option)]
         concerning = [option for option in true if self.concerns[option[0]][option[1]]]
         for option in concerning[: max(0, count - (len(true) - len(concerning)))]:
@@ -240,14 +243,14 @@ class Slack:
         return range(step + low, (last if high is None else min(step + high, last)) + 1)
 
     def _stay(self, step: int) -> None:
-        """Keep the agent's own state at the step."""
+        """Restrict the slack at the step to the agent's current state."""
         here = self.states[self.agent, step]
         self.room[step, np.arange(self.room.shape[1]) != here] = False
 
     def _cheap_first(self, parts: tuple[Node, ...]) -> list[Node]:
-        """Parts sorted so that those without conditions on others come first."""
+        """Parts sorted so that parts without conditions on other agents come first."""
         return sorted(parts, key=self._of_others)
 
     def _of_others(self, node: Node) -> bool:
-        """Return whether the agent's motion matters for other agents."""
+        """Return true if the motions of agents other than the evaluated agent matter for the node."""
         return bool(np.count_nonzero(self.concerns[node]) > 1)

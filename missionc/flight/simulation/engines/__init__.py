@@ -1,4 +1,4 @@
-"""Simulation engines: the built-in one, and others that are installed.
+"""Simulation engines: the built-in one, and other engines that are installed.
 
 Other engines have their own vehicle and controller. Their setpoints are those of a Crazyflie's firmware.
 
@@ -23,14 +23,14 @@ from missionc.flight.simulation.trial_bounds import ENGINES, OTHERS
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 LONGEST = 200
-"""Maximum number of characters of an engine's output in a message."""
+"""Maximum number of characters of an engine's error text that a message quotes."""
 
 Engine: TypeAlias = Callable[[Sequence[Pieces], float], Flown]
 """Function that simulates one undisturbed flight of ``seconds``."""
 
 
 def missing(name: str) -> Diagnostic | None:
-    """Diagnostic if an engine is not installed; else None."""
+    """Diagnostic of an engine that is not installed; None if it is installed."""
     if name not in OTHERS or find_spec(name):
         return None
     message = f"`--engine {name}` needs the package {name}, which is not installed"
@@ -39,11 +39,11 @@ def missing(name: str) -> Diagnostic | None:
 
 
 class EngineError(Exception):
-    """An installed engine does not start; the text gives the reason."""
+    """Error: an installed engine does not start; the text gives the reason."""
 
 
 def fly_with(name: str, pieces: Sequence[Pieces], seconds: float) -> Flown:
-    """Flight by an installed package's engine; its output goes to standard error.
+    """Flight simulated by another package's engine, whose output goes to standard error.
 
     Raises:
         EngineError: the package cannot be loaded, for example because a dependency is missing.

@@ -23,11 +23,11 @@ from missionc.flight.simulation.disturbance import GRAVITY, SETPOINTS_PER_SECOND
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 HOVERED = 11
-"""Seconds before the start for the controller's integral: the duration in a start script (``takeoff_and_landing``)."""
+"""Hover before the start, seconds, in which the controller's integral settles: its duration in a start script."""
 
 
 def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
-    """Simulate all agents in one world."""
+    """Flight of all agents simulated together in one crazyflow world."""
     times = sample_times(seconds)
     reference = np.stack([setpoints(own, times) for own in pieces])
     simulator = Sim(
@@ -65,7 +65,7 @@ def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
 
 
 def _hover(simulator: Sim) -> float:
-    """Rotor speed in rpm that lifts a quarter of the vehicle."""
+    """Rotor speed in rpm whose thrust is a quarter of the vehicle's weight."""
     params = simulator.data.params
     offset, linear, square = (float(value) for value in np.asarray(params.rpm2thrust).reshape(-1)[:3])
     lift = float(np.asarray(params.mass).reshape(-1)[0]) * GRAVITY / 4
@@ -73,7 +73,10 @@ def _hover(simulator: Sim) -> float:
 
 
 def _commands(reference: Array) -> NDArray[np.float32]:
-    """Commands: (agents, 13, samples) -> (agents, samples, 16), metres to m/s², attitude (x, y, z, w), rad/s."""
+    """Crazyflow commands from setpoints: (agents, 13, samples) -> (agents, samples, 16).
+
+    A command has metres to m/s², attitude (x, y, z, w), and rad/s.
+    """
     yaw = reference[:, disturbance.YAW]
     flat = np.zeros_like(yaw)
     attitude = np.stack([flat, flat, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)

@@ -1,4 +1,4 @@
-"""The rotorpy engine: its Crazyflie's rotor aerodynamics and motors, its SE(3) controller.
+"""The rotorpy engine: its Crazyflie model with rotor aerodynamics and motors, and its SE(3) controller.
 
 Source:
     Folk, Paulos and Kumar, "RotorPy: A Python-based Multirotor Simulator with Aerodynamics for Education and
@@ -22,7 +22,7 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 
 def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
-    """Simulate each agent alone: the engine supports one vehicle."""
+    """Flight in which each agent is simulated separately, because the engine supports one vehicle."""
     times = sample_times(seconds)
     states = np.stack([_one(setpoints(own, times), times) for own in pieces])
     x, y, z, w = np.moveaxis(states[..., 6:], -1, 0)
@@ -31,7 +31,10 @@ def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
 
 
 def _one(reference: Array, times: Array) -> Array:
-    """Track of one agent: (13, samples) -> (samples, 10): position, metres, velocity, attitude (x, y, z, w)."""
+    """Trajectory of one agent from setpoints: (13, samples) -> (samples, 10).
+
+    A row has the position, metres, the velocity, m/s, and the attitude (x, y, z, w).
+    """
     hover = float(np.sqrt(quad_params["mass"] * GRAVITY / 4 / quad_params["k_eta"]))
     state = {
         "x": reference[disturbance.POSITION, 0].copy(),
@@ -65,12 +68,15 @@ def _one(reference: Array, times: Array) -> Array:
 
 
 def _seen(state: dict[str, Array], rates: Array) -> dict[str, Array]:
-    """State for the controller, with roll and pitch rates, (3,), rad/s, reduced by their commands.
+    """State as the controller receives it, with roll and pitch rates reduced by their commands.
 
-    It supports only the yaw rate and damps all others, which delays its attitude by 0.18 s (``kd_att`` over
+    The controller supports only the yaw rate and damps all others, which delays its attitude by 0.18 s (``kd_att`` over
     ``kp_att``). The firmware, and the controller in the source, take all body rates.
 
     Source:
         Lee, Leok and McClamroch, "Geometric Tracking Control of a Quadrotor UAV on SE(3)" (2010), equation 11.
+
+    Args:
+        rates: commanded body rates, (3,), rad/s.
     """
     return {**state, "w": state["w"] - np.array([rates[0], rates[1], 0.0])}

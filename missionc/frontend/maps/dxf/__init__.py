@@ -1,1 +1,1 @@
-"""DXF: blocks, shapes and curves of a drawing."""
+"""DXF drawings: blocks, shapes and curves of their entities."""

@@ -5,8 +5,8 @@
 
 Closed lines are filled, up to the outer edge of their width. Faces are united. A hatch is filled by its style.
 
-Lines whose ends meet are joined to rings. A ring runs only through points at which exactly two ends meet: if more
-meet, the pairs that belong together are unknown.
+Lines whose ends meet are joined to rings. A ring runs only through points at which exactly two ends meet: if more meet,
+the pairs that belong together are unknown.
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ from missionc.frontend.maps.dxf.shapes import Arc, Band, Curve, Points, Shape, U
 from missionc.frontend.maps.feature import Area, Circle, Corners
 
 SAME = 1e-6
-"""Tolerance in metres for two equal ends."""
+"""Tolerance in metres up to which two ends count as equal."""
 
 
 class Ring(Record):
-    """Lines in order, corners (points, 2) in metres, and the maximum distance between two ends that meet."""
+    """Closed outline of joined lines: indices of the lines in order, corners (points, 2) in metres, and the largest
+    gap.
+    """
 
     lines: tuple[int, ...]
     corners: Points
@@ -36,9 +38,7 @@ class Ring(Record):
 
 
 def join_ends(lines: Sequence[Points], tolerance: float) -> tuple[list[Ring], list[int]]:
-    """Join lines to rings, in the order of the first line of each.
-
-    Also returns the indices of the other lines.
+    """Rings of lines whose ends meet, in the order of the first line of each, and the indices of the other lines.
 
     Args:
         lines: (points, 2) each, metres, at least one point.
@@ -73,10 +73,11 @@ def join_ends(lines: Sequence[Points], tolerance: float) -> tuple[list[Ring], li
 
 
 def _nodes(ends: Points, tolerance: float) -> NDArray[np.intp]:
-    """Number of the point of each end, (ends,); equal ends, or mutually nearest ones, share a point.
+    """Index of the node at each end, (ends,); equal ends, or mutually nearest ones, share a node.
 
     Args:
-        ends: (ends, 2), metres.⏎tolerance: maximum distance of two ends that meet, metres.
+        ends: (ends, 2), metres.
+        tolerance: maximum distance of two ends that meet, metres.
     """
     _, nodes, counts = np.unique(np.round(ends / SAME), axis=0, return_inverse=True, return_counts=True)
     nodes = nodes.reshape(-1)
@@ -99,10 +100,10 @@ def _ring(lines: Sequence[Points], chain: list[tuple[int, int]]) -> Ring:
 
 
 SAGITTA = 0.01
-"""Maximum distance in metres of a chord inside its arc."""
+"""Maximum distance in metres between a chord and its arc."""
 
 GAP = 0.001
-"""Maximum distance in metres of two ends that meet."""
+"""Maximum distance in metres between two ends that meet."""
 
 ROUND = 1e-9
 """Tolerance in metres for two equal points, and relative to the radius for the distortion of a circle."""
@@ -111,18 +112,20 @@ THIN = 1e-12
 """Area below which an outline counts as empty, relative to the square of its length."""
 
 OUTERMOST, NO_ISLANDS = 1, 2
-"""Styles of a hatch; all others fill what lies within an odd number of boundaries."""
+"""Numbers of hatch styles; every other style fills the points within an odd number of boundaries."""
 
 
 class DrawingFrame(Record):
-    """Conversion to the mission's metres: unit of the drawing, origin, and maximum distance from it."""
+    """Conversion of a drawing's coordinates to metres: unit of the drawing, origin, and maximum distance from the
+    origin.
+    """
 
     unit: float
     origin: tuple[float, float]
     farthest: float
 
     def metres(self, points: Points) -> Points:
-        """Convert points of the drawing, (…, 2), to metres, (…, 2).
+        """Points of the drawing, (…, 2), converted to metres, (…, 2).
 
         Raises:
             UnusableError: a point is not finite, or too far away.
@@ -136,7 +139,11 @@ class DrawingFrame(Record):
         return placed
 
     def tolerance(self, placed: Placed) -> float:
-        """Tolerance of a chord, in the units of the curve's own block."""
+        """Tolerance of a chord, in the units of the block that contains the curve.
+
+        Raises:
+            UnusableError: the size of the block is not finite.
+        """
         axes = placed.matrix[:3, :2]
         if not np.isfinite(axes).all():
             raise UnusableError("is in a block whose size is not a finite number")
@@ -144,7 +151,7 @@ class DrawingFrame(Record):
 
 
 def disc_of(placed: Placed, shape: Shape, world: DrawingFrame) -> Circle | None:
-    """Disc of a circle; None for another shape, or if the transformation makes it an ellipse."""
+    """Disc of a circle entity; None for another entity, or if the transformation makes the circle an ellipse."""
     arc = shape.lines[0][0] if placed.entity.dxftype() == "CIRCLE" else None
     if not isinstance(arc, Arc):
         return None
@@ -158,7 +165,7 @@ def disc_of(placed: Placed, shape: Shape, world: DrawingFrame) -> Circle | None:
 
 
 def area_of(placed: Placed, shape: Shape, world: DrawingFrame, *, grown: bool) -> tuple[Area | None, list[Points]]:
-    """Area of a shape, and its open lines, (points, 2) each, metres.
+    """Area of an entity's shape, and its open lines, (points, 2) each, metres.
 
     Args:
         grown: if true, grow the area by the distance of chords inside their arcs.
@@ -230,7 +237,7 @@ def _end_to_end(curves: Sequence[Curve], tolerance: float) -> Points:
 
 
 def _split(band: Band, tolerance: float) -> Points:
-    """Corners of the quadrilaterals between the edges of a wide segment, (quadrilaterals, 4, 3)."""
+    """Corners of the quadrilaterals between the two edges of a wide segment, (quadrilaterals, 4, 3)."""
     count = max(edge.chords(tolerance) for edge in band)
     left, right = (edge.split(count) for edge in band)
     return np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
@@ -241,7 +248,7 @@ def _hulls(pieces: Sequence[Points]) -> list[shapely.Geometry]:
 
 
 def _faces(faces: Sequence[Points], *, upright: bool) -> list[shapely.Geometry]:
-    """Polygons of faces, (points, 3) each.
+    """Polygons of faces, (points, 3) each, seen from above.
 
     A vertical face has no area, and must lie on the border of the others.
 
@@ -260,7 +267,11 @@ def _faces(faces: Sequence[Points], *, upright: bool) -> list[shapely.Geometry]:
 
 
 def _hatched(boundaries: Iterable[Sequence[Points]], style: int) -> list[shapely.Geometry]:
-    """Polygons of a hatch from its boundary curves, (points, 2) each."""
+    """Filled polygons of a hatch, from its boundary curves, (points, 2) each.
+
+    Raises:
+        UnusableError: a boundary is open.
+    """
     polygons = []
     for curves in boundaries:
         rings, rest = join_ends(curves, GAP)

@@ -18,15 +18,15 @@ from missionc.base.late_dataclass import Record
 from missionc.frontend.maps.dxf.shapes import Points, UnusableError
 
 Parts: TypeAlias = Counter[tuple[str, str]]
-"""Number of entities of a kind that are omitted for a reason; the reason is empty if they are read."""
+"""Number of entities by kind and reason for omission; the reason is empty for entities that are read."""
 
 OTHER_LAYER, HIDDEN, PAPER, EXTERNAL = "on another layer", "hidden", "in paper space", "an external reference"
 INHERITED = "0"
-"""The layer whose entities, in a block, are on the layer of the block's insertion."""
+"""Name of the layer whose entities, inside a block, take the layer of the block's insertion."""
 
 
 class Placed(Record):
-    """Entity with its transformation.
+    """Entity of a drawing, with its transformation to the drawing's coordinates.
 
     Args:
         matrix: (4, 3), from the coordinates of its block to those of the drawing: three axes and a shift, in rows.
@@ -37,13 +37,13 @@ class Placed(Record):
     layer: str
 
     def seen(self, points: Points, *, vectors: bool = False) -> Points:
-        """Transform points or vectors of the block, (…, 3), to the drawing seen from above, (…, 2)."""
+        """Points or vectors of the block, (…, 3), transformed to the drawing seen from above, (…, 2)."""
         above: Points = points @ self.matrix[:3, :2] + (0.0 if vectors else self.matrix[3, :2])
         return above
 
 
 class Blocks:
-    """All entities of a drawing.
+    """Iterable of all entities of a drawing, with nested blocks expanded.
 
     Args:
         layers: layers that are read; all visible ones if empty.
@@ -51,7 +51,7 @@ class Blocks:
         deepest: maximum number of levels of nesting.
 
     Attributes:
-        parts: counts for the whole drawing, including copies of blocks.
+        parts: counts for the complete drawing, including copies of blocks.
 
     Raises:
         UnusableError: a block contains itself, is not defined, or is nested too deep.
@@ -70,7 +70,7 @@ class Blocks:
         self.parts.update((kind, PAPER) for kind in kinds if kind != "VIEWPORT")
 
     def __iter__(self) -> Iterator[Placed]:
-        """Entities that are read, in the order of the drawing."""
+        """Yield the entities that are read, in the order of the drawing."""
         return self._placed(self._space, np.eye(4)[:, :3], INHERITED)
 
     def _left_out(self, layer: str) -> str:
@@ -80,10 +80,13 @@ class Blocks:
         return HIDDEN if folded(layer) in self._hidden else ""
 
     def _count(self, layout: Any, inherited: str) -> tuple[Parts, list[Any]]:
-        """Parts of a block, and its entities that contain a part that is read.
+        """Counts of a block's contents, and its entities that contain something to read.
 
         Args:
             inherited: reason why the layer of the insertion is not read.
+
+        Raises:
+            UnusableError: the block contains itself, or is nested too deep.
         """
         key = layout.layout_key, inherited
         if key not in self._counted:
@@ -104,7 +107,7 @@ class Blocks:
         return self._counted[key]
 
     def _within(self, entity: Any, left_out: str) -> Parts:
-        """Parts of an entity whose layer is omitted for ``left_out``."""
+        """Counts of an entity's contents; ``left_out`` is the reason why its layer is omitted, if it is."""
         kind, invisible = entity.dxftype(), bool(_property(entity, "invisible", 0))
         if kind != "INSERT":
             return Counter([(kind, left_out or (HIDDEN if invisible else self._unread(kind)))])
@@ -134,7 +137,7 @@ class Blocks:
 
 
 def folded(layer: str) -> str:
-    """Name of a layer for comparisons, which ignore case."""
+    """Name of a layer without regard to case, for comparisons."""
     return layer.casefold()
 
 
@@ -143,7 +146,7 @@ def layer_of(entity: Any) -> str:
 
 
 def _property(entity: Any, name: str, default: object) -> Any:
-    """Property that all entities have; ``ezdxf`` stores those of unknown kinds elsewhere."""
+    """Property that entities of every kind have; ``ezdxf`` stores those of unknown kinds elsewhere."""
     known = entity.dxf.is_supported(name)
     return entity.dxf.get(name, default) if known else entity.graphic_properties().get(name, default)
 
@@ -165,7 +168,7 @@ def _grid(entity: Any) -> tuple[int, int]:
 
 
 def _placements(entity: Any) -> Iterator[NDArray[np.float64]]:
-    """Matrices of the copies of an insertion, (4, 3) each."""
+    """Yield the transformation matrices of the copies of a block insertion, (4, 3) each."""
     matrix = np.array(list(entity.matrix44().rows()))[:, :3]
     axes, angle = entity.ocs(), math.radians(entity.dxf.get("rotation", 0.0))
     right, ahead = np.array(axes.ux.xyz), np.array(axes.uy.xyz)

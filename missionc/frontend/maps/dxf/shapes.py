@@ -28,14 +28,14 @@ from numpy.typing import NDArray
 from missionc.base.late_dataclass import Record
 
 Points: TypeAlias = NDArray[np.float64]
-"""Points, (points, 3), or (points, 2) if seen from above."""
+"""Array of points, (points, 3), or (points, 2) if seen from above."""
 
 WIDEST = math.pi / 4
 """Maximum angle of a chord in an arc, radians, for any tolerance."""
 
 
 class UnusableError(Exception):
-    """Error for a part of a drawing that makes no area.
+    """Error: a part of a drawing gives no area.
 
     Args:
         reason: text that follows the name of the part.
@@ -48,7 +48,7 @@ class UnusableError(Exception):
 
 
 class Straight(Record):
-    """Straight segments from point to point."""
+    """Polyline: straight segments from point to point."""
 
     corners: Points
 
@@ -56,16 +56,16 @@ class Straight(Record):
         return len(self.corners) - 1
 
     def points(self, tolerance: float) -> Points:
-        """Corners, (points, 3); the tolerance has no effect."""
+        """Corners of the polyline, (points, 3); the tolerance has no effect."""
         return self.corners
 
     def split(self, count: int) -> Points:
-        """Corners, (points, 3); the count has no effect."""
+        """Corners of the polyline, (points, 3); the count has no effect."""
         return self.corners
 
 
 class Arc(Record):
-    """Arc ``centre + growth (across cos angle + up sin angle)``.
+    """Elliptical arc ``centre + growth (across cos angle + up sin angle)``.
 
     Args:
         sweep: radians from ``start`` to the end, negative if the arc is clockwise.
@@ -87,11 +87,11 @@ class Arc(Record):
         return max(_whole(math.sqrt(bend / (8 * tolerance))), _whole(abs(self.sweep) / WIDEST), 1)
 
     def points(self, tolerance: float) -> Points:
-        """Ends of chords within a tolerance, (points, 3)."""
+        """Ends of chords that approximate the arc within a tolerance, (points, 3)."""
         return self.split(self.chords(tolerance))
 
     def split(self, count: int) -> Points:
-        """Ends of ``count`` chords with equal angles, (count + 1, 3)."""
+        """Ends of ``count`` chords of the arc with equal angles, (count + 1, 3)."""
         share = np.linspace(0.0, 1.0, count + 1)[:, None]
         angle = self.start + self.sweep * share
         growth = self.growth[0] + (self.growth[1] - self.growth[0]) * share
@@ -99,7 +99,7 @@ class Arc(Record):
 
 
 class Spline:
-    """B-spline of ``ezdxf``, polynomial or rational.
+    """B-spline curve of ``ezdxf``, polynomial or rational.
 
     Raises:
         UnusableError: a weight is not positive.
@@ -121,7 +121,7 @@ class Spline:
         return sum(self._counts(tolerance))
 
     def points(self, tolerance: float) -> Points:
-        """Ends of chords within a tolerance, (points, 3)."""
+        """Ends of chords that approximate the spline within a tolerance, (points, 3)."""
         spans = zip(self._breaks[:-1], self._breaks[1:], self._counts(tolerance), strict=True)
         steps = [np.linspace(low, high, count, endpoint=False) for low, high, count in spans]
         return np.array([point.xyz for point in self._spline.points([*np.concatenate(steps), self._breaks[-1]])])
@@ -135,10 +135,11 @@ Curve: TypeAlias = Straight | Arc | Spline
 
 
 def _second_derivative(points: NDArray[np.float64], knots: NDArray[np.float64], degree: int) -> float:
-    """Upper bound on the norm of the second derivative between knots, where it may jump.
+    """Upper bound on the norm of a B-spline's second derivative, which may jump at knots.
 
     Args:
-        points: control points, (points, coordinates).⏎knots: (points + degree + 1,).
+        points: control points, (points, coordinates).
+        knots: (points + degree + 1,).
     """
     for order in (degree, degree - 1):
         gaps = (knots[order + 1 : order + len(points)] - knots[1 : len(points)])[:, None]
@@ -150,7 +151,7 @@ def _second_derivative(points: NDArray[np.float64], knots: NDArray[np.float64], 
 
 
 def _whole(value: float) -> int:
-    """Round up to a whole number.
+    """The value rounded up to an integer.
 
     Raises:
         UnusableError: the value is not finite.
@@ -168,15 +169,15 @@ MITRE = 5.0
 """Maximum reach of a corner of a wide line, in half widths; a sharper corner is cut off."""
 
 HIGHEST_DEGREE = 10
-"""Maximum degree of a spline that ``ezdxf`` computes."""
+"""Maximum degree of a spline that ``ezdxf`` can evaluate."""
 
 FRAME_POINT, SMOOTHED, ROUND_START, ROUND_END = 16, 4, 64, 1024
-"""Flags: of an invisible vertex, of a smoothed mesh, and of the half discs at the ends of a multiline."""
+"""DXF flags of an invisible vertex, of a smoothed mesh, and of the half discs at the ends of a multiline."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Shape:
-    """All geometry of one entity.
+    """Geometry of one drawing entity: its lines, wide segments, hatch boundaries and faces.
 
     Args:
         lines: sequences of curves end to end, filled if the ends meet or it is ``closed``.
@@ -204,21 +205,21 @@ class Shape:
 
     @cached_property
     def empty(self) -> bool:
-        """True if nothing is drawn, or only points that all coincide."""
+        """True if the entity draws nothing, or only points that all coincide."""
         straight = [curve.corners for curve in self.curves() if isinstance(curve, Straight)]
         return not (self.faces or self.curved or any((each != each[:1]).any() for each in straight))
 
     def corners(self, tolerance: float) -> int:
-        """Number of corners if all chords are within the tolerance."""
+        """Number of corners of the shape if all chords are within the tolerance."""
         bands = 2 * sum(max(edge.chords(tolerance) for edge in band) for band in self.bands)
         return bands + sum(curve.chords(tolerance) for curve in self.curves()) + sum(map(len, self.faces))
 
 
 def shape_of(entity: Any) -> Shape:
-    """Shape of an entity of one of the kinds in ``READ``.
+    """Geometry of an entity of one of the kinds in ``READ``.
 
     Raises:
-        UnusableError: the entity makes no area.
+        UnusableError: the entity gives no area.
     """
     try:
         shape = READ[entity.dxftype()](entity)
@@ -231,7 +232,7 @@ def shape_of(entity: Any) -> Shape:
 
 
 class _Frame:
-    """Axes of an entity's own coordinates.
+    """Axes of an entity's own coordinate system, in the coordinates of its block.
 
     Args:
         elevation: elevation of points with two coordinates.
@@ -243,7 +244,9 @@ class _Frame:
         self.elevation = elevation
 
     def lift(self, points: object, height: float | None = None) -> Points:
-        """Convert points, (…, 2), to coordinates of the block, (…, 3), at the elevation or a given height."""
+        """Points of the entity, (…, 2), converted to coordinates of the block, (…, 3), at the elevation or a given
+        height.
+        """
         flat = np.asarray(points, dtype=float)
         lifted: Points = flat[..., :1] * self.right + flat[..., 1:2] * self.ahead
         return lifted + (self.elevation if height is None else height) * self.up
@@ -277,7 +280,7 @@ def _round(entity: Any, start: float, sweep: float) -> Arc:
 
 
 def _turn(start: float, end: float) -> float:
-    """Angle counter-clockwise from ``start`` to ``end``, radians; a full turn if they are equal."""
+    """Counterclockwise angle from ``start`` to ``end``, radians; a full turn if they are equal."""
     return (end - start) % math.tau or math.tau
 
 
@@ -344,7 +347,7 @@ def _polygon_mesh(entity: Any) -> Shape:
 
 
 def _multiline(entity: Any) -> Shape:
-    """Strip between the outermost parallel lines, with its round ends as discs."""
+    """Area of a multiline: the strip between its outermost parallel lines, with round ends as discs."""
     offsets = [[line[0] for line in vertex.line_params if line] or [0.0] for vertex in entity.vertices]
     middle, mitres = (_vectors(getattr(v, of) for v in entity.vertices) for of in ("location", "miter_direction"))
     low, high = (middle + mitres * np.array([[outermost(each)] for each in offsets]) for outermost in (min, max))
@@ -373,7 +376,7 @@ def _hatch(entity: Any) -> Shape:
 
 
 def _boundary_edge(edge: Any, frame: _Frame) -> Curve:
-    """Curve of a hatch; the loader has already made clockwise ones counter-clockwise."""
+    """Curve of a hatch boundary; the loader has already made clockwise curves counterclockwise."""
     match edge.EDGE_TYPE:
         case "LineEdge":
             return Straight(frame.lift([tuple(edge.start), tuple(edge.end)]))
@@ -404,7 +407,7 @@ def _boundary_spline(edge: Any, frame: _Frame) -> Spline:
 # ----------------------------------------------------------------- wide lines
 
 Vertex: TypeAlias = tuple[float, float, float, float, float]
-"""Vertex: ``x, y``, the widths at the start and end of the next segment, and its bulge."""
+"""Vertex of a polyline: ``x, y``, the widths at the start and end of the next segment, and its bulge."""
 
 
 def _wide_line(vertices: Sequence[Vertex], closed: bool, frame: _Frame) -> Shape:
@@ -422,7 +425,7 @@ def _wide_line(vertices: Sequence[Vertex], closed: bool, frame: _Frame) -> Shape
 
 
 class _Segment:
-    """Segment of a wide line, straight or an arc; ``headings`` are unit vectors along it at its two ends."""
+    """Segment of a wide line, straight or an arc; ``headings`` are its unit tangents at both ends."""
 
     def __init__(self, first: Vertex, last: Vertex) -> None:
         self.ends = np.array([first[:2], last[:2]], dtype=float)
@@ -433,7 +436,7 @@ class _Segment:
         self.radius = length / 2 / abs(math.sin(self.sweep / 2)) if self.sweep else math.inf
 
     def edge(self, side: int, frame: _Frame) -> Edge:
-        """Edge to the left (1) or to the right (-1), or the middle (0)."""
+        """Left (``side`` 1) or right (-1) edge of the segment, or its middle line (0)."""
         if not self.sweep:
             return Straight(frame.lift([self.corner(side, at) for at in (0, 1)]))
         inwards = math.copysign(1.0, self.sweep)
@@ -443,12 +446,12 @@ class _Segment:
         return frame.arc(frame.lift(centre), self.radius, start, self.sweep, (first, last))
 
     def corner(self, side: int, at: int) -> Points:
-        """End of an edge, (2,), at the start (0) or at the end (1)."""
+        """End point of an edge, (2,), at the start (``at`` 0) or at the end (1) of the segment."""
         corner: Points = self.ends[at] + side * self.halves[at] * _turned(self.headings[at], math.pi / 2)
         return corner
 
     def slope(self, side: int, at: int) -> Points:
-        """Direction of an edge at one of its ends, (2,)."""
+        """Tangent vector of an edge at one of its ends, (2,)."""
         return self.headings[at] if self.sweep else self.corner(side, 1) - self.corner(side, 0)
 
 
@@ -462,7 +465,7 @@ def _cross(first: Points, last: Points) -> float:
 
 
 def _mitre(first: _Segment, last: _Segment) -> Iterator[list[Points]]:
-    """Wedge on the outer side of a corner, up to the meeting point of both edges; points (2,)."""
+    """Yield the wedge on the outer side of a corner, up to the intersection of both edges, as points (2,)."""
     turn = _cross(first.headings[1], last.headings[0])
     if not turn or not (first.halves[1] or last.halves[0]):
         return
@@ -490,4 +493,4 @@ READ: dict[str, Callable[[Any], Shape]] = {
     "POLYLINE": _polyline,
     **dict.fromkeys(("SOLID", "TRACE", "3DFACE"), _quadrilateral),
 }
-"""Kinds of entities that are read, with the function for each."""
+"""Function that reads the geometry of an entity, for each supported kind of entity."""

@@ -87,7 +87,7 @@ class Group(Node):
 
 
 class OfPair(Node):
-    """Item ``tower to drone 8 m``: range, or weight, of the links between two sets of agents."""
+    """Item ``tower to drone 8 m`` of a graph: range, or weight, of the links between two sets of agents."""
 
     senders: Name | Member
     receivers: Name | Member
@@ -95,7 +95,7 @@ class OfPair(Node):
 
 
 class Weight(Node):
-    """Item ``weight cost 2 { drone to tower 3 }``: weight of links, with exceptions for pairs."""
+    """Item ``weight cost 2 { drone to tower 3 }`` of a graph: weight of links, with exceptions for pairs."""
 
     name: Name
     value: Quantity
@@ -103,9 +103,10 @@ class Weight(Node):
 
 
 class Graph(Node):
-    """Graph ``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``; ``over`` None means all agents.
+    """Declaration of a communication graph with ``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``.
 
-    ``ranges`` are those of pairs; ``radius`` is that of all others, and optional if there are ranges.
+    ``over`` None means all agents. ``ranges`` are those of pairs; ``radius`` is that of all others, and optional if
+    there are ranges.
     """
 
     name: Name
@@ -117,7 +118,7 @@ class Graph(Node):
 
 
 class Link(Node):
-    """Entry ``0-1: 0.8`` in ``distances``: two members by their index in the group, and the distance."""
+    """Entry ``0-1: 0.8`` in a formation's ``distances``: two members by their index in the group, and the distance."""
 
     first: Quantity
     second: Quantity
@@ -125,7 +126,7 @@ class Link(Node):
 
 
 class Formation(Node):
-    """Formation; ``kind`` is one of ``line chain circle grid star offsets distances``.
+    """Declaration of a formation; ``kind`` is one of ``line chain circle grid star offsets distances``.
 
     ``settings``: ``spacing``, ``radius``, ``heading``, ``rows``, ``columns``, ``tolerance``; ``total`` means that the
     tolerance bounds the sum of the errors.
@@ -166,7 +167,7 @@ class Resource(Node):
 
 
 class Mark(Node):
-    """Item ``set in depot`` or ``cleared in pack``."""
+    """Item ``set in depot`` or ``cleared in pack`` of a flag."""
 
     name: Name
     within: Name
@@ -186,7 +187,7 @@ class Let(Node):
 
 
 class Require(Node):
-    """Requirement; ``label`` is None if the author gave none."""
+    """Declaration of a requirement; ``label`` is None if the author gave none."""
 
     label: Name | None
     body: Formula
@@ -203,7 +204,7 @@ class Minimize(Node):
 
 
 class Maximize(Minimize):
-    """``maximize robustness``: an objective too, so that a mission has only one of the two."""
+    """Declaration ``maximize robustness``; a subclass of ``Minimize``, so that a mission has at most one objective."""
 
     goal: Name
 
@@ -232,7 +233,7 @@ class Tolerate(Node):
 
 
 class FileOption(Node):
-    """Option ``at (2, 1)``, ``origin (8.54 deg, 47.38 deg)``, ``layer "WALLS"``, ``unknown free`` or ``named hall``.
+    """Option of a file declaration, such as ``at (2, 1)``, ``origin (8.54 deg, 47.38 deg)``, ``layer "WALLS"``.
 
     ``value`` is a point after ``at`` and ``origin``, and words after the others.
     """
@@ -244,9 +245,7 @@ class FileOption(Node):
 class FromFile(Node):
     """Declaration ``obstacles from "hall.yaml" resolution 5 cm``.
 
-    ``kind`` is ``obstacles``, ``regions`` or ``beacons``.
-
-    ``settings``: ``resolution``, ``within``, ``unit``.
+    ``kind`` is ``obstacles``, ``regions`` or ``beacons``; ``settings`` are ``resolution``, ``within``, ``unit``.
     """
 
     kind: str
@@ -264,6 +263,8 @@ Declaration: TypeAlias = (
 
 
 class Program(Node):
-    """A whole mission: the main file's declarations, with those of each included file at its place."""
+    """Syntax tree of a mission: the main file's declarations, with those of each included file in place of the
+    ``include``.
+    """
 
     declarations: tuple[Declaration, ...]

@@ -10,7 +10,7 @@ from missionc.base.units import Metric
 
 
 class Node(Record):
-    """Part of the tree, with its place in the text."""
+    """Node of the syntax tree, with its span in the text."""
 
     span: Span
 
@@ -23,7 +23,7 @@ class Name(Node):
 
 
 class Index(Node):
-    """Index ``i in 0..9`` and its range of whole numbers, both ends included."""
+    """Index ``i in 0..9`` with its range of integers, both ends included."""
 
     name: Name
     low: Quantity
@@ -31,8 +31,9 @@ class Index(Node):
 
 
 class FamilyName(Name):
-    """Name ``w[i in 0..9]`` in the declaration of a family: ``span`` and ``text`` are those of ``w``, ``whole_span`` is
-    the full one.
+    """Name ``w[i in 0..9]`` in the declaration of a family.
+
+    ``span`` and ``text`` are those of ``w``, ``whole_span`` is the full one.
     """
 
     indices: tuple[Index, ...]
@@ -40,10 +41,10 @@ class FamilyName(Name):
 
 
 class Indexed(Name):
-    """Member ``rack[i, j + 1]`` of a family: ``span`` and ``text`` are those of ``rack``, ``whole_span`` is the full
-    one.
+    """Member ``rack[i, j + 1]`` of a family.
 
-    A single index after the name of agents is always a ``Member``.
+    ``span`` and ``text`` are those of ``rack``, ``whole_span`` is the full one. A single index after the name of agents
+    is always a ``Member``.
     """
 
     indices: tuple[Quantity, ...]
@@ -51,7 +52,7 @@ class Indexed(Name):
 
 
 class Number(Node):
-    """Number and the unit after it, if any."""
+    """Number with its unit, if it has one."""
 
     value: float
     unit: str | None = None
@@ -71,7 +72,7 @@ class Arithmetic(Node):
 
 
 class Extreme(Node):
-    """Extreme ``min(a, b)`` or ``max(a, b)``, by its ``word``."""
+    """Minimum ``min(a, b)`` or maximum ``max(a, b)``, by its ``word``."""
 
     word: str
     parts: tuple[Quantity, ...]
@@ -89,13 +90,13 @@ class Member(Node):
 
 
 class Distance(Node):
-    """Distance ``distance(base)`` or ``distance(drone[0], drone[1])``."""
+    """Distance in a comparison, ``distance(base)`` or ``distance(drone[0], drone[1])``."""
 
     ends: tuple[Name | Member, ...]
 
 
 Quantity: TypeAlias = "Name | Number | Negative | Arithmetic | Extreme | Distance"
-"""Quantity; ``Distance`` and the state words (``x``, ``speed``, as ``Name``) are for comparisons only."""
+"""Node of a quantity; ``Distance`` and the state words (``x``, ``speed``, as ``Name``) are for comparisons only."""
 
 
 class Point(Node):
@@ -103,7 +104,7 @@ class Point(Node):
 
 
 class File(Node):
-    """File name ``"hall.yaml"``; ``sources`` are the file and its companions, once they have been read."""
+    """File name such as ``"hall.yaml"``; ``sources`` are the file and its companions, once they have been read."""
 
     path: str
     sources: tuple[Source, ...] = ()
@@ -113,7 +114,7 @@ class File(Node):
 
 
 class Height(Node):
-    """Height band ``height a..b``."""
+    """Altitude range ``height a..b``."""
 
     low: Quantity
     high: Quantity
@@ -159,7 +160,7 @@ Shape: TypeAlias = "Name | Box | Disc | Ball | Cylinder | Polygon | Combined"
 
 
 class Moving(Node):
-    """Motion ``moving (2, 0) m/s``: constant velocity from time 0. ``unit`` is the one after the bracket."""
+    """Motion ``moving (2, 0) m/s``: constant velocity from time 0; ``unit`` is the unit after the bracket."""
 
     velocity: Point
     unit: str | None = None
@@ -180,7 +181,7 @@ class Along(Node):
 
 
 class AlongFile(Node):
-    """Motion ``along from "route.csv"``, with the waypoints in the file."""
+    """Motion ``along from "route.csv"``, with the waypoints in a file."""
 
     file: File
 
@@ -227,7 +228,7 @@ class OnGrid(Node):
 
 
 class AtListed(Node):
-    """Places ``from "starts.csv"``: a point for each agent, in the order of the file."""
+    """Positions ``from "starts.csv"``: a point for each agent, in the order of the file."""
 
     file: File
 
@@ -257,19 +258,19 @@ class Pads(Node):
 
 
 class Flight(Node):
-    """Flight ``flight { pads … hover 1 m rise <= 0.3 m/s }``; ``flight`` alone omits all of it."""
+    """Item ``flight { pads … hover 1 m rise <= 0.3 m/s }`` of a team; a bare ``flight`` has no items."""
 
     items: tuple[Pads | Setting, ...]
 
 
 class Yaw(Node):
-    """Yaw ``yaw 90 deg``, or ``yaw along path`` if ``angle`` is None."""
+    """Item ``yaw 90 deg`` of a team, or ``yaw along path`` if ``angle`` is None."""
 
     angle: Quantity | None
 
 
 TeamItem: TypeAlias = "Dynamics | Start | Finish | Vehicle | Flight | Yaw | Setting"
-"""Items inside the braces, in any order; ``radius`` and ``altitude`` are settings."""
+"""Node of an item inside a team's braces, in any order; ``radius`` and ``altitude`` are settings."""
 
 
 # ------------------------------------------------------------------ formulas
@@ -280,7 +281,7 @@ class Truth(Node):
 
 
 class Call(Node):
-    """Call ``inside(field)``, ``touches(field)``, ``connected(radio, east)`` or ``connected(radio, 2)``.
+    """Predicate with arguments, such as ``inside(field)``, ``touches(field)`` or ``connected(radio, east)``.
 
     Arguments are never a ``Distance``.
     """
@@ -305,20 +306,20 @@ class Facing(Node):
 
 
 class Window(Node):
-    """Window ``[2 s, 12 s]``; ``high`` is None for ``end``."""
+    """Time window ``[2 s, 12 s]``; ``high`` is None for ``end``."""
 
     low: Quantity
     high: Quantity | None
 
 
 class Period(Node):
-    """Period, the ``40 s`` in ``every 40 s: f``."""
+    """Period of a recurrence, the ``40 s`` in ``every 40 s: f``."""
 
     length: Quantity
 
 
 class Length(Node):
-    """Length bounds ``[hops 0..2 on radio]``.
+    """Bounds of a route's length, such as ``[hops 0..2 on radio]``.
 
     ``low`` is None for ``<= 2``, ``high`` for ``2..``, ``graph`` if it is omitted. ``unit`` is the name of the weight
     that measures the length, if any.
@@ -332,14 +333,14 @@ class Length(Node):
 
     @property
     def word(self) -> str:
-        """Word ``hops``, ``distance`` or the name of a weight."""
+        """Unit of the length: ``hops``, ``distance`` or the name of a weight."""
         return self.metric.value if self.unit is None else self.unit.text
 
 
 class Apply(Node):
     """Operator with its operands, by its canonical word (``and``, ``always``, ``reach``, …).
 
-    ``count`` stores the comparison after it: ``>=`` and ``2`` in ``count[…] f >= 2``.
+    ``comparison`` and ``number`` are those of a count: ``>=`` and ``2`` in ``count[…] f >= 2``.
     """
 
     operator: str
@@ -353,7 +354,7 @@ class Apply(Node):
 class Quantified(Node):
     """Quantified formula ``every G: f``, ``some G: f``, ``at least 2 G: f``, ``without any 1 G: f``.
 
-    ``kind`` is the prefix.
+    ``kind`` is the quantifier.
     """
 
     kind: str
@@ -363,17 +364,17 @@ class Quantified(Node):
 
 
 class OneAgent(Node):
-    """Formula ``drone[0]: f`` (or ``truck7: f``, an agent by its own name)."""
+    """Formula about one agent, ``drone[0]: f`` (or ``truck7: f``, an agent by its own name)."""
 
     agent: Name | Member
     body: Formula
 
 
 class ForEach(Node):
-    """Formula ``for i in 0..9: f`` or ``for some i in 0..9: f``: a conjunction, or a disjunction, once resolve has
-    expanded it.
+    """Formula ``for i in 0..9: f`` or ``for some i in 0..9: f``, which ``resolve`` expands to a conjunction or
+    disjunction.
 
-    ``kind`` is ``every`` or ``some``, ``word_span`` that of ``for``.
+    ``kind`` is ``every`` or ``some``, ``word_span`` is the span of ``for``.
     """
 
     kind: str
@@ -383,4 +384,6 @@ class ForEach(Node):
 
 
 Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Facing | Apply | Quantified | OneAgent | ForEach"
-"""Formula; a ``Name`` may be a region, team, group, agent, formation or ``let``, as resolve finds out."""
+"""Node of a formula; a ``Name`` may be a region, team, group, agent, formation or ``let``, as ``resolve``
+determines.
+"""

@@ -1,1 +1,1 @@
-"""Margins of predicates: signed distances to the boundary of truth, one module for each."""
+"""Margins of predicates: signed distances to the boundary of truth, one module per kind of margin."""

@@ -1,7 +1,7 @@
-"""Margin of ``connected(graph)``: widest spanning trees for pairwise routes; algebraic connectivity.
+"""Margins of ``connected(graph)``: the worst link of a maximum spanning tree, and the algebraic connectivity.
 
-Every agent must have a route to every other over agents of the set only. Maximum spanning trees of many graphs at once
-are computed by Prim's algorithm in numpy.
+Every agent must have a route to every other agent of the set, through agents of the set only. Prim's algorithm in numpy
+computes maximum spanning trees of many graphs at once.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from missionc.ir.pair_ranges import directed
 
 
 def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:
-    """Spanning tree whose worst link is best, then its second worst, and so on.
+    """Maximum spanning trees of graphs: the worst link is as large as possible, then the second worst, and so on.
 
-    For directed links, this is the tree of paths from the first member to all others. No path to any member has a
+    For directed links, the result is the tree of paths from the first member to all others. No path to any member has a
     better worst link than the path in the tree.
 
     Args:
-        links: (graphs, members, members), metres; larger is better.
+        links: link margins, (graphs, members, members), metres; larger is better.
 
     Returns:
-        the edges in the order of growth, as indices of members, (graphs, members - 1)
-        twice, the second of each new to the tree; and the index of the worst edge, (graphs,).
+        both members of each edge, (graphs, members - 1) twice, in the order in which the tree grows by the second
+        member; and the position of the worst edge, (graphs,).
     """
     graphs, members, _ = links.shape
     row = np.arange(graphs)
@@ -49,11 +49,11 @@ def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:
 
 
 def connected_margin(graph: Graph, trace: Trace) -> Array:
-    """Worst link of the best spanning tree: (steps + 1,), metres.
+    """Margin of ``connected(graph)`` along a trace: the worst link of a maximum spanning tree; (steps + 1,), metres.
 
-    In a proximity graph, this is the radius minus the longest edge of the minimum spanning tree. For directed links, it
-    is the worst of two trees: of paths from the first agent to all others, and of paths back. ``inf`` for fewer than
-    two agents.
+    In a proximity graph, the margin is the range minus the longest edge of the minimum spanning tree. For directed
+    links, it is the worse of two trees: paths from the first agent to all others, and paths back. The margin is ``inf``
+    for fewer than two agents.
     """
     if directed(graph):
         return _by_pieces(lambda links: np.minimum(_bottleneck(links), _bottleneck(links.mT)), graph, trace)
@@ -61,10 +61,11 @@ def connected_margin(graph: Graph, trace: Trace) -> Array:
 
 
 def algebraic_connectivity(graph: Graph, trace: Trace) -> Array:
-    """Second smallest eigenvalue of the links' Laplacian, (steps + 1,), dimensionless: positive if the graph is
-    connected.
+    """Algebraic connectivity along a trace: second smallest eigenvalue of the Laplacian of the links, (steps + 1,),
+    dimensionless.
 
-    0 for fewer than two agents. For directed links, it is not meaningful.
+    The eigenvalue is positive if the graph is connected, and 0 for fewer than two agents. For directed links, it has no
+    meaning.
 
     Source:
         [clot] III-C, λ₂.
@@ -80,10 +81,8 @@ def _by_pieces(measure: Callable[[Array], Array], graph: Graph, trace: Trace) ->
 
 
 def _bottleneck(links: Array) -> Array:
-    """Worst link of the best spanning tree: (steps, members, members) -> (steps,), metres.
-
-    Infinite for one member.
-    """
+    """Worst link margin of the maximum spanning tree: (steps, members, members) -> (steps,), metres; infinite for one
+    member."""
     if links.shape[1] < 2:
         return np.full(len(links), np.inf)
     first, second, worst = spanning_tree(links)

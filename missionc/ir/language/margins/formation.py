@@ -1,4 +1,4 @@
-"""Errors of a formation's edges."""
+"""Errors of the edges of a formation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from missionc.ir.distances.signed_distance import Array, Namespace, distance_bet
 
 
 def edge_error(xp: Namespace, edge: FormationEdge, first_position: Array, second_position: Array) -> Array:
-    """Error of a formation edge's distance or offset: (..., dim) twice -> (...), metres, at least 0."""
+    """Error of a formation edge's distance or offset at agent positions: (..., dim) twice, metres -> (...), metres, at
+    least 0."""
     if not isinstance(edge.target, tuple):
         return xp.abs(distance_between(xp, first_position, second_position) - edge.target)
     return length(

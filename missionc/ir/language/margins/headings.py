@@ -1,8 +1,8 @@
-"""Margins of headings: distance of an agent or heading from the boundary of its allowed directions.
+"""Margins of headings: distances of agents or headings from the boundary of the allowed directions.
 
-The signed distance of a point to the border of a wedge of half angle ``a`` around an axis is ``d sin(a - t)``, if the
-point is ``d`` from its tip and ``t`` off the axis; ``d`` itself if ``a - t`` is more than a right angle, and ``-d`` if
-``t - a`` is.
+Consider a wedge of half angle ``a`` and a point at distance ``d`` from its tip, at the angle ``t`` from its axis. The
+signed distance of the point to the border of the wedge is ``d sin(a - t)``. It is ``d`` if ``a - t`` is more than a
+right angle, and ``-d`` if ``t - a`` is.
 """
 
 from __future__ import annotations
@@ -23,23 +23,28 @@ def turn(heading: Array, towards: Array | float) -> Array:
 
 
 def of_direction(heading: Array, towards: float, within: float) -> Array:
-    """Margin of a heading to a direction, rad: (...) -> (...). It changes at most as much as the heading."""
+    """Margin of a heading within the angle ``within`` of the direction ``towards``, rad: (...) -> (...).
+
+    The margin changes by at most the change of the heading.
+    """
     return within - turn(heading, towards)
 
 
 def of_place(heading: Array, x: Array, y: Array, within: float) -> Array:
-    """Margin of an agent that faces a place at the relative position (x, y), metres: (...) -> (...).
+    """Margin of an agent facing a point at the relative position (x, y) within the angle ``within``, rad: (...), metres
+    -> (...), metres.
 
-    It changes at most as much as the agent moves.
+    The margin changes by at most the distance that the agent moves.
     """
     spare = np.clip(within - turn(heading, np.arctan2(y, x)), -math.pi / 2, math.pi / 2)
     return np.asarray(np.hypot(x, y) * np.sin(spare))
 
 
 def of_motion(xp: Any, vx: Any, vy: Any, towards: tuple[Any, Any], within: float) -> Any:
-    """Least change of velocity to leave the cone around a unit vector, m/s: (...) -> (...).
+    """Least change of a velocity to leave the cone of half angle ``within``, rad, around a unit vector: (...), m/s ->
+    (...), m/s.
 
-    Works on any array library, with derivatives if the agent moves.
+    The function works on any array library, and is differentiable if the agent moves.
     """
     ahead, aside = vx * towards[0] + vy * towards[1], xp.abs(vx * towards[1] - vy * towards[0])
     spare = ahead * math.sin(within) - aside * math.cos(within)

@@ -1,4 +1,4 @@
-"""Margin of a link of a graph between two agents."""
+"""Margin of one link of a communication graph between two agents."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def link_margin_of(
     second_position: Array,
     floor: float = -math.inf,
 ) -> Array:
-    """Margin of the link from the first agent to the second: (..., dim) twice -> (...), metres.
+    """Margin of the link from the first agent to the second: (..., dim) twice, metres -> (...), metres.
 
-    The margin is the range of their pair, ``reach`` (metres, a number or (...)), minus their distance. With beacons, it
-    is the smaller of both margins to the beacon that serves the pair best. For a sight, it is at most the clearance of
-    the line between them. Agents are linked if it is above 0. A margin of at most ``floor`` may be returned inexactly,
-    which is faster.
+    Agents are linked if the margin is positive. The margin is the range of the pair, ``reach`` (metres, a number or
+    (...)), minus the distance of the agents. With beacons, it is the smaller of both agents' margins to the best beacon
+    for the pair. For a line of sight, it is at most the clearance of the line. A margin of at most ``floor`` may be
+    inexact, which is faster.
 
     Source:
         [strel] ε-proximity and ε-connectivity graphs.

@@ -1,4 +1,4 @@
-"""Margins of the edges of a communication graph: positive if two agents are linked."""
+"""Link margins of a communication graph: positive if two agents are linked."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from missionc.ir.distances.signed_distance import Array, Namespace
 from missionc.ir.language.margins import link
 
 Agents: TypeAlias = int | NDArray[np.int64]
-"""The numbers of agents."""
+"""Mission index of one agent, or an array of indices."""
 
 ELEMENTS = 1 << 22
-"""Maximum number of links in memory at once; longer traces are judged in pieces."""
+"""Maximum number of link margins in memory at once; longer traces are evaluated in pieces."""
 
 
 def ranges(graph: Graph, first: Agents, second: Agents) -> float | trace.Array:
-    """Ranges of the links from some agents to others, by index: metres, broadcast, or one number for all.
+    """Communication ranges of the links from agents ``first`` to agents ``second`` (mission indices), metres.
 
-    The range of an agent to itself has no meaning.
+    The indices broadcast; the result is one number if all pairs have the same range. The range of an agent to itself
+    has no meaning.
     """
     if not graph.ranges:
         return float(graph.radius)
@@ -37,10 +38,11 @@ def ranges(graph: Graph, first: Agents, second: Agents) -> float | trace.Array:
 def link_margin(
     graph: Graph, first: Agents, second: Agents, first_position: Array, second_position: Array, *, xp: Namespace = np
 ) -> Array:
-    """Margin of the links from the first agents to the second: (..., dim) twice -> (...), metres.
+    """Margins of the links from the agents ``first`` to the agents ``second``: (..., dim) twice, metres -> (...),
+    metres.
 
     Args:
-        first: indices of the agents, which broadcast against (...); likewise ``second``.
+        first: mission indices that broadcast against (...); likewise ``second``.
     """
     reach: Array = ranges(graph, first, second)
     if xp is not np and graph.ranges:
@@ -51,7 +53,7 @@ def link_margin(
 def are_linked(
     graph: Graph, first: Agents, second: Agents, first_position: trace.Array, second_position: trace.Array
 ) -> trace.Flags:
-    """Flags of links from the first agents to the second, faster than the margin.
+    """Return true for each linked pair of agents ``first`` and ``second``; faster than computing margins.
 
     Shape: (..., dim) twice, metres -> (...), boolean.
     """
@@ -60,7 +62,7 @@ def are_linked(
 
 
 def places_linked(graph: Graph, first_position: trace.Array, second_position: trace.Array) -> trace.Flags:
-    """Flags of links between places of a graph with one range for all.
+    """Return true for each pair of positions that a link would connect, in a graph with one range for all agents.
 
     Shape: (..., dim) twice, metres -> (...), boolean.
     """
@@ -69,14 +71,14 @@ def places_linked(graph: Graph, first_position: trace.Array, second_position: tr
 
 
 def all_links(graph: Graph, position: trace.Array) -> trace.Array:
-    """Link margins of all pairs.
+    """Link margins between all agents of a graph, at each step.
 
     Args:
-        position: all agents of the mission, (agents, steps, dim), metres.
+        position: positions of all agents of the mission, (agents, steps, dim), metres.
 
     Returns:
-        (steps, members, members), metres, from each of the graph's agents to each, in their
-        order; ``-inf`` on the diagonal, since no agent is linked to itself.
+        (steps, members, members), metres: from the graph's agent in the second axis to the one in the third; ``-inf``
+            on the diagonal, since no agent is linked to itself.
     """
     agents = np.array(graph.agents, dtype=np.int64)
     members = position[agents].swapaxes(0, 1)
@@ -87,6 +89,6 @@ def all_links(graph: Graph, position: trace.Array) -> trace.Array:
 
 
 def link_pieces(steps: int, members: int) -> Iterator[slice]:
-    """Split the steps 0 … ``steps - 1`` into pieces whose links fit in memory at once."""
+    """Slices of the steps 0 … ``steps - 1`` whose link margins fit into memory at once."""
     size = max(1, ELEMENTS // max(1, members * members))
     return (slice(start, min(start + size, steps)) for start in range(0, steps, size))

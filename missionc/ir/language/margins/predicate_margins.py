@@ -1,7 +1,7 @@
-"""Margins of predicates along a trace, and in the states of one agent or two.
+"""Margins of predicates along a trace, and at states of one agent or two.
 
-All are in metres, except comparisons of speed only (m/s). At exactly 0 the sign is undecided; ``holds`` knows whether
-the boundary counts as true.
+Margins are in metres, except for comparisons of speed only (m/s). At margin 0, ``holds`` decides whether the predicate
+is true.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ def margin(predicate: Predicate, mission: Mission, trace: Trace) -> Array:
     """Margin of a predicate along a trace.
 
     Returns:
-        (agents, steps + 1) for predicates about one agent, (steps + 1,) for
-        those about the team; metres, or m/s for comparisons of speed only.
+        (agents, steps + 1) for predicates about one agent, (steps + 1,) for predicates about the team; metres, or m/s
+        for comparisons of speed only.
     """
     return predicate.margin(AlongTrace(mission, trace))
 
 
 def holds(predicate: Predicate, margins: Array) -> Array:
-    """Truth of a predicate with these margins, metres or m/s: (...) -> (...), boolean.
+    """Truth of a predicate from its margins, metres or m/s: (...) -> (...), boolean.
 
     Regions, tolerances and ``>=`` are true at margin 0; links and ``>`` are not.
     """
@@ -60,13 +60,13 @@ def of_states(
     *,
     xp: Namespace = np,
 ) -> Array:
-    """Margin of a predicate from one agent's own state: (..., dim) twice, metres and m/s -> (...), metres.
+    """Margin of a predicate at states of one agent: (..., dim) twice, metres and m/s -> (...), metres.
 
     Args:
-        heading: (...), rad; NaN if unknown, which makes the margin NaN. Needed for predicates of headings only.
+        heading: (...), rad; NaN if unknown, which makes the margin NaN. Only predicates of headings need it.
 
     Raises:
-        ValueError: the predicate needs another agent.
+        ValueError: the predicate depends on another agent.
     """
     return predicate.margin(_OfSome(xp, mission, {agent: position}, velocity, heading))
 
@@ -81,7 +81,7 @@ def of_pair(
     *,
     xp: Namespace = np,
 ) -> Array:
-    """Margin, for agent ``first``, of a predicate that reads no agent other than ``second``.
+    """Margin, for agent ``first``, of a predicate that depends on no agent other than ``first`` and ``second``.
 
     Args:
         first_position: (..., dim), metres; broadcasts with ``second_position``.
@@ -90,7 +90,7 @@ def of_pair(
         (...), metres.
 
     Raises:
-        ValueError: the predicate names no agent, or it reads a speed or a third agent.
+        ValueError: the predicate names no agent, or it depends on a speed or a third agent.
     """
     if not predicate.others:
         raise ValueError("only comparisons and edges of formations are about a pair of agents")
@@ -100,7 +100,7 @@ def of_pair(
 def formation_margin(
     shape: Formation, edge: FormationEdge, first_position: Array, second_position: Array, *, xp: Namespace = np
 ) -> Array:
-    """Tolerance minus one edge's error: (..., dim) twice -> (...), metres."""
+    """Margin of one formation edge: tolerance minus the edge's error; (..., dim) twice, metres -> (...), metres."""
     return shape.tolerance - formation.edge_error(xp, edge, first_position, second_position)
 
 
@@ -202,7 +202,7 @@ def least_in_motion(
 
 
 class _OfSome(View):
-    """View of a few agents, evaluated for the first; other agents are unknown."""
+    """View of the positions of a few agents, evaluated for the first of them; other agents are unknown."""
 
     def __init__(
         self,

@@ -1,6 +1,6 @@
-"""Resources and flags along motions: levels per step, and margins of flags.
+"""Resource levels and flag margins along trajectories.
 
-Both are functions of an agent's own positions at the steps.
+Both depend on the agent's own positions at the steps only.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from missionc.ir.distances.signed_distance import Array as AnyArray
 from missionc.ir.distances.signed_distance import Namespace, distance_between, signed_distance
 
 BORDER = 5e-324
-"""Smaller than any measured distance: an agent on the border of the clearing region is inside it."""
+"""Positive number, metres, below any distance: an agent on the border of the clearing region counts as inside."""
 
 
 def levels(resource: Resource, trace: Trace) -> Array:
-    """Level of a resource for every agent and step: (agents, steps + 1), in its unit.
+    """Level of a resource for every agent at every step, in the resource's unit: (agents, steps + 1).
 
-    The start for agents without it.
+    Agents without the resource have the initial level.
     """
     found = np.full(trace.position.shape[:2], resource.start)
     mine = list(resource.agents)
@@ -28,13 +28,13 @@ def levels(resource: Resource, trace: Trace) -> Array:
 
 
 def levels_along(xp: Namespace, resource: Resource, step: float, position: AnyArray) -> AnyArray:
-    """Levels of a resource along motions of agents that have it.
+    """Levels of a resource along trajectories of agents that have the resource.
 
-    Shape: (..., steps + 1, dim), metres -> (..., steps + 1), its unit.
+    Shape: (..., steps + 1, dim), metres -> (..., steps + 1), the resource's unit.
 
     Args:
-        xp: the array library of ``position``.
-        step: seconds.
+        xp: array library of ``position``.
+        step: duration of a step, seconds.
     """
     change = changes(resource, step, position[..., :-1, :], position[..., 1:, :], xp=xp)
     left = [0.0 * position[..., 0, 0] + resource.start]
@@ -44,12 +44,12 @@ def levels_along(xp: Namespace, resource: Resource, step: float, position: AnyAr
 
 
 def changes(resource: Resource, step: float, begin: AnyArray, end: AnyArray, *, xp: Namespace = np) -> AnyArray:
-    """Change of a resource by motions within a step, before its capacity limits it.
+    """Change of a resource during motions of one step, before the capacity limits the level.
 
-    Shape: (..., dim) twice, metres -> (...).
+    Shape: (..., dim) twice, metres -> (...), the resource's unit.
 
     Args:
-        step: seconds.
+        step: duration of a step, seconds.
     """
     change = -resource.per_second * step - resource.per_metre * distance_between(xp, begin, end)
     for refill in resource.refills:
@@ -59,7 +59,8 @@ def changes(resource: Resource, step: float, begin: AnyArray, end: AnyArray, *, 
 
 
 def flag_margins(flag: Flag, trace: Trace) -> Array:
-    """Margin of a flag at every step, (agents, steps + 1), metres; ``-inf`` for agents without it."""
+    """Margin of a flag for every agent at every step, (agents, steps + 1), metres; ``-inf`` for agents without the
+    flag."""
     found = np.full(trace.position.shape[:2], -np.inf)
     mine = list(flag.agents)
     found[mine] = flag_margins_along(np, flag, trace.position[mine])
@@ -67,12 +68,12 @@ def flag_margins(flag: Flag, trace: Trace) -> Array:
 
 
 def flag_margins_along(xp: Namespace, flag: Flag, position: AnyArray) -> AnyArray:
-    """Margin of a flag along motions of agents that have it.
+    """Margin of a flag along trajectories of agents that have the flag.
 
-    Shape: (..., steps + 1, dim) -> (..., steps + 1), metres.
+    Shape: (..., steps + 1, dim), metres -> (..., steps + 1), metres.
 
-    At a step it is the larger of two values: the agent's depth in the setting region, and the smaller of the previous
-    margin and the distance from the clearing region.
+    The margin at a step is the maximum of two values: the agent's depth in the setting region, and the minimum of
+    previous margin and distance from the clearing region.
     """
     sets = -signed_distance(xp, flag.set_in.shape, position)
     margins = [sets[..., 0]]
@@ -88,10 +89,10 @@ def flag_margins_along(xp: Namespace, flag: Flag, position: AnyArray) -> AnyArra
 
 
 def flag_truths(flag: Flag, trace: Trace) -> Flags:
-    """Truth of a flag for every agent and step, (agents, steps + 1), boolean."""
+    """Truth of a flag for every agent at every step, (agents, steps + 1), boolean."""
     return np.asarray(flag_margins(flag, trace) >= 0)
 
 
 def within(region: Region, position: AnyArray, *, xp: Namespace = np) -> AnyArray:
-    """Membership of places in a closed region: (..., dim), metres -> (...), boolean."""
+    """Return true for each point in a closed region: (..., dim), metres -> (...), boolean."""
     return signed_distance(xp, region.shape, position) <= 0

@@ -1,4 +1,4 @@
-"""View of the team from agents' positions: the measures of predicates, on any array library."""
+"""View of the team that computes the measures of predicates from agent positions, on any array library."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from missionc.ir.language.margins.formation import edge_error
 
 
 class View:
-    """Measures of agents, (...), metres (speeds m/s); a kind of view supplies their positions.
+    """Measures of agents for predicates, as arrays (...), metres (speeds m/s); subclasses supply the positions.
 
-    ``xp`` is the library of its arrays. A measure that the view does not have raises ``ValueError``.
+    ``xp`` is the array library. A measure that a subclass cannot compute raises ``ValueError``.
     """
 
     def __init__(self, xp: Namespace, dimension: int) -> None:
@@ -26,30 +26,30 @@ class View:
 
     @abstractmethod
     def place(self, agent: int) -> Array:
-        """Position of this agent: (..., dim), metres; broadcasts with ``own``."""
+        """Positions of the agent with this mission index: (..., dim), metres; broadcasts with ``own``."""
 
     def velocity(self) -> Array:
         """Velocity of the evaluated agents: (..., dim), m/s."""
         raise ValueError("no speed is seen here")
 
     def radius(self) -> Array:
-        """Radius of the bodies of the evaluated agents: (...) or one number, metres."""
+        """Body radii of the evaluated agents: (...) or one number, metres."""
         raise ValueError("no bodies are seen here")
 
     @abstractmethod
     def plane(self) -> Array | float:
-        """Altitude of the evaluated agents in a plane mission: (...) or one number, metres."""
+        """Flight altitude of the evaluated agents in a plane mission: (...) or one number, metres."""
 
     def least_in_motion(self, margin: Callable[[Any], Array]) -> Array:
         """Least value of a margin over the agents' motions to the next step: (...), metres."""
         raise ValueError("no motion is seen here")
 
     def weakest_link(self, graph: Graph) -> Array:
-        """Margin of the worst link of the best spanning tree: (...), metres."""
+        """Margin of the worst link of the graph's maximum spanning tree: (...), metres."""
         raise ValueError("no connected graph is seen here")
 
     def coordinate(self, axis: int) -> Array:
-        """Coordinate of the evaluated agents: (...), metres."""
+        """Coordinate along ``axis`` of the evaluated agents' positions: (...), metres."""
         return self.own()[..., axis]
 
     def altitude(self) -> Array:
@@ -63,39 +63,43 @@ class View:
         return length(self.xp, [velocity[..., axis] for axis in range(self.dimension)])
 
     def outside(self, region: Region) -> Array:
-        """Signed distance to a region's border, negative inside: (...), metres."""
+        """Signed distance of the evaluated agents to a region's border, negative inside: (...), metres."""
         return signed_distance(self.xp, region.shape, self.own())
 
     def to_beacon(self, beacon: Beacon) -> Array:
-        """Distance to a beacon: (...), metres."""
+        """Distance of the evaluated agents to a beacon: (...), metres."""
         return distance_between(self.xp, self.own(), beacon.position)
 
     def of_place(self, value: Callable[[Any, Array], Array]) -> Array:
-        """Value of a function of the positions: (...), metres."""
+        """Value of a function of the array library and the evaluated agents' positions: (...), metres."""
         return value(self.xp, self.own())
 
     def apart(self, first: int | None, second: int) -> Array:
-        """Distance between two agents' centres; None means the evaluated agent: (...), metres."""
+        """Distance between the centres of two agents (``first`` None is the evaluated agent): (...), metres."""
         return distance_between(self.xp, self.own() if first is None else self.place(first), self.place(second))
 
     def formation_error(self, edge: FormationEdge) -> Array:
-        """Error of a formation edge: (...), metres, at least 0."""
+        """Error of a formation edge's distance or offset: (...), metres, at least 0."""
         return edge_error(self.xp, edge, self.place(edge.first), self.place(edge.second))
 
     def level(self, resource: Resource) -> Array:
-        """Level of a resource: (...), in its unit."""
+        """Level of a resource of the evaluated agents: (...), in the resource's unit."""
         raise ValueError("no steps before are seen here")
 
     def flagged(self, flag: Flag) -> Array:
-        """Margin of a flag: (...), metres."""
+        """Margin of a flag of the evaluated agents: (...), metres."""
         raise ValueError("no steps before are seen here")
 
     def heading(self) -> Array:
-        """Headings of the evaluated agents: (...), rad. These views use numpy."""
+        """Headings of the evaluated agents: (...), rad; numpy arrays."""
         raise ValueError("no heading is seen here")
 
     def facing(self, towards: float | Beacon, within: float) -> Array:
-        """Margin of the heading: (...), rad for a direction, metres for a beacon."""
+        """Margin of the evaluated agents' headings towards a direction, rad, or a beacon, metres: (...).
+
+        Args:
+            within: largest allowed angle, rad.
+        """
         from missionc.ir.language.margins import headings  # loads numpy, which no other function here needs
 
         if not isinstance(towards, Beacon):
@@ -104,9 +108,9 @@ class View:
         return headings.of_place(self.heading(), x, y, within)
 
     def nothing(self, *, of_team: bool = False) -> Array:
-        """Zeros of the shape (...) of a result, dimensionless."""
+        """Zeros of the shape (...) of a result for the evaluated agents, or for the team."""
         return 0.0 * (self.place(0) if of_team else self.own())[..., 0]
 
     def larger(self, one: Array, other: Array) -> Array:
-        """Elementwise maximum of two arrays of shape (...), in their unit."""
+        """Elementwise maximum of two arrays (...) of the same unit."""
         return self.xp.maximum(one, other)

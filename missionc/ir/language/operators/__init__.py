@@ -1,4 +1,4 @@
-"""The operators of the language, each family in its own file. This tuple is the only registration."""
+"""Registry of the operators of the language; each family has its own file. The tuple is the only registration."""
 
 from __future__ import annotations
 
@@ -20,4 +20,4 @@ OPERATORS: tuple[Operator, ...] = (
 )
 
 by_name: MappingProxyType[str, Operator] = MappingProxyType({operator.name: operator for operator in OPERATORS})
-"""Each operator under its word."""
+"""Operators by their name in the language."""

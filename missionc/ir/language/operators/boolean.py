@@ -1,4 +1,4 @@
-"""Operators of propositional logic."""
+"""Propositional operators: negation, conjunction, disjunction, implication, equivalence."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ from missionc.ir.language.operator import Fixity, Operator, Use
 
 
 def _not(use: Use) -> Node:
-    """Negation, ``not f``."""
+    """Kernel form of the negation ``not f``."""
     (body,) = use.arguments
     return Not(body, use.span)
 
 
 def _and(use: Use) -> Node:
-    """Conjunction, ``f and g``."""
+    """Kernel form of the conjunction ``f and g``."""
     return All(use.arguments, use.span)
 
 
 def _or(use: Use) -> Node:
-    """Disjunction, ``f or g``."""
+    """Kernel form of the disjunction ``f or g``."""
     return Any(use.arguments, use.span)
 
 
 def _implies(use: Use) -> Node:
-    """Implication, ``f implies g``: ``g`` if ``f``."""
+    """Kernel form of the implication ``f implies g``: ``not f or g``."""
     condition, consequence = use.arguments
     return Any((Not(condition, use.span), consequence), use.span)
 
 
 def _iff(use: Use) -> Node:
-    """Equivalence, ``f iff g``: both or neither."""
+    """Kernel form of the equivalence ``f iff g``: both operands are true, or both are false."""
     left, right = use.arguments
     span = use.span
     return All((Any((Not(left, span), right), span), Any((Not(right, span), left), span)), span)

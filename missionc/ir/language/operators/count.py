@@ -1,10 +1,10 @@
-"""``count[a..b] f >= n``: at least ``n`` agents with ``f`` have a shortest path from here within the bounds.
+"""``count[a..b] f >= n``: at least ``n`` agents satisfy ``f`` at a shortest-path distance within the bounds.
 
-The agent itself counts if the lower bound is 0, also outside the graph.
+The evaluated agent itself counts if the lower bound is 0, even if it is outside the graph.
 
-For a count of 1, the formula is a route to any agent with ``f``; ``reach`` expresses it without naming agents. This is
-also necessary for larger counts, with at least the same robustness. A larger count is therefore an *and* of both, and
-its robustness remains the ``n``-th largest.
+For a count of 1, the formula is a route to any agent that satisfies ``f``; ``reach`` expresses it without naming
+agents. The route is also necessary for larger counts, with at least the same robustness. A larger count is therefore a
+conjunction of both formulas, and its robustness remains the ``n``-th largest.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def expand(use: Use) -> Node | TooLarge:
 
 
 def _each_agent(use: Use) -> tuple[Node, ...]:
-    """Formulas for each agent that may count."""
+    """For each agent that may count, the formula that it satisfies ``f`` at a distance within the bounds."""
     (body,) = use.arguments
     length, span = use.length, use.span
 
@@ -63,9 +63,10 @@ def _each_agent(use: Use) -> tuple[Node, ...]:
 
 
 def _some_agent(use: Use) -> Node | TooLarge | None:
-    """Formula of a route within the upper bound to an agent with ``f``, excluding this agent if it does not count.
+    """Formula of a route to some agent that satisfies ``f`` within the upper bound, excluding the evaluated agent if it
+    does not count.
 
-    None for lengths in metres with a lower bound, which would need an enumeration of routes.
+    The result is None for lengths in metres with a lower bound, which would need an enumeration of routes.
     """
     (body,) = use.arguments
     length = use.length

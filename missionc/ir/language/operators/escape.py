@@ -1,10 +1,10 @@
-"""``escape[a..b] f``: a route of ``f``-agents, both ends included, to an agent at a distance within the bounds.
+"""``escape[a..b] f``: a route of agents that satisfy ``f``, ends included, to an agent at a distance within the bounds.
 
-The distance is the shortest path over all agents, so route and distance are separate formulas for each target. With a
-lower bound of 0, the agent itself is a target if it satisfies ``f``.
+The distance is that of the shortest path over all agents, so route and distance are separate formulas for each target.
+With a lower bound of 0, the evaluated agent itself is a target if it satisfies ``f``.
 
 Source:
-    [strel] Table 1; of three possible readings, the one in its prose.
+    [strel] Table 1; of three possible readings, the reading of its prose.
 """
 
 from __future__ import annotations

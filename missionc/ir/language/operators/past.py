@@ -1,4 +1,4 @@
-"""Operators of the past: over a window that reaches back, and over the previous step."""
+"""Past operators: over a window that reaches back, and over the previous step."""
 
 from __future__ import annotations
 
@@ -7,21 +7,23 @@ from missionc.ir.language.operator import Bounds, Fixity, Operator, Use
 
 
 def _once(use: Use) -> Node:
-    """``once[a, b] f``: ``f`` at some step of the past window; false if it contains no step."""
+    """Kernel form of ``once[a, b] f``: ``f`` at some step of the past window; false if the window contains no step."""
     (body,) = use.arguments
     return Eventually(body, *use.back, use.span)
 
 
 def _historically(use: Use) -> Node:
-    """``historically[a, b] f``: ``f`` at every step of the past window; true if it contains no step."""
+    """Kernel form of ``historically[a, b] f``: ``f`` at every step of the past window; true if the window contains no
+    step."""
     (body,) = use.arguments
     return Always(body, *use.back, use.span)
 
 
 def _since(use: Use) -> Node:
-    """``f since[a, b] g``: ``g`` at some step of the past window, and ``f`` at every step after it.
+    """Kernel form of ``f since[a, b] g``: ``g`` at some step of the past window, and ``f`` at every step after that
+    step.
 
-    Mirror image of ``until``: ``f`` from now back to the step with ``g``, excluded.
+    Mirror image of ``until``: ``f`` from the current step back to the step of ``g``, excluded.
     """
     hold, end = use.arguments
     if use.window.high == 0:  # no step follows it
@@ -30,13 +32,13 @@ def _since(use: Use) -> Node:
 
 
 def _arrives(use: Use) -> Node:
-    """``arrives f``: ``f`` now but not at the previous step; false at the first step."""
+    """Kernel form of ``arrives f``: ``f`` at the current but not at the previous step; false at the first step."""
     (body,) = use.arguments
     return All((body, Eventually(Not(body, use.span), -1, -1, use.span)), use.span)
 
 
 def _leaves(use: Use) -> Node:
-    """``leaves f``: ``f`` at the previous step but not now; false at the first step."""
+    """Kernel form of ``leaves f``: ``f`` at the previous but not at the current step; false at the first step."""
     (body,) = use.arguments
     return All((Not(body, use.span), Eventually(body, -1, -1, use.span)), use.span)
 

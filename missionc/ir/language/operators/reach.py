@@ -1,9 +1,9 @@
 """``f reach[a..b] g``: a route within the bounds, with ``f`` at every agent except the last, and ``g`` at the last.
 
 A route visits no agent twice. ``Reach`` in the kernel may, which is equivalent for a lower bound of 0, since loops can
-be removed. Otherwise the formula lists the first ``low - 1`` agents; the rest is a ``Reach`` of at least one link over
-the other agents. It ends at an agent other than its start, so at least one link remains after its loops are removed.
-The rest of the route depends on the set of visited agents, not on their order. The formula therefore grows with the
+be removed. For a positive lower bound, the formula enumerates the first ``low - 1`` agents; the rest is a ``Reach`` of
+at least one link over the other agents. This rest ends at an agent other than its start, so at least one link remains
+after its loops are removed. It depends on the set of visited agents, not on their order, so the formula grows with the
 number of such sets, not with the number of routes.
 
 Source:
@@ -37,7 +37,8 @@ def expand(use: Use) -> Node | TooLarge:
 
 
 def reach(use: Use, through: Node, end: Node) -> Node | TooLarge:
-    """The formula for operands other than those of the use; ``somewhere`` and ``everywhere`` share it."""
+    """Kernel form of ``through reach[a..b] end`` with the bounds of a use; also used for ``somewhere`` and
+    ``everywhere``."""
     length, span = use.length, use.span
     agents = len(length.graph.agents)
     if measured_in_metres(length):
@@ -60,10 +61,10 @@ def reach(use: Use, through: Node, end: Node) -> Node | TooLarge:
 
 
 def _up_to(room: int, costs: Iterator[int]) -> int:
-    """Sum of the costs, or its first partial sum above ``room``.
+    """Sum of node counts, or the first partial sum above ``room``.
 
-    In hops, each set of fewer than ``low`` agents costs a few nodes for each agent outside it. In metres the formula is
-    one node, but its evaluation may have to enumerate routes.
+    For bounds in hops, each set of fewer than ``low`` agents costs a few nodes for each agent outside it. For bounds in
+    metres the formula is one node, but its evaluation may have to enumerate routes.
     """
     total = 0
     for cost in costs:
@@ -83,7 +84,7 @@ def _some_links(use: Use, through: Node, end: Node, low: int, high: int) -> Node
 
     @cache
     def leaving(left: frozenset[int]) -> Node:
-        """Formula that a route continues from this agent to none of the visited agents ``left``."""
+        """Formula that a route continues from the current agent to an agent outside ``left``, the visited agents."""
         return Any(tuple(onward(agent, left) for agent in graph.agents if agent not in left), span)
 
     def onward(agent: int, left: frozenset[int]) -> Node:
@@ -102,7 +103,7 @@ def traps(use: Apply) -> tuple[str, ...]:
 
 
 def of_routes(use: Apply) -> tuple[str, ...]:
-    """Conventions that also affect ``somewhere`` and ``everywhere``."""
+    """Names of the conventions about routes that affect a use and differ in other tools."""
     assert isinstance(use.bounds, Length)
     if no_hops(use):
         return ("zero hops",)
@@ -112,16 +113,13 @@ def of_routes(use: Apply) -> tuple[str, ...]:
 
 
 def _somewhere(use: Use) -> Node | TooLarge:
-    """``somewhere[a..b] f``: ``true reach[a..b] f``, a route within the bounds to an agent with ``f``."""
+    """Kernel form of ``somewhere[a..b] f``: a route within the bounds leads to an agent that satisfies ``f``."""
     (body,) = use.arguments
     return reach(use, always_true(use.span), body)
 
 
 def _everywhere(use: Use) -> Node | TooLarge:
-    """``everywhere[a..b] f``: ``not somewhere[a..b] not f``.
-
-    Every route within the bounds ends at an ``f``-agent.
-    """
+    """Kernel form of ``everywhere[a..b] f``: every route within the bounds leads to an agent that satisfies ``f``."""
     (body,) = use.arguments
     broken = reach(use, always_true(use.span), Not(body, use.span))
     return broken if isinstance(broken, TooLarge) else Not(broken, use.span)

@@ -1,7 +1,9 @@
-"""``f surround[a..b] g``: this agent is in a group of ``f``-agents that ``g``-agents enclose within the bounds.
+"""``f surround[a..b] g``: the agent is in a group of agents with ``f`` that agents with ``g`` enclose within the
+bounds.
 
-In detail: ``f`` here. No route over ``f``-agents of length at most ``b`` leaves ``f`` for an agent without ``g``. No
-route leaves ``f`` after a length below ``a``. No ``f``-route leads to an agent further than ``b`` away.
+In detail: the agent satisfies ``f``. No route over agents with ``f`` of length at most ``b`` leads to an agent with
+neither ``f`` nor ``g``. No such route of length below ``a`` leads to an agent without ``f``. No such route leads to an
+agent further than ``b`` away.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Operators that look ahead: over a window of steps, over periods, and to the next step."""
+"""Future operators: over a window of steps, over periods, and at the next step."""
 
 from __future__ import annotations
 
@@ -8,22 +8,24 @@ from missionc.ir.language.operator import Bounds, Fixity, Operator, Use
 
 
 def _always(use: Use) -> Node:
-    """``always[a, b] f``: ``f`` at every step of the window."""
+    """Kernel form of ``always[a, b] f``: ``f`` at every step of the window."""
     (body,) = use.arguments
     return Always(body, use.window.low, use.window.high, use.span)
 
 
 def _eventually(use: Use) -> Node:
-    """``eventually[a, b] f``: ``f`` at some step of the window."""
+    """Kernel form of ``eventually[a, b] f``: ``f`` at some step of the window."""
     (body,) = use.arguments
     return Eventually(body, use.window.low, use.window.high, use.span)
 
 
 def _every(use: Use) -> Node:
-    """``every 40 s: f``, recurrence: ``f`` at some step of each period of that length until the mission's end.
+    """Kernel form of the recurrence ``every 40 s: f``: ``f`` at some step of each period of that length until the
+    mission's end.
 
-    A period begins at each step from now on and ends, both ends included, no later than the mission: the horizon cuts
-    no period. Each is evaluated at its last step and looks back, so that the operator can be evaluated at any step.
+    A period begins at each step from the current step on and ends, both ends included, no later than the mission: the
+    horizon truncates no period. Each period is evaluated at its last step and looks back, so that the operator can be
+    evaluated at any step.
 
     Source:
         Konrad and Cheng, "Real-time Specification Patterns" (2005), bounded recurrence.
@@ -33,9 +35,9 @@ def _every(use: Use) -> Node:
 
 
 def _until(use: Use) -> Node:
-    """``f until[a, b] g``: ``g`` at some step of the window, and ``f`` at every step from now until then, excluded.
+    """Kernel form of ``f until[a, b] g``: ``g`` at some step of the window, and ``f`` at every step before that step.
 
-    This is the standard reading. [strel] also requires ``f`` at that step: ``f until[a, b] (f and g)``.
+    This form is the standard semantics. [strel] also requires ``f`` at the step of ``g``: ``f until[a, b] (f and g)``.
     """
     hold, end = use.arguments
     if use.window.high == 0:  # no step before it, so the left side is evaluated nowhere
@@ -49,10 +51,8 @@ def _until_traps(use: Apply) -> tuple[str, ...]:
 
 
 def _release(use: Use) -> Node:
-    """``f release[a, b] g``: ``g`` at every step of the window until ``f`` releases it.
-
-    The dual of ``until``.
-    """
+    """Kernel form of ``f release[a, b] g``, the dual of ``until``: ``g`` at every step of the window until after a step
+    with ``f``."""
     frees, held = use.arguments
     window = use.window
     if window.high == 0:
@@ -65,7 +65,7 @@ def _release_traps(use: Apply) -> tuple[str, ...]:
 
 
 def _next(use: Use) -> Node:
-    """``next f``: ``f`` at the next step."""
+    """Kernel form of ``next f``: ``f`` at the next step."""
     (body,) = use.arguments
     return Eventually(body, 1, 1, use.span)
 

@@ -1,5 +1,5 @@
-"""The map of a mission during editing: drawn by the studio's page and by an editor's preview.
+"""Map of a mission during editing, which the studio's page and an editor's preview draw.
 
 in   a text and its readable declarations
-out  plain values, with the places in the text that dragging edits
+out  plain values, with the spans in the text that dragging edits
 """

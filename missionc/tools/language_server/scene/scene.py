@@ -1,11 +1,11 @@
-"""The scene: map of a text, complete or not, and its draggable pieces.
+"""Scene: map of a text, complete or not, and its draggable pieces.
 
     in   a text and its readable declarations
     out  plain values for the page
 
-Lengths are in metres. ``parts`` are filled outlines, as in the report, each with an inner point for the name,
-``inner``. ``pieces`` are simple shapes and points as written, with the places in the text of the numbers that dragging
-edits. Places are in UTF-16 units, as in browsers.
+Lengths are in metres. ``parts`` are filled outlines, as in the report; ``inner`` is a point inside for the name.
+``pieces`` are simple shapes and points as written, with the spans in the text of the numbers that dragging edits. Spans
+are in UTF-16 units, as in browsers.
 """
 
 from __future__ import annotations
@@ -32,7 +32,12 @@ _DIGITS = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
-    """Builder of pieces from the shapes in one text; items from included files are drawn but not editable."""
+    """Builder of draggable pieces from the shapes in one text; those from included files are drawn but not editable.
+
+    Args:
+        source: edited text.
+        places: resolved regions, agents and world of the text.
+    """
 
     source: Source
     places: Places
@@ -44,7 +49,7 @@ class Pieces:
         return [self._units(span.start), self._units(span.end)]
 
     def shape(self, shape: ast.Shape) -> Iterator[Json]:
-        """Simple shapes that a shape consists of, without those that it names."""
+        """Yield the pieces of the simple shapes in a shape expression; named regions have pieces of their own."""
         match shape:
             case ast.Name():
                 return
@@ -67,7 +72,7 @@ class Pieces:
         yield from self._piece("box", world.span, (world.low, world.high))
 
     def team(self, places: ast.Places) -> Iterator[Json]:
-        """Points of agents; a region has pieces of its own, and a file is edited elsewhere."""
+        """Yield the points of a team's agents; none for positions in a region or from a list."""
         match places:
             case ast.InRegion() | ast.AtListed():
                 return
@@ -84,7 +89,14 @@ class Pieces:
     def _piece(
         self, form: str, span: Span, points: Iterable[ast.Point], radius: ast.Quantity | None = None
     ) -> Iterator[Json]:
-        """Single piece, seen from above; none if a number in it is unknown."""
+        """Yield one piece, seen from above; none if one of its numbers is unknown.
+
+        Args:
+            form: kind of shape.
+            span: span of the shape in the text.
+            points: corners, or the centre.
+            radius: radius of a round shape.
+        """
         corners = [[self._number(item) for item in point.coordinates[:2]] for point in points]
         around = None if radius is None else self._number(radius)
         numbers = [number for corner in corners for number in corner] + ([around] if around else [])
@@ -92,7 +104,7 @@ class Pieces:
             yield {"form": form, "span": self.span(span), "points": corners, "radius": around}
 
     def _number(self, quantity: ast.Quantity) -> Json:
-        """Value of a number and its text, or the reason why dragging cannot edit it."""
+        """Value of a number in metres with its text and span, or the reason why dragging cannot edit it."""
         metres = self.places.metres(quantity)
         if quantity.span.source.name != self.source.name:
             return {"metres": metres, "fixed": "it is in an included file"}
@@ -126,7 +138,13 @@ class Pieces:
 
 
 def scene(source: Source, declarations: Sequence[ast.Declaration], limits: Limits) -> Json | None:
-    """Drawing of a text; None without a world."""
+    """Map of a text and its draggable pieces; None if it has no valid world.
+
+    Args:
+        source: edited text.
+        declarations: readable declarations.
+        limits: maximum sizes of a mission.
+    """
     places = resolve_places(source, declarations, limits)
     if places is None:
         return None
@@ -161,7 +179,13 @@ def _things(pieces: Pieces, places: Places, item: ast.Declaration) -> Iterator[J
 
 
 def _team(pieces: Pieces, places: Places, team: ast.Team) -> Iterator[Json]:
-    """Starts and finishes of a team's agents: bodies at single points, or regions."""
+    """Yield the starts and finishes of a team's agents: bodies at points, or regions.
+
+    Args:
+        pieces: builder of pieces.
+        places: resolved regions, agents and world of the text.
+        team: declaration of the team.
+    """
     agents = [agent for agent in places.agents if agent.team == team.name.text]
     for item in team.items:
         if not isinstance(item, ast.Start | ast.Finish):
@@ -182,14 +206,14 @@ def _thing(pieces: Pieces, kind: str, name: str, span: Span, pieced: list[Json])
 
 
 def _way(motion: ir.Still | ir.Path) -> list[list[float]]:
-    """Offsets along the path of a moving obstacle; none for a static one."""
+    """Offsets, (x, y) in metres, along the path of a moving obstacle; empty for a static or unknown one."""
     if isinstance(motion, ir.Still) or not known(*motion.offsets):
         return []
     return [list(offset[:2]) for offset in motion.offsets]
 
 
 def _outline(world: ir.World, shape: ir.Shape) -> Json:
-    """Parts of a shape with a point for its name; empty for an invalid shape, such as a crossed polygon."""
+    """Filled outlines of a shape, with a point inside for its name; no outlines for an invalid shape."""
     from missionc.output.report.outlines import inner_point, solids  # with shapely, which loads slowly
 
     parts = solids(world, shape) if _sound(shape) else []
@@ -197,7 +221,7 @@ def _outline(world: ir.World, shape: ir.Shape) -> Json:
 
 
 def _sound(shape: ir.Shape) -> bool:
-    """Return whether all numbers in a shape are known, and each part has an area."""
+    """Return whether all numbers in a shape are known, and each of its parts has an area."""
     left = [shape]
     while left:
         match left.pop():

@@ -1,1 +1,1 @@
-"""Rebuilding of a folder's documents from verified data, and comparison with the documents in it."""
+"""Check of a folder's documents: each is computed from verified data, and compared with the one in the folder."""

@@ -1,4 +1,4 @@
-"""Rebuilt ``alternatives.json``: the further plans of a folder, compared and ranked again.
+"""Check of ``alternatives.json``: the further plans of a folder, compared and ranked again.
 
 This module checks that they are plans of the same mission; the verification of each plan is separate.
 """
@@ -21,11 +21,17 @@ from missionc.verification.compare_documents import difference
 from missionc.verification.monitoring.signature import Signature, Signatures, differences
 
 Judged: TypeAlias = tuple[OutputFolder, Certificate]
-"""Further plan with its certificate."""
+"""Folder of a further plan with the certificate of its flight."""
 
 
 def table_of(opened: OutputFolder, flown: Certificate, others: Sequence[Judged]) -> list[AlternativeRow]:
-    """Table of a folder with several plans; empty for one plan, or with plans of another mission."""
+    """Table that compares the plans of a folder; empty for one plan, or if one belongs to another mission.
+
+    Args:
+        opened: plan folder.
+        flown: certificate of its plan.
+        others: further plans with their certificates.
+    """
     if not _wanted(opened) or _strange(opened, others):
         return []
     signatures = _signatures(opened, others)
@@ -34,7 +40,13 @@ def table_of(opened: OutputFolder, flown: Certificate, others: Sequence[Judged])
 
 
 def check_alternatives(opened: OutputFolder, others: Sequence[Judged], table: list[AlternativeRow]) -> Iterator[Check]:
-    """Checks that the table is correct, and that each plan is another one of this mission."""
+    """Yield the checks that the table is correct, and that each plan is a different one of this mission.
+
+    Args:
+        opened: plan folder.
+        others: further plans with their certificates.
+        table: table computed by ``table_of``.
+    """
     wanted = _wanted(opened)
     if not wanted and not others:
         return
@@ -57,7 +69,7 @@ def check_alternatives(opened: OutputFolder, others: Sequence[Judged], table: li
 
 
 def _wanted(opened: OutputFolder) -> int:
-    """Number of requested plans; 0 if it was one, or if there is no number."""
+    """Number of requested plans from the manifest; 0 if it was one or is malformed."""
     text = option(opened.manifest, OPTION) or ""
     return int(text) if Whole(2, MOST_ALTERNATIVES).admits(text) else 0
 
@@ -79,6 +91,6 @@ def _strange(opened: OutputFolder, others: Sequence[Judged]) -> str:
 
 
 def _read_with(opened: OutputFolder) -> tuple[object, ...]:
-    """Inputs of a mission."""
+    """Inputs of a folder's mission, for comparison: files, overrides, vehicle and number of steps."""
     texts = {name: content for name, content in opened.files.items() if name.startswith(f"{MISSION}/")}
     return texts, opened.checked.overrides, opened.checked.vehicle, opened.mission.steps

@@ -1,4 +1,4 @@
-"""Rebuilt exports: each built again from the verified polynomials, and compared file by file."""
+"""Check of exports: each is computed again from the verified polynomials, and compared file by file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FOLDER, OPTION = "export/", "export"
 
 
 def check_exports(opened: OutputFolder) -> Iterator[Check]:
-    """One check for each file of an export in the folder or in its manifest."""
+    """Yield a check for each file of an export in the folder or in its manifest."""
     lying: dict[str, dict[str, bytes]] = {}
     for name, content in opened.files.items():
         if name.startswith(FOLDER):
@@ -58,7 +58,7 @@ def _files(folder: str, lying: Mapping[str, bytes], made: Mapping[str, bytes]) -
 
 
 def _same(lying: bytes, made: bytes) -> bool:
-    """Return whether two files are equal; in texts, numbers may differ by rounding."""
+    """Return whether two files are equal; numbers in texts may differ by rounding."""
     if lying == made:
         return True
     try:

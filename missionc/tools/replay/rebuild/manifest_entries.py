@@ -44,13 +44,13 @@ from missionc.verification.impossibility.cover_document import COVER
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
 KEYS_OF_PROOF = ("schema", "mission", "holds", "inputs", "files", "versions", "options")
-"""Keys of a folder with a proof instead of a plan."""
+"""Keys in the manifest of a folder with a proof instead of a plan."""
 PROOFS = (CNF, DRAT, COVER)
 LARGEST_SEED = 2**63 - 1
 
 
 def check_manifest(opened: OutputFolder) -> Iterator[Check]:
-    """One check of the head, one of the inputs, and one for each file that no compiler writes."""
+    """Yield the checks of a manifest: its entries, its inputs, and each file that no compiler writes."""
     yield verdict(MANIFEST, _head(opened))
     yield from _inputs(opened, opened.checked)
     known = _known(opened)
@@ -60,7 +60,13 @@ def check_manifest(opened: OutputFolder) -> Iterator[Check]:
 
 
 def check_manifest_of_proof(found: FolderFiles, checked: Checked, mission: str) -> Iterator[Check]:
-    """The same for a folder with a proof that there is no plan; ``mission`` is the name."""
+    """Yield the same checks for a folder with a proof that no plan exists.
+
+    Args:
+        found: contents of the folder.
+        checked: its mission.
+        mission: name of the mission.
+    """
     head = _keys(found.manifest, KEYS_OF_PROOF) or _wrong(
         found.manifest, {"mission": found.manifest["mission"] == mission}
     )
@@ -72,7 +78,7 @@ def check_manifest_of_proof(found: FolderFiles, checked: Checked, mission: str) 
 
 
 def _head(opened: OutputFolder) -> str:
-    """First entry that is wrong; empty if there is none."""
+    """Error in the first wrong entry of a plan's manifest; empty if there is none."""
     manifest = opened.manifest
     strange = _keys(manifest, KEYS)
     if strange:
@@ -88,7 +94,7 @@ def _head(opened: OutputFolder) -> str:
 
 
 def _is_planner(name: object, opened: OutputFolder) -> bool:
-    """Return whether the name is that of the plan's backend."""
+    """Return whether a value is the name of the backend in the plan."""
     return isinstance(name, str) and NAME.fullmatch(name) is not None and opened.plan_document.get("backend") == name
 
 
@@ -98,7 +104,12 @@ def _keys(manifest: Mapping[str, object], keys: Sequence[str]) -> str:
 
 
 def _wrong(manifest: Mapping[str, object], sound: Mapping[str, bool]) -> str:
-    """First entry that is not sound or has impossible versions or options."""
+    """Error in the first invalid entry, including versions and options; empty if there is none.
+
+    Args:
+        manifest: parsed manifest.
+        sound: validity of entries that are already checked, by key.
+    """
     wrong = next((key for key, right in sound.items() if not right), None)
     if wrong is not None:
         return f"invalid `{wrong}`: {shown(manifest[wrong])}"
@@ -107,14 +118,15 @@ def _wrong(manifest: Mapping[str, object], sound: Mapping[str, bool]) -> str:
 
 
 PACKAGE = re.compile(r"[A-Za-z0-9]([\w.-]*[A-Za-z0-9])?", re.ASCII)
-"""The form of the name of a package."""
+"""Pattern of package names."""
 
 
 def _versions(versions: object, foreign: bool) -> str:
-    """The first version that cannot be.
+    """Error in the first implausible package version; empty if there is none.
 
     Args:
-        foreign: the plan is of a backend of an extension, which need not be installed.
+        versions: entry of the manifest.
+        foreign: whether the backend belongs to an extension, which need not be installed.
     """
     if not isinstance(versions, dict) or not {"missionc", "python"} <= set(versions):
         return "its `versions` do not name the compiler"
@@ -133,7 +145,7 @@ OPTIONS: Mapping[str, Callable[[str], bool]] = {
     "backend": lambda text: text == "auto",
     "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
 }
-"""Valid values of each option, by its command-line name; parameters are checked with the mission."""
+"""Validity test of each option's value, by command-line name; parameters are checked with the mission."""
 
 
 def _options(given: object) -> str:
@@ -148,7 +160,7 @@ def _options(given: object) -> str:
 
 
 def _inputs(found: OutputFolder | FolderFiles, checked: Checked) -> Iterator[Check]:
-    """Checks that the mission was read from exactly these files, and that their hashes are stated."""
+    """Yield the checks that the mission was read from exactly these files, and that their hashes are stated."""
     listed, stated = found.manifest["files"], found.manifest["inputs"]
     read = {f"{MISSION}/{name}": content for name, content in inputs(checked)}
     assert isinstance(listed, dict)
@@ -165,7 +177,7 @@ def _inputs(found: OutputFolder | FolderFiles, checked: Checked) -> Iterator[Che
 
 
 def _known(opened: OutputFolder) -> set[str]:
-    """All files that a folder of this mission may contain, besides exports and the mission."""
+    """Names of all files that a folder of this mission may contain, apart from exports and the mission."""
     names = file_names(opened.mission.agents)
     flights = (polynomials_file(names[agent.name]) for agent in opened.mission.agents)
     further = (file for file in opened.files if file.startswith(tuple(f"{name}/" for name in opened.alternatives)))

@@ -1,4 +1,4 @@
-"""Rebuilt ``plan.json``, from the states read from it: it must contain nothing else."""
+"""Check of ``plan.json``: the document computed from the states in it must be identical."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from missionc.verification.monitoring.monitor import monitor
 
 
 def plan_of(opened: OutputFolder) -> Plan:
-    """Plan with new verdicts on its requirements; backend and seed come from the manifest."""
+    """Plan from a folder, with newly computed verdicts; backend and seed come from the manifest."""
     mission, kernel, trace = opened.mission, opened.kernel, opened.trace
     backend, seed = opened.manifest.get("backend"), opened.manifest.get("seed")
     return Plan(
@@ -36,7 +36,10 @@ def plan_of(opened: OutputFolder) -> Plan:
 
 
 def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
-    """Planning methods of the agents as in the document: only the original search knows them."""
+    """Planning methods of the agents from the document, since only the original search knows them.
+
+    Empty if malformed.
+    """
     match opened.plan_document:
         case {"solved": records}:
             with suppress(ValueError):
@@ -45,7 +48,7 @@ def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
 
 
 def _stage_runs(opened: OutputFolder) -> tuple[StageRun, ...]:
-    """Attempts that led to the plan, as in the document; folders of older versions have none."""
+    """Attempts that led to the plan, from the document; empty for folders of older versions."""
     match opened.plan_document:
         case {"stages": records}:
             with suppress(ValueError):
@@ -54,9 +57,9 @@ def _stage_runs(opened: OutputFolder) -> tuple[StageRun, ...]:
 
 
 def _proven(opened: OutputFolder) -> Proven | None:
-    """Bound on the best plan: from newly computed tours, or from a cover as in the document.
+    """Lower bound on the value of all plans: from newly computed tours, or the document's own bound from a cover.
 
-    A bound from covers must be at most the value of the plan, and is above that from tours.
+    A bound from covers must be at most the value of the plan, and exceeds that from tours.
     """
     tours = least_by_tours(opened.mission, opened.kernel)
     if tours is None:
@@ -70,16 +73,13 @@ def _proven(opened: OutputFolder) -> Proven | None:
 
 
 def check_plan(opened: OutputFolder, plan: Plan) -> Check:
-    """Check of every entry: states, times, graphs, radii, verdicts.
-
-    None between the steps, and no other agent.
-    """
+    """Check of every entry of the document: states, times, graphs, radii and verdicts."""
     said = opened.plan_document
     return verdict(PLAN, _too_high(said, plan) or difference(said, parse_json(plan_json(opened.mission, plan))))
 
 
 def _too_high(said: object, plan: Plan) -> str:
-    """Error if a bound is above the plan's value; empty otherwise."""
+    """Error if the document's lower bound exceeds the plan's value; empty otherwise."""
     match said:
         case {"proven": {"least": int() | float() as least}} if plan.proven and least > plan.proven.value:
             value, unit = plan.proven.value, plan.proven.unit

@@ -1,4 +1,4 @@
-"""Rebuilt documents of a plan folder from verified data, compared with those in the folder.
+"""Check of the documents in a plan folder: each is computed from verified data and compared.
 
     in   OutputFolder, and the Certificate of its plan and its flight
     out  Checks: of each document, ``report.html`` included, and of each entry of the manifest
@@ -51,7 +51,7 @@ from missionc.verification.flight.way_missions import is_whole
 BEGIN, END = '<script type="application/json" id="data">', "</script>"
 OTHER = "it differs from the page of this version of the compiler"
 NOISE = 1e-6
-"""Margin that counts as met within rounding: its time and agents then depend on the machine."""
+"""Magnitude below which a margin is 0 up to rounding; its time and agents then depend on the machine."""
 
 
 def page(
@@ -61,10 +61,13 @@ def page(
     judged: Sequence[Judged] = (),
     table: Sequence[AlternativeRow] = (),
 ) -> bytes:
-    """Page of a folder with the results of a certificate.
+    """Report page of a folder with the results of a certificate.
 
     Args:
-        judged: further plans in it with their certificates.
+        opened: plan folder.
+        certificate: certificate to show.
+        plan: its plan, computed if None.
+        judged: further plans in the folder with their certificates.
         table: table of all plans; empty for a folder with one plan.
     """
     plots = [plotted(opened, certificate, plan), *(plotted(each, own) for each, own in judged)]
@@ -72,7 +75,13 @@ def page(
 
 
 def plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> Plotted:
-    """Report data of a folder's plan with the results of a certificate."""
+    """Report data of a folder's plan.
+
+    Args:
+        opened: plan folder.
+        certificate: certificate to show.
+        plan: its plan, computed if None.
+    """
     return Plotted(
         opened.mission,
         opened.kernel,
@@ -94,7 +103,15 @@ def check_page(
     judged: Sequence[Judged] = (),
     table: Sequence[AlternativeRow] = (),
 ) -> Check:
-    """Check of the page: same program, words and pictures; numbers may differ by rounding."""
+    """Check of the report page: its program, words and pictures must be equal; numbers may differ by rounding.
+
+    Args:
+        opened: plan folder.
+        plan: its plan.
+        flown: certificate of the flight.
+        judged: further plans in the folder with their certificates.
+        table: table of all plans.
+    """
     drawn, lying = page(opened, flown, plan, judged, table).decode("utf-8"), opened.files[REPORT]
     if lying == drawn.encode("utf-8"):
         return verdict(REPORT, None)
@@ -110,7 +127,7 @@ def check_page(
 
 
 def _split(text: str) -> tuple[tuple[str, str], Any]:
-    """Split the page into its text and its data.
+    """Split a report page into the texts before and after its data, and the parsed data.
 
     Raises:
         ValueError: there is no data.
@@ -123,7 +140,13 @@ def _split(text: str) -> tuple[tuple[str, str], Any]:
 
 
 def _settled(data: Any, names: set[str], end: float) -> Any:
-    """Data without times and agents of margins within rounding, if they are plausible."""
+    """Report data without the times and agents of margins that are 0 up to rounding, if they are plausible.
+
+    Args:
+        data: parsed data; changed in place.
+        names: names of the agents.
+        end: end of the mission, s.
+    """
     further = data.get("others") if isinstance(data, dict) else None
     for other in further if isinstance(further, list) else []:
         _settled(other, names, end)
@@ -142,17 +165,18 @@ __all__ = ["check_documents", "page"]
 
 TRAJECTORIES = "trajectories.csv"
 ALWAYS = (PLAN, TRAJECTORIES, CERTIFICATE, REPORT)
-"""Files in every folder, besides polynomials and the mission."""
+"""Names of the files in every folder, apart from polynomials and the mission."""
 
 
 def check_documents(
     opened: OutputFolder, flown: Certificate, limits: Limits | None, others: list[Judged]
 ) -> Iterator[Check]:
-    """Checks of the documents against the mission, the plan and the polynomials.
+    """Yield the checks of the documents against the mission, the plan and the polynomials.
 
     Args:
-        flown: certificate of the plan, its polynomials and the time between the steps, which has passed.
-        limits: None if a simulation was just flown and should not be repeated.
+        opened: plan folder.
+        flown: passed certificate of the plan, its polynomials and the time between the steps.
+        limits: maximum sizes; None if a simulation was just flown and need not be repeated.
         others: further plans in the folder with their certificates.
     """
     plan = plan_of(opened)
@@ -195,7 +219,7 @@ def _whole_flight(opened: OutputFolder) -> Check:
 
 
 def _safe_end(opened: OutputFolder) -> Check:
-    """Check that it contains exactly the verified stops, in canonical form."""
+    """Check that the file of safe ends contains exactly the verified stops, in the compiler's format."""
     if SAFE_END not in opened.files:
         return verdict(SAFE_END, "it is missing")
     stops = read_safe_end(opened.text(SAFE_END), opened.mission)
@@ -204,7 +228,7 @@ def _safe_end(opened: OutputFolder) -> Check:
 
 
 def _polynomials(name: str, text: str) -> Check:
-    """Check that programs with another number parser read the verified polynomials."""
+    """Check that a polynomial file is in the compiler's format, so that other parsers read the verified numbers."""
     pieces = read(text)
     same = isinstance(pieces, Pieces) and written(pieces) == text
     return verdict(name, "" if same else "its numbers are not in the format of the compiler")

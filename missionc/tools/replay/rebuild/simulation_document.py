@@ -1,11 +1,11 @@
-"""Rebuilt ``simulation.json``: flights repeated with the stated engine and conditions, and compared.
+"""Check of ``simulation.json``: flights repeated with the stated engine and conditions, and compared.
 
-If the simulation cannot be flown here, its flights are unknown. Then the check fails with a result of its own, distinct
-from a wrong document.
+If the engine is not available here, the flights are unknown. Then the check fails with a different result than for a
+wrong document.
 
 Rounding, which differs between machines, breaks ties between the worst values of flights: an agent at rest has almost
-no error at any time, and a symmetric flight reaches its least clearance twice. The document's choice counts if the
-first flight shows it.
+no error at any time, and a symmetric flight reaches its minimum clearance twice. The document's choice is accepted if
+the first flight confirms it.
 """
 
 from __future__ import annotations
@@ -40,11 +40,14 @@ Row = dict[str, Any]
 
 
 def settled(claimed: Row, made: Row, mission: Mission, trials: Trials, same: float) -> Row:
-    """Rebuilt document with the moments and agents of the other one, if these are equally valid.
+    """Recomputed document, with times and agents from the claimed document where they are equally valid.
 
     Args:
-        claimed: document of any shape.
-        same: tolerance for the same flight, metres.
+        claimed: document from the folder, of any shape.
+        made: recomputed document.
+        mission: mission of the folder.
+        trials: repeated flights.
+        same: tolerance for equal flights, metres.
     """
     lost = lost_agents(mission, trials.trial.disturbance)
     error = tracking_error(trials.flown.times, trials.planned, trials.flown.position[0], lost)
@@ -58,13 +61,19 @@ def settled(claimed: Row, made: Row, mission: Mission, trials: Trials, same: flo
 
 
 def _pairs(claimed: object, made: list[Row]) -> list[tuple[Row, Row]]:
-    """Rows with the claimed ones in their place; an empty one if it is missing."""
+    """Claimed and recomputed rows; a claimed one is empty if it is missing or malformed."""
     rows = claimed if isinstance(claimed, list) and len(claimed) == len(made) else [None] * len(made)
     return [(row if isinstance(row, dict) else {}, own) for row, own in zip(rows, made, strict=True)]
 
 
 def _tracking(claimed: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64]], same: float) -> Row:
-    """Row with another moment at which the agent had the same error; error: (samples,), metres."""
+    """Recomputed row of an agent's tracking error, with the claimed time if the agent had the same error then.
+
+    Args:
+        claimed, own: claimed and recomputed row.
+        error: (samples,), metres.
+        same: tolerance, metres.
+    """
     when = claimed.get("at")
     if not is_finite_number(when) or not 0 <= when * SETPOINTS_PER_SECOND <= error.size - 1:
         return own
@@ -74,7 +83,14 @@ def _tracking(claimed: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64
 
 
 def _room(claimed: Row, own: Row, mission: Mission, trials: Trials, same: float) -> Row:
-    """Row with a margin that a proof may claim, and agents that were as near at another moment."""
+    """Recomputed row of a clearance, with the claimed margin, time and agents if they are equally valid.
+
+    Args:
+        claimed, own: claimed and recomputed row.
+        mission: mission of the folder.
+        trials: repeated flights.
+        same: tolerance, metres.
+    """
     margin, when, names = claimed.get("margin"), claimed.get("at"), claimed.get("agents")
     if is_finite_number(margin) and abs(margin - own["margin"]) <= same:
         own = {**own, "margin": margin}
@@ -88,7 +104,15 @@ def _room(claimed: Row, own: Row, mission: Mission, trials: Trials, same: float)
 
 
 def _margin(subject: str, names: list[str], when: float, mission: Mission, trials: Trials) -> float:
-    """Minimum clearance of these agents in the first flight between the samples around a moment, m."""
+    """Minimum clearance of agents in the first flight between the two samples around a time, m.
+
+    Args:
+        subject: name of an obstacle, or of another kind of clearance.
+        names: names of the agents.
+        when: time, s.
+        mission: mission of the folder.
+        trials: repeated flights.
+    """
     agents = tuple(agent for agent in mission.agents if agent.name in names)
     obstacles = tuple(obstacle for obstacle in mission.obstacles if obstacle.name == subject)
     times = trials.flown.times
@@ -99,16 +123,14 @@ def _margin(subject: str, names: list[str], when: float, mission: Mission, trial
 
 
 AGREED: Mapping[str, float] = {QUADROTOR: SAME, "rotorpy": 1e-6, "crazyflow": 1e-4}
-"""Tolerances between machines for the same flight, in the units of the values."""
+"""Tolerance between machines for the same flight by engine, in the units of the values."""
 PATH = 1.5 * 10**-DIGITS
-"""Tolerance of positions in metres: rounding of nearly equal ones may differ."""
+"""Tolerance of positions in metres, for numbers that are rounded in different directions."""
 AGAIN = "`missionc simulate` repeats and replaces it"
 
 
 def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
-    """Check of the simulation: the first entry that differs from its flights, or the reason why they cannot be
-    repeated.
-    """
+    """Check of the simulation: first entry that differs from its flights, or why they cannot be repeated."""
     try:
         document = parse_record(opened.text(SIMULATION), finite=False)
     except NotJsonError as error:
@@ -124,7 +146,14 @@ def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
 
 
 def _told(opened: OutputFolder, document: dict[str, Any], trial: Trial, limits: Limits) -> Check:
-    """The same for a document that states the conditions of its flights."""
+    """Check of the simulation after its conditions are read.
+
+    Args:
+        opened: plan folder.
+        document: parsed ``simulation.json``.
+        trial: conditions of its flights.
+        limits: maximum sizes of the flights.
+    """
     mission = opened.mission
     seconds = float(mission.horizon)
     wanting = cannot_lose(mission, trial.disturbance)
@@ -163,7 +192,7 @@ def _flown(opened: OutputFolder, trial: Trial) -> Trials:
 
 
 def _differing(document: dict[str, Any], opened: OutputFolder, trials: Trials) -> str | None:
-    """First difference between the document and its flights."""
+    """First difference between the document and its repeated flights; None if there is none."""
     mission, same = opened.mission, AGREED.get(trials.trial.engine, 1e-6)
     planned = monitor(mission, opened.kernel, opened.trace).requirements
     made = _document(mission, simulation_record(mission, planned, trials), trials)
@@ -175,14 +204,14 @@ def _differing(document: dict[str, Any], opened: OutputFolder, trials: Trials) -
 
 
 def _document(mission: Mission, entries: Mapping[str, object], trials: Trials) -> dict[str, Any]:
-    """Document as it is read back."""
+    """Recomputed document after a round trip through JSON."""
     made = parse_json(simulation_json(mission, entries, trials.flown).decode("utf-8"))
     assert isinstance(made, dict)
     return made
 
 
 def _as_json(value: object) -> object:
-    """Value as it is read back from JSON: tuples become lists."""
+    """Value after a round trip through JSON: tuples become lists."""
     if isinstance(value, dict):
         return {key: _as_json(each) for key, each in value.items()}
     return [_as_json(each) for each in value] if isinstance(value, tuple | list) else value

@@ -1,1 +1,1 @@
-"""Online monitoring: a mission judged during flight, by robustness intervals over all continuations."""
+"""Online monitoring: evaluation of a mission during flight, by robustness intervals over all continuations."""

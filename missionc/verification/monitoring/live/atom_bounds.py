@@ -1,8 +1,8 @@
 """Bounds of predicates and links now and in cells of future steps, from the agents' top speeds.
 
-A cell is a range of steps. Even long missions have few cells, which are exact at the next step and at deadlines. Future
-positions are known only from the distance that agents can move until then, so bounds widen from step to step, and those
-of a cell's last step hold for the whole cell.
+A cell is a range of steps. Even long missions have few cells; the next step and deadlines end a cell of their own.
+Future positions are known only from the distance that agents can move until then, so bounds widen from step to step,
+and the bounds at a cell's last step hold for the complete cell.
 
 Source:
     Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017), robust
@@ -28,7 +28,7 @@ MOST_DEADLINES = 8
 
 
 class Cells(Record, eq=False):
-    """Steps after ``now``, in cells.
+    """Partition of the steps after ``now`` into cells, which are ranges of steps.
 
     Args:
         ends: the last step of each cell, (cells,), ascending; the first cell is one step, and the last ends with the
@@ -47,12 +47,12 @@ class Cells(Record, eq=False):
         return np.concatenate(([self.now], self.ends[:-1])) + 1 if len(self.ends) else self.ends
 
     def of(self, steps: Indices) -> Indices:
-        """Cell of each step; for a step outside the future, the nearest one."""
+        """Index of the cell that contains each step; for a step outside the future, the nearest cell."""
         return np.minimum(np.searchsorted(self.ends, steps), len(self.ends) - 1)
 
 
 def cells_after(now: int, last: int, deadlines: Iterable[int], spans: Iterable[int]) -> Cells:
-    """Cells of the steps after ``now``: their sizes double, with ends at the nearest deadlines.
+    """Cells of the steps after ``now``: their sizes double, and the nearest deadlines end a cell.
 
     Args:
         last: last step of the mission.
@@ -70,7 +70,7 @@ def cells_after(now: int, last: int, deadlines: Iterable[int], spans: Iterable[i
 
 
 MOST_MEMBERS = 16
-"""Number of agents above which a graph has two cells: the next step, and all later ones."""
+"""Number of members above which a graph's links are bounded in two cells only: the first and the last."""
 
 
 class AtomBounds:
@@ -88,14 +88,17 @@ class AtomBounds:
         self.graphs: dict[Graph, Array] = {}
 
     def of_predicate(self, predicate: Predicate) -> Array:
-        """Bounds at the present step and in the cells to come: (4, rows, 1 + cells), metres."""
+        """Robustness bounds of a predicate at the present step and in the future cells: (4, rows, 1 + cells),
+        metres.
+        """
         if predicate not in self.predicates:
             bounds = self._of_flag(predicate.flag) if isinstance(predicate, Flagged) else self._of_margin(predicate)
             self.predicates[predicate] = decided_at_border(bounds, predicate.open_border)
         return self.predicates[predicate]
 
     def links(self, graph: Graph) -> Array:
-        """Bounds of links: (4, 1 + cells, members, members), metres.
+        """Robustness bounds of a graph's links at the present step and in future cells: (4, 1 + cells, members,
+        members), metres.
 
         Large graphs have only the first and last cell.
         """
@@ -113,7 +116,7 @@ class AtomBounds:
         return self.graphs[graph]
 
     def picked(self, graph: Graph) -> list[int]:
-        """Cells in which a graph's links are known."""
+        """Indices of the cells in which a graph's links are bounded."""
         cells = self.free.seconds.size - 1
         return list(range(cells)) if len(graph.agents) <= MOST_MEMBERS or cells < 3 else [0, cells - 1]
 
@@ -147,7 +150,9 @@ class AtomBounds:
 
 
 def _stacked(least: Array, most: Array, coasted_least: Array, coasted_most: Array) -> Array:
-    """Stack the four bounds.
+    """Bounds over all continuations and over those with one step of coasting, in one array.
+
+    They agree at the present step.
 
     Shape: (rows, 1 + cells) twice and (rows, cells) twice -> (4, rows, 1 + cells), metres.
     """
@@ -159,7 +164,7 @@ def _stacked(least: Array, most: Array, coasted_least: Array, coasted_most: Arra
 
 
 def _between(radius: Array) -> Array:
-    """Possible change of all pairs' links: (members, columns) -> (columns, members, members), metres.
+    """Upper bound on the change of each pair's distance, from the distance that each agent may move.
 
     Shape: (members, columns) -> (columns, members, members), metres.
     """

@@ -1,6 +1,6 @@
-"""Robustness intervals in four rows: over all continuations, and over those with one step of coasting.
+"""Robustness intervals in four rows: over all continuations, and over the continuations with one step of coasting.
 
-Arrays of bounds are (4, rows, columns): least and greatest robustness of a formula over all motions within top speeds,
+Arrays of bounds are (4, rows, columns): minimum and maximum robustness of a formula over all motions within top speeds,
 and both again if every agent keeps its present velocity for one more step. A row is an agent, or the single row is the
 team; a column is a step, or a cell of future steps (``horizon_cells``).
 """
@@ -13,14 +13,14 @@ from missionc.ir.language.margins.resources import BORDER
 LEAST, MOST = 0, 1
 LEASTS, MOSTS = [0, 2], [1, 3]
 SWAPPED = [1, 0, 3, 2]
-"""Row indices of a negation's bounds."""
+"""Order of the bounds' rows after negation: minimum and maximum values change places."""
 
 
 def denied(bounds: Array) -> Array:
-    """Bounds of the negation, metres: (4, …) -> (4, …), or (2, …) without coasting."""
+    """Robustness bounds of a formula's negation, metres: (4, …) -> (4, …), or (2, …) without coasting."""
     return -bounds[SWAPPED[: len(bounds)]]
 
 
 def of_measure(value: float) -> float:
-    """Robustness without the offset of ``decided_at_border``."""
+    """Robustness after removing the offset that ``decided_at_border`` adds to a margin of 0."""
     return 0.0 if abs(value) <= BORDER else value

@@ -1,4 +1,4 @@
-"""Columns of bounds along the steps: the past steps that are still read, and the future cells."""
+"""Robustness bounds of a formula by step: the past steps that are still read, and the future cells."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from missionc.verification.monitoring.live.needed_steps import StepRange
 
 
 class Columns:
-    """Bounds of one formula: (4, rows, columns), in a buffer that shifts when it is full.
+    """Robustness bounds of one formula by step, (4, rows, columns), in a buffer that shifts when it is full.
 
-    The amortised cost of a step is that of its written columns, independent of the mission's length.
+    The amortised cost of a step depends on the number of written columns, not on the mission's length.
     """
 
     def __init__(self, asked: StepRange, rows: int) -> None:
@@ -21,7 +21,7 @@ class Columns:
         self.values = np.empty((4, rows, 0))
 
     def open(self, now: int, cells: int) -> None:
-        """Make room for the present step and the cells after it.
+        """Allocate columns for the present step and the cells after it.
 
         Columns that are no longer read may be dropped.
         """
@@ -38,34 +38,36 @@ class Columns:
 
     @property
     def known(self) -> int:
-        """Last step up to now at which it is evaluated."""
+        """Last step up to the present at which the formula is evaluated."""
         return min(self.now, self.asked.last)
 
     @property
     def begin(self) -> int:
-        """First step whose value was not final before the present one."""
+        """First step at which the formula's value was not final before the present step."""
         return max(self.asked.first, self.now - self.asked.ahead)
 
     @property
     def future(self) -> int:
-        """Index of the first future cell."""
+        """Column index of the first future cell."""
         return max(self.known + 1, self.asked.first) - self.origin
 
     def part(self, begin: int, count: int, cells: int) -> Array:
-        """Temporary view of ``count`` steps from ``begin`` and the first cells: (4, rows, columns), metres."""
+        """Temporary view of ``count`` steps from ``begin`` on and of the first future cells: (4, rows, columns),
+        metres.
+        """
         start = begin - self.origin if count > 0 else self.future
         return self.values[:, :, start : start + max(count, 0) + cells]
 
     def steps(self, begin: int, end: int) -> Array:
-        """Columns of the steps ``begin`` … ``end`` - 1: (4, rows, steps), metres."""
+        """Bounds at the steps ``begin`` … ``end`` - 1: (4, rows, steps), metres."""
         return self.values[:, :, begin - self.origin : max(end, begin) - self.origin]
 
     def to_come(self, cells: int) -> Array:
-        """Columns of the future cells: (4, rows, cells), metres."""
+        """Bounds in the future cells: (4, rows, cells), metres."""
         return self.values[:, :, self.future : self.future + cells]
 
     def at(self, steps: Indices, cells: Cells) -> Array:
-        """Columns of these steps, or of their cells for future ones: (4, rows, steps), metres."""
+        """Bounds at the given steps, for a future step those of its cell: (4, rows, steps), metres."""
         index = steps - self.origin
         if len(cells):
             index = np.where(steps > self.now, self.future + cells.of(steps), index)

@@ -3,14 +3,14 @@
     in   Mission, Kernel, the team's state at consecutive steps
     out  a Standing for each goal after each step
 
-The values of a formula are kept only while a parent reads them, and the work per step does not grow with the mission.
+The values of a formula are stored only while a parent reads them, and the work per step does not grow with the mission.
 Final values are folded into accumulators, one for each pending step of a temporal operator.
 
-*And*, *or* and *at least* work on parts at one moment, for whole formulas and for one agent. Operators that look back
-know everything except future steps, and keep one value for the past.
+*And*, *or* and *at least* combine values at the same step, of team formulas and of formulas for one agent. Operators
+that look back know everything except future steps, and store one value for the past.
 
 A window to the mission's end that is evaluated at every step is rewritten as a formula on the past of the last step H.
-It has the same robustness at step 0 in every run, and its values need not all be kept:
+It has the same robustness at step 0 in every run, and its values need not all be stored:
 
 ``always[0, end] (a or eventually[0, end] b)`` requires at H that every step back to 0 has ``a`` or ``b``, or a ``b``
 since. This is a past ``Release``, which advances from step to step. Its dual is ``since``.
@@ -47,10 +47,10 @@ from missionc.verification.monitoring.live.windows import UntilWindow, Window
 
 
 class Parts:
-    """Parts of one operator; parts with the same formula for several agents are combined.
+    """Operands of one *and*, *or* or *at least*; the same formula for several agents is one entry.
 
     Attributes:
-        bodies: formulas evaluated for agents, with these agents; ``others`` are the remaining parts.
+        bodies: formulas evaluated for agents, with these agents; ``others`` are the remaining operands.
     """
 
     def __init__(self, node: k.All | k.Any | k.AtLeast, columns: Mapping[k.Node, Columns]) -> None:
@@ -68,7 +68,9 @@ class Parts:
         self.rows = max((each.rows for each in self.plain), default=1)
 
     def bounds(self, begin: int, count: int, cells: int) -> Array:
-        """Bounds at ``count`` steps from ``begin`` on and in the future cells: (4, rows, columns), metres."""
+        """Bounds of the operator at ``count`` steps from ``begin`` on and in the future cells: (4, rows, columns),
+        metres.
+        """
         taken = [
             (body.part(begin, count, cells), np.array(agents) if body.rows > 1 else None, len(agents))
             for body, agents in self.at.items()
@@ -95,7 +97,9 @@ class Parts:
 
 
 class PastWindow:
-    """``once`` and ``since``, and their duals by negation. Without ``hold``, the hold condition is true.
+    """Online evaluation of ``once``, ``since`` and their duals (by negation).
+
+    Without ``hold``, the hold condition is true.
 
     If every window reaches back to step 0, the result of old steps is one number, ``carried``.
     """
@@ -110,7 +114,9 @@ class PastWindow:
         self.carried = np.full((4, own.rows, 1), -np.inf)
 
     def update(self, cells: Cells) -> Array:
-        """Bounds at the steps that are not final, and in the future cells: (4, rows, columns), metres."""
+        """Bounds of the operator at the steps that are not final, and in the future cells: (4, rows, columns),
+        metres.
+        """
         now, own = cells.now, self.own
         begin, known = own.begin, own.known
         if self.carries:
@@ -133,7 +139,10 @@ class PastWindow:
             self.folded = step
 
     def _since(self, step: int, begin: int, end: int) -> Array:
-        """``end`` at some step from ``begin`` to ``end``, ``hold`` after it up to ``step``.
+        """Bounds of the truth that the operand ``self.end`` holds at a step from ``begin`` to ``end``, and ``hold``
+        after it.
+
+        The hold condition must hold up to ``step``.
 
         Shape: (4, rows, 1), metres.
         """
@@ -156,7 +165,7 @@ class PastWindow:
         return np.broadcast_to(found, (4, self.own.rows, 1))
 
     def _to_come(self, cells: Cells) -> Array:
-        """Bounds in the cells, from known and possible values of each window.
+        """Bounds of the operator in the future cells, from known and possible values of each window.
 
         Shape: (4, rows, cells), metres, widening.
         """
@@ -189,7 +198,7 @@ class PastWindow:
         return self._widening(found)
 
     def _part(self, so_far: Array, begin: Indices) -> Array:
-        """Result of the steps from each of these columns on, with the carried value for older ones.
+        """Result over the known steps from each of the given columns on, including the carried value for older steps.
 
         Shape: (4, rows, columns), metres.
         """
@@ -213,13 +222,17 @@ class PastWindow:
         return denied(bounds) if self.node.every else bounds
 
     def _of(self, operand: Columns, begin: int, end: int) -> Array:
-        """Columns of an operand at its known steps: (4, rows, steps), metres."""
+        """Bounds of an operand at its known steps from ``begin`` to before ``end``: (4, rows, steps), metres."""
         begin = max(begin, operand.asked.first)
         return self._signed(operand.steps(begin, max(min(end, operand.known + 1), begin)))
 
 
 def looking_back(root: k.Node, last: int) -> k.Node:
-    """Rewrite such windows evaluated at step 0; the same formula if there are none."""
+    """The formula with windows to the mission's end rewritten as windows on the past; the same formula if it has none.
+
+    Args:
+        last: last step of the mission.
+    """
     wholes: dict[tuple[bool, k.Node], k.Node] = {}
 
     def over(node: k.Node, parts: tuple[k.Node, ...]) -> k.Node:
@@ -231,12 +244,12 @@ def looking_back(root: k.Node, last: int) -> k.Node:
 
 
 def _asked_now(node: k.Node) -> tuple[k.Node, ...]:
-    """Parts that are evaluated at the formula's own step."""
+    """Operands that are evaluated at the operator's own step."""
     return children(node) if isinstance(node, k.All | k.Any | k.AtLeast | k.At) else ()
 
 
 def _put_otherwise(node: k.WindowNode, last: int, wholes: dict[tuple[bool, k.Node], k.Node]) -> k.Node:
-    """Rewrite a window over the whole mission at step 0 without a window to the end below it."""
+    """The window over the complete mission, rewritten if another window to the mission's end is below it."""
     if node.low != 0 or node.high not in (None, last) or not last:
         return node
     body = node.body
@@ -263,7 +276,7 @@ def _put_otherwise(node: k.WindowNode, last: int, wholes: dict[tuple[bool, k.Nod
 
 
 def _whole(node: k.WindowNode, part: k.Node, last: int, wholes: dict[tuple[bool, k.Node], k.Node]) -> k.Node:
-    """The window over one part; a formula for several agents gives one node."""
+    """The rewritten window over one operand; a formula for several agents gives one shared node."""
     if isinstance(part, k.At):
         return k.At(part.agent, _whole(node, part.body, last, wholes), part.span)
     key = (node.every, part)
@@ -274,7 +287,7 @@ def _whole(node: k.WindowNode, part: k.Node, last: int, wholes: dict[tuple[bool,
 
 
 def _is_endless(node: k.Node, every: bool) -> bool:
-    """Return whether it is an operator of the given kind from the present step to the mission's end."""
+    """Return whether a node is an operator of the given kind from the present step to the mission's end."""
     return (
         isinstance(node, k.WindowNode | k.UntilNode)
         and not looks_back(node)
@@ -287,7 +300,7 @@ COASTED_MOST = 3
 
 
 class LiveJudge:
-    """Judge of a mission, step by step.
+    """Online monitor of a mission, which processes the team's states step by step.
 
     A final verdict holds for every continuation within the agents' top speeds. If an agent moves faster, verdicts that
     relied on its speed are withdrawn: bounds then use the observed motion, and a verdict may change again.
@@ -315,7 +328,7 @@ class LiveJudge:
         self.outrun: set[int] = set()
 
     def copy(self) -> LiveJudge:
-        """Return another judge in the same state, which continues independently."""
+        """An independent monitor in the same state."""
         shared: list[object] = [self.mission, self.goals, self.asked, *self.asked, *self.asked.values()]
         shared += [*self.histories, *self.state.levels, *self.state.flags]
         return deepcopy(self, {id(each): each for each in shared})
@@ -328,9 +341,9 @@ class LiveJudge:
         """Process the team's state at the next step, and return the standing of each goal.
 
         Args:
-            position: (agents, dim), metres; ``velocity`` likewise, m/s.
+            position, velocity: (agents, dim), metres and m/s.
             heading: (agents,), rad; default 0, for missions without headings.
-            doubt: (agents,), metres: greatest distance of an agent from this position; 0 if it is known.
+            doubt: (agents,), metres: maximum distance of an agent from this position; 0 if it is known.
 
         Raises:
             ValueError: the mission is over.
@@ -353,9 +366,13 @@ class LiveJudge:
         return tuple(self._standing(number, goal, faster) for number, goal in enumerate(self.goals))
 
     def _outrun(self, position: Array, doubt: Array) -> bool:
-        """Return whether an agent moved faster than its top speed; ``outrun`` collects these agents.
+        """Return whether an agent moved faster than its top speed since the last step.
 
-        ``position`` is (agents, dim) and ``doubt`` (agents,), metres.
+        ``outrun`` collects these agents.
+
+        Args:
+            position: (agents, dim), metres.
+            doubt: uncertainty of the position, (agents,), metres.
         """
         if self.now < 0:
             return False
@@ -377,7 +394,11 @@ class LiveJudge:
         return Standing(goal.name, verdict, of_measure(least), of_measure(most), is_open and coasted < 0, by)
 
     def _decided_by(self, node: k.Node, row: int) -> int:
-        """Latest step at which a formula evaluated at one step is decided."""
+        """Latest step at which a formula, evaluated at a single step, is decided.
+
+        Args:
+            row: the agent for which the formula is evaluated.
+        """
         asked = self.asked[node]
         latest = min(asked.first + asked.ahead, self.last)
         if not asked.once or not isinstance(node, k.All | k.Any | k.At):
@@ -396,7 +417,7 @@ class LiveJudge:
         return min(latest, max(opened, default=self.now))
 
     def _open_rows(self, node: k.Node) -> Flags:
-        """Agents for which a formula is undecided: (agents,), boolean."""
+        """Flags of the agents for which a formula is undecided: (agents,), boolean."""
         first, columns = self.asked[node].first, self.columns[node]
         if not self.asked[node].once or first > self.now:
             return np.ones(self.agents, dtype=np.bool_)
@@ -411,7 +432,7 @@ class LiveJudge:
     # --------------------------------------------------------------- formulas
 
     def _prepare(self, node: k.Node) -> None:
-        """Create the columns of a formula, and the accumulators for its operands."""
+        """Allocate the storage for a formula's bounds, and the accumulators for its operands."""
         below = [self.columns[each] for each in children(node) if each in self.columns]
         rows = max((each.rows for each in below), default=1)
         asked = self.asked[node]
@@ -448,7 +469,7 @@ class LiveJudge:
             history.kept = max(history.kept, asked.ahead)
 
     def _evaluate(self, node: k.Node, atoms: AtomBounds, cells: Cells) -> None:
-        """Compute a formula's bounds at non-final steps and in the future cells from its children."""
+        """Compute a formula's bounds, from its children, at the steps that are not final and in the future cells."""
         own = self.columns[node]
         own.open(self.now, len(cells))
         begin, count = own.begin, max(own.known - own.begin + 1, 0)
@@ -488,7 +509,7 @@ class LiveJudge:
                 raise AssertionError(node)
 
     def _leaf(self, node: k.Node, where: Where, atoms: AtomBounds) -> Array:
-        """Bounds of a leaf, (4, rows, columns), metres; a leaf is final at once."""
+        """Bounds of a formula without operands, (4, rows, columns), metres; its value at a step is final at once."""
         match node:
             case k.Atom(predicate):
                 bounds = atoms.of_predicate(predicate)
@@ -500,7 +521,7 @@ class LiveJudge:
                 raise AssertionError("a kernel in negation normal form negates its leaves alone")
 
     def _deadlines(self) -> tuple[list[int], list[int]]:
-        """Last steps of windows evaluated at one step, and look-aheads of the others."""
+        """Last steps of windows that are evaluated at one step, and look-aheads of the other windows, in steps."""
         deadlines, spans = [], []
         for node, asked in self.asked.items():
             window = window_of(node)
@@ -515,7 +536,7 @@ class LiveJudge:
 
 
 def _read_by_parents(nodes: Iterable[k.Node]) -> set[k.Node]:
-    """Formulas without separate columns: read only by *and*, *or* and *at least* for agents, and negated leaves."""
+    """Formulas without their own storage: read only by *and*, *or* and *at least* for agents, and negated leaves."""
     alone: dict[k.Node, bool] = {}
     for node in nodes:
         for child in children(node):

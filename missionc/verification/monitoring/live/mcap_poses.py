@@ -1,10 +1,10 @@
-"""Poses from a growing recording in MCAP: bytes to lines of samples.
+"""Poses from a growing MCAP recording, converted from bytes to lines of samples.
 
 in   bytes of a recording, in pieces of any size; the topic of each agent's poses
 out  a line of JSON for each pose, as ``SampleReader`` reads it
 
 Poses are Foxglove's ``PoseInFrame`` in JSON, as the export to MCAP writes them, or ``geometry_msgs/msg/PoseStamped`` of
-ROS 2 in CDR. An incomplete record waits for its rest. Times count from the first pose.
+ROS 2 in CDR. An incomplete record waits for its remaining bytes. Times count from the first pose.
 
 Source:
     MCAP specification, version 0; OMG, DDS-XTYPES 1.3, 7.4.1 (plain CDR).
@@ -30,15 +30,15 @@ NANO = 1_000_000_000
 
 
 class BrokenRecordingError(ValueError):
-    """The data is not a valid MCAP recording; the text gives the reason."""
+    """Error: the data is not a valid MCAP recording; the text gives the reason."""
 
 
 class McapPoses:
-    """The part of a recording received so far.
+    """Incremental reader of poses from the part of an MCAP recording received so far.
 
     Args:
         agents: agent name for each topic with poses.
-        dimension: dimension of the mission: number of coordinates to return.
+        dimension: number of coordinates to return, the dimension of the mission.
         limits: limits on the bytes of a record, an unpacked chunk, and all chunks.
     """
 
@@ -47,7 +47,7 @@ class McapPoses:
         self._unpacked_bytes = 0
         self.agents, self.dimension = dict(agents), dimension
         self.over = False
-        """Whether the recording has been closed."""
+        """True once the recording has been closed."""
         self._rest = bytearray()
         self._begun = False
         self._schemas: dict[int, str] = {}
@@ -55,7 +55,7 @@ class McapPoses:
         self._first: int | None = None
 
     def feed(self, data: bytes) -> Iterator[str]:
-        """Process bytes; yield the lines of the poses that are complete now.
+        """Process further bytes; yield a line of JSON for each pose that is now complete.
 
         Raises:
             BrokenRecordingError: the data is not MCAP, or a record cannot be read.
@@ -84,7 +84,7 @@ class McapPoses:
             del self._rest[:at]
 
     def _allow(self, name: str, what: str, size: int) -> None:
-        """Check a size against the limit of this name.
+        """Check a size in bytes against the limit called ``name``.
 
         Raises:
             BrokenRecordingError: the size is above the limit.
@@ -144,17 +144,21 @@ class McapPoses:
 
 
 def _claimed(chunk: bytes) -> int:
-    """Unpacked size, in bytes, that a chunk claims."""
+    """Unpacked size in bytes that a chunk's header states.
+
+    Raises:
+        BrokenRecordingError: the chunk is too short.
+    """
     if len(chunk) < 41:
         raise BrokenRecordingError("a chunk in it is too short")
     return int(struct.unpack_from("<Q", chunk, 25)[0])
 
 
 def _unpacked(chunk: bytes, size: int) -> bytes:
-    """Decompress a chunk to at most ``size + 1`` bytes.
+    """Decompress a chunk.
 
     Raises:
-        BrokenRecordingError: it does not contain ``size`` bytes.
+        BrokenRecordingError: the chunk does not contain exactly ``size`` bytes.
     """
     begin = 41 + int(struct.unpack_from("<I", chunk, 37)[0])
     compression, packed = chunk[41:begin], chunk[begin + 8 :]
@@ -181,7 +185,7 @@ def _foxglove(message: Any) -> tuple[int, list[float], list[float]]:
 
 
 def _ros(data: bytes) -> tuple[int, list[float], list[float]]:
-    """Stamp, frame name, and seven numbers that begin at a multiple of 8 after the first 4 bytes."""
+    """Time in nanoseconds, position and orientation (quaternion) of a ROS 2 pose in CDR."""
     order = "<" if data[1:2] == b"\x01" else ">"
     sec, nanosec, length = struct.unpack_from(f"{order}iII", data, 4)
     begin = 4 + -(-(12 + length) // 8) * 8

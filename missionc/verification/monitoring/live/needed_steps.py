@@ -16,7 +16,7 @@ from missionc.ir.kernel.walk import asked_between, asks, looks_back, postorder
 
 @dataclass(slots=True)
 class StepRange:
-    """Steps of a formula's evaluation.
+    """Steps at which a formula is evaluated, and the lifetime of its values.
 
     Args:
         first, last: range of the steps of evaluation.
@@ -31,12 +31,12 @@ class StepRange:
 
     @property
     def once(self) -> bool:
-        """True if it is evaluated at one step only."""
+        """True if the formula is evaluated at one step only."""
         return self.first == self.last
 
 
 def needed_steps(roots: Iterable[Node], last: int) -> dict[Node, StepRange]:
-    """Ranges of every formula below the roots, which are evaluated at step 0; operands first.
+    """Steps of evaluation for every formula below the roots, operands first; the roots are evaluated at step 0.
 
     Args:
         last: last step of the mission.
@@ -58,12 +58,12 @@ def needed_steps(roots: Iterable[Node], last: int) -> dict[Node, StepRange]:
 
 
 def reaches_start(node: WindowNode | UntilNode, asked: StepRange) -> bool:
-    """Return whether a past window always begins at step 0 and advances from step to step."""
+    """Return whether the window of a past operator always begins at step 0 and advances from step to step."""
     return -node.low >= asked.last and (isinstance(node, WindowNode) or node.high == 0)
 
 
 def _read_back(node: Node, asked: StepRange, below: int) -> int:
-    """Number of past steps of operands that a formula reads, for operands that look ``below`` steps ahead."""
+    """Number of past steps that a formula reads of its operands, which look ``below`` steps ahead."""
     if isinstance(node, WindowNode | UntilNode):
         if not looks_back(node):
             return below + 1

@@ -3,13 +3,14 @@
     in   a line, the Mission
     out  samples, or the reason why there are none; states of the team
 
-Between two samples at most one step apart an agent moves straight. Without such samples, the state is the nearest one
-known, with the distance that the agent can move from there at its top speed: the agent is missing at that step.
+Between two samples at most one step apart an agent moves straight. Without such samples, the state is the nearest known
+state, with the distance that the agent can move from there at its top speed: the agent is missing at that step.
 
-A step is *closed* when every agent has a sample at it or after it, or when some sample is later than it by more than
-the wait. It is *settled* when no sample that comes within the wait can change it: every agent has a sample at the step
-itself, or the stream is past the next sample of the agent by the wait. Until then a state between samples includes the
-doubt of a sample that may still come, so every result from it remains true with that sample.
+A step is *closed* when every agent has a sample at or after the step, or when some sample is later than the step by
+more than the wait. A step is *settled* when no sample that comes within the wait can change its state: every agent has
+a sample at the step itself, or the stream is past the next sample of the agent by the wait. Until then a state between
+samples includes the position uncertainty due to a sample that may still come, so every result from the state remains
+true with that sample.
 """
 
 from __future__ import annotations
@@ -35,14 +36,14 @@ from missionc.ir.kernel.walk import postorder
 from missionc.verification.monitoring.read_trace import ON_TIME
 
 PLAUSIBLE = 10.0
-"""Seconds by which a sample may be ahead before it needs confirmation; also three steps and the wait."""
+"""Lead in seconds, besides three steps and the wait, beyond which a sample needs confirmation by another sample."""
 
 UNSEEN = 1e9
-"""Metres: bound on the distance of an agent before its first sample."""
+"""Bound on the distance of an agent from its assumed position before its first sample, metres."""
 
 
 class Sample(Record):
-    """Data of one agent (by mission index) at one time, seconds of mission time.
+    """Measured state of one agent (by mission index) at one time, seconds of mission time.
 
     ``velocity`` is empty, and ``heading`` (rad) is NaN, if not given.
     """
@@ -55,22 +56,22 @@ class Sample(Record):
 
 
 class Fate(Enum):
-    """Treatment of a sample that is not simply the agent's newest."""
+    """Treatment of a sample that is not simply the agent's newest sample."""
 
     LATE = "late"
-    """Its step was settled: the sample is dropped."""
+    """The sample is dropped because its step is settled."""
     DOUBLED = "doubled"
-    """The agent already has a sample at that time: the sample is dropped."""
+    """The sample is dropped because the agent already has a sample at that time."""
     AHEAD = "ahead"
-    """It is too far ahead of all others: it is set aside until another one confirms it."""
+    """The sample is set aside because it is far ahead of all others, until another sample confirms it."""
     REORDERED = "reordered"
-    """It arrived after a later one of the agent: it is sorted in."""
+    """The sample arrived after a later sample of the agent and is sorted in."""
 
 
 class StepState(Record, eq=False):
-    """The team at one step: arrays as for ``LiveJudge.advance``, and the missing agents (mission indices).
+    """State of the team at one step: arrays as for ``LiveJudge.advance``, and the missing agents (mission indices).
 
-    ``settled``: no sample within the wait can change it.
+    ``settled`` is True if no sample that arrives within the wait can change the state.
     """
 
     step: int
@@ -84,27 +85,27 @@ class StepState(Record, eq=False):
 
 @dataclass(slots=True)
 class _Track:
-    """Samples of one agent that may still matter, in order of time."""
+    """Samples of one agent that may still affect a state, in order of time."""
 
     times: list[float] = field(default_factory=list)
     samples: list[Sample] = field(default_factory=list)
 
     def reaches(self, time: float) -> bool:
-        """Return whether there is a sample at or after a time."""
+        """Return whether the agent has a sample at or after a time."""
         return bool(self.times) and self.times[-1] >= time - ON_TIME
 
     def since(self, time: float) -> float:
-        """Time of the first sample at or after a time; infinite without one."""
+        """Time of the agent's first sample at or after a time; infinite without such a sample."""
         place = bisect_left(self.times, time - ON_TIME)
         return self.times[place] if place < len(self.times) else np.inf
 
     def has(self, time: float) -> bool:
-        """Return whether there is a sample at a time."""
+        """Return whether the agent has a sample at a time."""
         return self.since(time) <= time + ON_TIME
 
 
 class SampleSteps:
-    """Conversion of a stream of samples to steps. It stores the samples within the wait, and one before.
+    """Converter from a stream of samples to team states at steps; it stores the samples within the wait and one before.
 
     Args:
         wait: seconds of the stream's own time; default one step.
@@ -127,11 +128,14 @@ class SampleSteps:
         self.tracks = [_Track() for _ in mission.agents]
         self.top_speed = [agent.dynamics.top_speed for agent in mission.agents]
         self.closed = self.settled = 0
-        """The first step that is not closed, and the first that is not settled."""
+        """``closed``: the first step that is not closed; ``settled``: the first step that is not settled."""
         self.newest = -np.inf
         self.fates: Counter[Fate] = Counter()
         self._reached = self._known = 0
-        """How many agents have a sample at or after the step that closes next; at the step that settles next."""
+        """``_reached``: number of agents with a sample at or after the next step to close.
+
+        ``_known``: the next step to settle.
+        """
         self._settles_at: float | None = None
         self._places: dict[int, Array] = {}
 
@@ -141,9 +145,9 @@ class SampleSteps:
         return self.settled > self.mission.steps
 
     def add(self, sample: Sample) -> Iterator[StepState]:
-        """Yield the steps that a sample closes or settles.
+        """Process a sample; yield the states of the steps that it closes or settles.
 
-        Each is settled once, in order, possibly when closed.
+        Each step is settled once, in order, possibly when it is closed.
         """
         time = sample.time - self.skew.get(sample.agent, 0.0)
         confirmed = self._is_far(time)
@@ -164,7 +168,9 @@ class SampleSteps:
         return time > max(self.newest, 0.0) + self.leap
 
     def _is_confirmed(self, agent: int, time: float) -> bool:
-        """Return whether a sample set aside, of another agent or time, confirms this time."""
+        """Return whether a sample set aside earlier, of another agent or another time, confirms a sample at
+        this time.
+        """
         return any(
             abs(held - time) <= self.leap and (other != agent or abs(held - time) > ON_TIME)
             for other, (held, _) in self.ahead.items()
@@ -193,7 +199,7 @@ class SampleSteps:
         yield from self._ready()
 
     def finish(self) -> Iterator[StepState]:
-        """Yield the steps that the stream has reached at its end: all are settled."""
+        """Process the end of the stream; yield the states of all steps that the samples have reached, as settled."""
         while not self.over and self._time(self.settled) <= self.newest + ON_TIME:
             yield self._settle()
 
@@ -264,10 +270,16 @@ class SampleSteps:
     def _at(
         self, track: _Track, now: float, agent: int, position: Array, velocity: Array, heading: Array
     ) -> tuple[bool, float]:
-        """Write an agent's state; return whether it is missing, and its greatest distance from there, metres.
+        """Write an agent's state at a time into the arrays.
 
-        The distance holds for any later sample; it is 0 if there is a sample at this time. Arrays are (agents, dim) and
-        (agents,).
+        Args:
+            position, velocity: (agents, dim), metres and m/s.
+            heading: (agents,), rad.
+
+        Returns:
+            True if the agent is missing, and the maximum distance in metres of the agent from the written position.
+            The
+            distance holds for any later sample; it is 0 if there is a sample at this time.
         """
         times, samples, top = track.times, track.samples, self.top_speed[agent]
         after = bisect_left(times, now - ON_TIME)
@@ -300,15 +312,15 @@ def _write(sample: Sample, agent: int, position: Array, velocity: Array, heading
 
 
 class UnusableError(ValueError):
-    """A line without usable data; the text gives the reason."""
+    """Error: a line has no usable data; the text gives the reason."""
 
 
 class SampleReader:
     """Reader of lines such as ``{"t": 1.25, "agent": "drone[0]", "position": [1, 2], "velocity": [0, 1], "heading":
     0.5}``.
 
-    Instead of ``agent`` and ``position``, ``agents`` may have the positions of several, by name. A velocity is required
-    for agents whose speed the mission uses, and a heading if it uses headings. A plane mission ignores a third
+    Instead of ``agent`` and ``position``, ``agents`` may have the positions of several agents, by name. A velocity is
+    required for agents whose speed the mission uses, and a heading if it uses headings. A plane mission ignores a third
     coordinate, and sets ``flattened``.
     """
 
@@ -329,7 +341,7 @@ class SampleReader:
                         self.needs_heading |= asked[node]
 
     def read(self, line: str) -> list[Sample]:
-        """Samples of a line.
+        """Samples that a line contains.
 
         Raises:
             UnusableError: the line has no usable data.

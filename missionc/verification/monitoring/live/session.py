@@ -1,7 +1,7 @@
-"""Session of online monitoring: lines of samples to changes of verdicts, and forecasts by the plan.
+"""Session of online monitoring: changes of verdicts from lines of samples, and forecasts by the plan.
 
     in   lines of JSON in sequence; Mission, Kernel, and the trace of the plan
-    out  changes of verdicts, violated constraints, missing and returning agents, unusable lines, each judged
+    out  changes of verdicts, violated constraints, missing and returning agents, unusable lines, each evaluated
          step; at the end the state of every goal
 
 The forecast of an open goal is the robustness of the flight so far followed by the rest of the plan.
@@ -41,14 +41,16 @@ from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 from missionc.verification.monitoring.logic import ROBUSTNESS, Values
 
 SHARE, SECONDS = 0.1, 6e-8
-"""Approximate maximum share of a core's time, and approximate time for one value of a formula."""
+"""Maximum processor time of forecasts as a fraction of a core, and seconds to compute one value of a formula, both
+approximate.
+"""
 
 
 class PlanForecast:
-    """Trace of the flight followed by the rest of the plan, which is judged repeatedly.
+    """Forecast of open goals: robustness of the flight so far followed by the rest of the plan.
 
-    It is as long as the plan, and so are its memory and the work of a forecast. ``every`` is the number of steps
-    between forecasts, chosen to use about a tenth of a core; it is one for missions of usual size.
+    Memory and work of a forecast are proportional to the length of the plan. ``every`` is the number of steps between
+    forecasts, chosen to use about a tenth of a core; it is one for missions of usual size.
     """
 
     def __init__(self, mission: Mission, kernel: k.Kernel, plan: Trace) -> None:
@@ -64,7 +66,7 @@ class PlanForecast:
         _Again(mission, self.trace, self.past).values(self.formulas)
 
     def take(self, state: StepState, opened: Iterable[int]) -> dict[int, float]:
-        """Robustness of the open goals (by index), from the known data at a step.
+        """Record the state at a step, and return the forecast robustness of the open goals, by index.
 
         A missing agent counts as being at its planned position.
         """
@@ -87,7 +89,8 @@ class PlanForecast:
 
 @dataclass(slots=True)
 class _Past:
-    """Cached results of spatial operators: the forecast, the members' values, and the result.
+    """Cached results of spatial operators: the forecast in which each was computed, the members' values, and the
+    result.
 
     ``number`` is the number of the forecast; ``changed`` has, for each step, the first forecast with a different trace.
     """
@@ -98,9 +101,9 @@ class _Past:
 
 
 class _Again(Evaluation):
-    """Evaluation that recomputes spatial operators only at changed steps.
+    """Evaluation of a trace that recomputes spatial operators only at steps that have changed since the last forecast.
 
-    They are pointwise in time and dominate the run time; only one step is new in each forecast.
+    Spatial operators are pointwise in time and dominate the run time; only one step is new in each forecast.
     """
 
     def __init__(self, mission: Mission, trace: Trace, past: _Past) -> None:
@@ -147,11 +150,10 @@ class _Again(Evaluation):
 
 
 class Change(Record):
-    """A goal whose verdict or risk has changed since the last step.
+    """Event: the verdict or the risk of a goal has changed since the last step.
 
-    ``unit`` is the unit of its robustness.
-
-    ``by_plan`` is its robustness if all agents follow the plan from now on; None if it is decided, or without a plan.
+    ``unit`` is the unit of the goal's robustness. ``by_plan`` is the robustness if all agents follow the plan from now
+    on; None if the goal is decided, or without a plan.
     """
 
     step: int
@@ -162,7 +164,7 @@ class Change(Record):
 
 
 class Forecast(Record):
-    """An open goal that becomes, or no longer is, violated if all agents follow the plan from now on."""
+    """Event: an open goal becomes, or no longer is, violated if all agents follow the plan from now on."""
 
     step: int
     name: str
@@ -172,7 +174,7 @@ class Forecast(Record):
 
 
 class Presence(Record):
-    """Agents that are missing from a step on, or have returned."""
+    """Event: agents are missing from a step on, or have returned."""
 
     step: int
     missing: tuple[str, ...]
@@ -180,21 +182,21 @@ class Presence(Record):
 
 
 class Outrun(Record):
-    """Agents that moved faster than their top speed: results that relied on it are withdrawn."""
+    """Event: agents moved faster than their top speed, so results that relied on the top speed are withdrawn."""
 
     step: int
     agents: tuple[str, ...]
 
 
 class Unusable(Record):
-    """A skipped line, by number, with the reason."""
+    """Event: a line, given by its number, is skipped for the stated reason."""
 
     line: int
     reason: str
 
 
 class Judged(Record, eq=False):
-    """A judged step: the positions of the team, and the standing of every goal, requirements first.
+    """Event: a step was evaluated; it has the positions of the team and the standing of every goal, requirements first.
 
     ``by_plan`` has the forecasts of open goals, by goal index.
     """
@@ -205,7 +207,7 @@ class Judged(Record, eq=False):
 
 
 class Implausible(Record):
-    """A sample that was set aside as too far ahead in time, by its line number."""
+    """Event: a sample, given by its line number, was set aside as too far ahead in time."""
 
     line: int
     agent: str
@@ -213,37 +215,37 @@ class Implausible(Record):
 
 
 class Breach(Record):
-    """A constraint that is finally violated from a step on."""
+    """Event: a constraint is finally violated from a step on."""
 
     step: int
     constraint: Constraint
 
 
 class ConstraintWatch(Protocol):
-    """Judge of the constraints that the mission implies besides its requirements."""
+    """Online monitor of the constraints that the mission implies besides its requirements."""
 
     def hear(self, sample: Sample) -> None:
-        """Register a sample."""
+        """Register a sample for later steps."""
 
     def judge_step(self, state: StepState) -> Sequence[Constraint]:
-        """Judge a step; return the constraints that are violated for the first time."""
+        """Evaluate the constraints at a step; return the constraints that are violated for the first time."""
 
     def constraints(self) -> tuple[Constraint, ...]:
         """Return the verdicts on all constraints."""
 
     def not_judged(self) -> tuple[NotJudged, ...]:
-        """Return the constraints that the samples do not show."""
+        """Return the constraints that cannot be evaluated from the samples."""
 
 
 Event = Breach | Implausible | Change | Forecast | Presence | Outrun | Unusable | Judged
 
 
 class Session:
-    """Monitoring of one mission in flight. Memory does not grow with the number of lines.
+    """Online monitoring of one mission in flight; memory does not grow with the number of lines.
 
     Args:
         wait, skew, leap: as for ``SampleSteps``.
-        constraints: judge of constraints besides the requirements, if given.
+        constraints: monitor of constraints besides the requirements, if given.
     """
 
     def __init__(
@@ -259,7 +261,10 @@ class Session:
         self.mission = mission
         self.constraints = constraints
         self.judge = LiveJudge(mission, kernel)
-        """Knows the settled steps alone; ``ahead`` the closed ones as well, while there are such."""
+        """``judge``: monitor of the settled steps only.
+
+        ``ahead``: monitor that includes the closed steps, None if there are none.
+        """
         self.ahead: LiveJudge | None = None
         self.unsettled: list[StepState] = []
         self.latest: StepState | None = None
@@ -278,12 +283,12 @@ class Session:
 
     @property
     def over(self) -> bool:
-        """True if the mission's last step is judged and settled."""
+        """True if the mission's last step is evaluated and settled."""
         return self.steps.over
 
     @property
     def verdict(self) -> LiveVerdict:
-        """Verdict over all requirements and constraints; constraints last as long as the mission."""
+        """Verdict over all requirements and constraints; constraints stay open until the mission ends."""
         judged = {each.verdict for each in self.standings[: self.requirements]}
         if self.constraints is not None:
             kept = all_satisfied(self.constraints.constraints())
@@ -299,16 +304,17 @@ class Session:
         return LiveVerdict.SATISFIED if self.standings and LiveVerdict.OPEN not in judged else LiveVerdict.OPEN
 
     def follow(self, plan: Trace | None) -> None:
-        """Use this plan, which has all of the mission's steps, for forecasts from the next step on.
+        """Use this plan for forecasts from the next step on, or none for None.
 
-        None for no plan.
+        Args:
+            plan: states at all of the mission's steps.
         """
         self.plan = plan
         self.forecast = None if plan is None else PlanForecast(self.mission, self.kernel, plan)
         self.by_plan = {}
 
     def feed(self, line: str) -> Iterator[Event]:
-        """Process a line; an empty one has no effect."""
+        """Process a line, and yield its events; an empty line has no effect."""
         self.lines += 1
         if not line.strip():
             return
@@ -328,7 +334,7 @@ class Session:
                 yield Implausible(self.lines, self.mission.agents[sample.agent].name, sample.time)
 
     def finish(self) -> Iterator[Event]:
-        """Process the end of the stream: judge the steps that it has reached."""
+        """Process the end of the stream, and yield the events of the steps that it has reached."""
         for state in self.steps.finish():
             yield from self._judged(state)
 
@@ -351,7 +357,7 @@ class Session:
         return notes
 
     def _judged(self, state: StepState) -> Iterator[Event]:
-        """Events of a step that was closed now, or was closed before and is settled now."""
+        """Yield the events of a step that is closed now, or was closed before and is settled now."""
         is_new = self.latest is None or state.step > self.latest.step
         moved = is_new or not np.array_equal(self.unsettled[0].position, state.position)
         if is_new:
@@ -386,7 +392,7 @@ class Session:
             yield Judged(self.latest, self.standings, self.by_plan)
 
     def _stand(self, state: StepState) -> set[int]:
-        """Process a step; return the agents that moved faster than their top speeds."""
+        """Evaluate the goals at a step; return the agents that moved faster than their top speeds."""
         if state.settled:
             self.standings, self.ahead = _advanced(self.judge, state), None
             self.unsettled = [each for each in self.unsettled if each.step > state.step]

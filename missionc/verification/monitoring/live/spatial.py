@@ -1,4 +1,7 @@
-"""Spatial operators over bounds: least value of few links, greatest of many, and the reverse if negated."""
+"""Robustness bounds of spatial operators during a flight.
+
+The minimum value of an operator follows from the fewest links and the maximum value from the most; negation swaps them.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from missionc.verification.monitoring.logic import ROBUSTNESS, decided_at_border
 
 
 class GraphHistory:
-    """Links and member positions of a graph at the steps that are still read, and in the future cells."""
+    """Links and member positions of a graph at the past steps that are still read, and links in the future cells."""
 
     def __init__(self, graph: Graph, kept: int) -> None:
         self.graph, self.kept = graph, kept
@@ -29,7 +32,7 @@ class GraphHistory:
         self.cells: list[int] = []
 
     def extend(self, atoms: AtomBounds) -> None:
-        """Add the present step: links (4, 1 + cells, members, members) and places (members, dim), metres."""
+        """Append the present step: links (4, 1 + cells, members, members) and positions (members, dim), metres."""
         members, state = list(self.graph.agents), atoms.state
         found = atoms.links(self.graph)
         self.cells = atoms.picked(self.graph)
@@ -40,13 +43,18 @@ class GraphHistory:
         self.links = [*past, *found.swapaxes(0, 1)]
 
     def columns(self, where: Where) -> Array:
-        """Links: (4, columns, members, members), metres; large graphs have only the first and last cell."""
+        """Robustness bounds of the links at past steps and in future cells: (4, columns, members, members), metres.
+
+        Large graphs have only the first and last cell.
+        """
         stop = len(self.places) - where.ago
         return np.stack(self.links[stop - where.count : stop + (len(self.cells) if where.cells else 0)], axis=1)
 
 
 class Where(Record):
-    """Columns of a formula: ``count`` known steps, the last of them ``ago`` steps back, and ``cells`` future cells."""
+    """Selected columns of a formula: ``count`` known steps, the last of them ``ago`` steps back, and ``cells`` future
+    cells.
+    """
 
     count: int
     ago: int
@@ -58,13 +66,13 @@ class Where(Record):
 
 
 def neighbour(node: NeighbourNode, history: GraphHistory, body: Array, where: Where, agents: int) -> Array:
-    """Bounds for some or every neighbour: (4, agents, columns), metres."""
+    """Robustness bounds of the operators "at some neighbour" and "at every neighbour": (4, agents, columns), metres."""
     outside = np.full((1, 1, 1), -np.inf)
     return _along(history, node.every, (body,), outside, where, agents, graph_routes.nearby)
 
 
 def live_reach(node: ReachNode, history: GraphHistory, through: Array, end: Array, where: Where, agents: int) -> Array:
-    """Likewise for routes of at most ``hops`` links: (4, agents, columns), metres."""
+    """Robustness bounds of reachability over routes of at most ``hops`` links: (4, agents, columns), metres."""
 
     def measure(links: Array, through: Array, end: Array) -> Array:
         return graph_routes.reach(links, through, end, node.hops)
@@ -80,13 +88,13 @@ def lengths_in_metres(
     where: Where,
     agents: int,
 ) -> Array:
-    """Likewise for routes with a bounded length in metres.
+    """Robustness bounds of reachability over routes with a bounded length in metres: (4, agents, columns), metres.
+
+    In future cells, and if a member's position is unknown, the bounds are infinite.
 
     Args:
         below: for a route, the bounds of its operands, (4, rows, columns), metres.
         agents: number of agents of the mission.
-
-    In future cells, and if a member's position is unknown, the bounds are infinite.
     """
     opposite = node.every if isinstance(node, RouteNode) else not holds
     found = np.empty((4, agents, where.columns))
@@ -107,7 +115,11 @@ def _at_one_step(
     opposite: bool,
     agents: int,
 ) -> Array:
-    """Bounds at one known step: (4, agents), metres, from those of the operands, (4, rows)."""
+    """Robustness bounds of an operator on route lengths at one known step: (4, agents), metres.
+
+    Args:
+        below: bounds of the operands, (4, rows), metres.
+    """
     members, known = list(history.graph.agents), len(history.places)
     links = history.links[known + back]
     places = history.places[back]
@@ -143,9 +155,10 @@ def _along(
     agents: int,
     measure: Callable[..., Array],
 ) -> Array:
-    """Apply ``measure`` to the members: (4, agents, columns), metres.
+    """Robustness bounds of a spatial operator, computed by ``measure`` for the members of a graph: (4, agents,
+    columns), metres.
 
-    Other agents have the value ``outside``, by default that of the last operand.
+    Agents outside the graph have the value ``outside``, by default that of the last operand.
     """
     below = tuple(denied(each) if every else each for each in below)
     members, shape = list(history.graph.agents), (4, agents, where.columns)

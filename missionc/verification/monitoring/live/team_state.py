@@ -1,6 +1,7 @@
 """State of the team at the present step and after coasting for one step, with resources and flags.
 
-If a state is unknown, the agent is within a radius of the given place, and derived values are bounded likewise.
+If a state is unknown, the agent is within a known distance of the stated position, and derived values are bounded
+likewise.
 """
 
 from __future__ import annotations
@@ -18,17 +19,18 @@ from missionc.ir.language.margins.view import View
 from missionc.ir.predicates.features import Level
 
 NOW, COASTED = 0, 1
-"""The two columns of a team's state."""
+"""Column indices of the present state and of the state after coasting for one step."""
 
 
 class TeamState:
-    """Positions, velocities, headings and own states of all agents, now and after coasting for a step.
+    """Positions, velocities, headings, resource levels and flags of all agents, now and after coasting for one step.
 
     Attributes:
-        position: (agents, 2, dim), metres; ``velocity`` likewise, m/s; ``heading``: (agents, 2), rad.
-        doubt: (agents,), metres: greatest distance of an agent from there; 0 if it is known.
-        levels: least and greatest level of each resource: (2, agents, 2).
-        flags: margin of each flag likewise, metres.
+        position, velocity: (agents, 2, dim), metres and m/s.
+        heading: (agents, 2), rad.
+        doubt: (agents,), metres: maximum distance of an agent from there; 0 if it is known.
+        levels: minimum and maximum level of each resource: (2, agents, 2).
+        flags: minimum and maximum margin of each flag: (2, agents, 2), metres.
     """
 
     def __init__(self, mission: Mission, predicates: Iterable[Predicate]) -> None:
@@ -52,12 +54,12 @@ class TeamState:
         self.begun = False
 
     def move(self, position: Array, velocity: Array, heading: Array, doubt: Array) -> None:
-        """Advance to the next step.
+        """Advance to the next step, with the measured states of all agents.
 
         Args:
-            position: (agents, dim), metres; ``velocity`` likewise, m/s.
+            position, velocity: (agents, dim), metres and m/s.
             heading: (agents,), rad.
-            doubt: (agents,), metres, 0 if the state is known.
+            doubt: (agents,), metres: maximum distance from the stated position; 0 if the state is known.
         """
         before, doubt_before = self.position[:, NOW].copy(), self.doubt
         self.doubt = doubt
@@ -78,9 +80,12 @@ class TeamState:
         self.begun = True
 
     def _used(self, resource: Resource, left: Array, here: Array, there: Array, doubt: Array) -> Array:
-        """Least and greatest level of a resource one step later: (2, agents), a number.
+        """Minimum and maximum level of a resource one step later: (2, agents), dimensionless.
 
-        Positions are in metres.
+        Args:
+            left: minimum and maximum level before, (2, agents).
+            here, there: positions before and after the step, metres.
+            doubt: uncertainty of the positions, (agents,), metres.
         """
         step = self.mission.step
         change = changes(resource, step, here, there)
@@ -94,7 +99,12 @@ class TeamState:
         return np.asarray(np.where(self._has(resource.agents), found, resource.start))
 
     def _flagged(self, flag: Flag, margin: Array, position: Array) -> Array:
-        """Least and greatest margin of a flag one step later: (2, agents), metres."""
+        """Minimum and maximum margin of a flag one step later: (2, agents), metres.
+
+        Args:
+            margin: margins before the step, (2, agents), metres.
+            position: positions after the step, (agents, dim), metres.
+        """
         spread = np.stack([-self.doubt, self.doubt])
         sets = -signed_distance(np, flag.set_in.shape, position) + spread
         stays = margin
@@ -110,14 +120,14 @@ class TeamState:
 
 
 class TeamView(View):
-    """Measures of the team's state for predicates: (agents, 2), for one agent (2,)."""
+    """View of the team's state for predicates, now and after coasting: (agents, 2), for one agent (2,)."""
 
     def __init__(self, state: TeamState) -> None:
         super().__init__(np, state.mission.dimension)
         self.state = state
 
     def own(self) -> Array:
-        """Positions: (agents, 2, dim), metres."""
+        """Positions of all agents: (agents, 2, dim), metres."""
         return self.state.position
 
     def place(self, agent: int) -> Array:
@@ -126,36 +136,36 @@ class TeamView(View):
         return place
 
     def velocity(self) -> Array:
-        """Velocities: (agents, 2, dim), m/s."""
+        """Velocities of all agents: (agents, 2, dim), m/s."""
         return self.state.velocity
 
     def heading(self) -> Array:
-        """Headings: (agents, 2), rad."""
+        """Headings of all agents: (agents, 2), rad."""
         return self.state.heading
 
     def radius(self) -> Array:
-        """Radii: (agents, 1), metres."""
+        """Body radii of all agents: (agents, 1), metres."""
         return np.array([agent.radius for agent in self.state.mission.agents])[:, None]
 
     def plane(self) -> Array:
-        """Altitudes: (agents, 1), metres."""
+        """Altitudes of all agents: (agents, 1), metres."""
         return np.array([agent.altitude for agent in self.state.mission.agents])[:, None]
 
     def level(self, resource: Resource) -> Array:
-        """Middle of a resource's bounds: (agents, 2), a number."""
+        """Middle of the bounds on each agent's resource level: (agents, 2), dimensionless."""
         return np.asarray(self.state.levels[resource].mean(axis=0))
 
 
 class Reach:
-    """Bounds on the differences from measures at the known places: (agents, columns), in their units.
+    """Bounds on the change of measured quantities from a state until later times, from the agents' top speeds.
 
-    Shape: (agents, columns), in their units.
+    Shape: (agents, columns), in the unit of each quantity.
     """
 
     larger = staticmethod(np.maximum)
 
     def __init__(self, state: TeamState, seconds: Array, column: int) -> None:
-        """Compute the reach of every agent.
+        """Compute the distance that every agent can move until each column.
 
         Args:
             seconds: time from the state to each column, (columns,).
@@ -170,16 +180,20 @@ class Reach:
         self.radius = state.doubt[:, None] + way
 
     def motion(self) -> Array:
-        """Distance that an agent can be off: (agents, columns), metres."""
+        """Upper bound on the distance of each agent from its stated position: (agents, columns), metres."""
         return self.radius
 
     def relative(self, first: int | None, second: int) -> Array:
-        """Sum for two agents: (agents, columns), metres."""
+        """Upper bound on the change of two agents' relative position: (agents, columns), metres.
+
+        Args:
+            first: one agent, or None for every agent.
+        """
         radius: Array = self.radius[slice(None) if first is None else slice(first, first + 1)] + self.radius[second]
         return radius
 
     def acceleration(self) -> Array:
-        """Possible change of the speed: (agents, columns), m/s."""
+        """Upper bound on the change of each agent's speed: (agents, columns), m/s."""
         agents = self.state.mission.agents
         top = np.array([each.dynamics.top_acceleration if each.dynamics.has_momentum else np.inf for each in agents])
         later = self.seconds > 0
@@ -187,7 +201,7 @@ class Reach:
         return np.asarray(np.where(self.state.doubt[:, None] > 0, np.inf, change))
 
     def use(self, resource: Resource) -> Array:
-        """Possible change of a resource: (agents, columns), a number."""
+        """Upper bound on the change of each agent's resource level: (agents, columns), dimensionless."""
         least, most = self.state.levels[resource][:, :, self.column]
         refill = sum(each.per_second for each in resource.refills)
         rate = np.maximum(resource.per_second + resource.per_metre * self.top_speed, refill)
@@ -195,9 +209,13 @@ class Reach:
         return np.asarray((most - least)[:, None] / 2 + change)
 
     def along(self, direction: tuple[float, ...]) -> Array:
-        """Possible change of a weighted sum of coordinates: (agents, columns), metres."""
+        """Upper bound on the change of a weighted sum of coordinates: (agents, columns), metres.
+
+        Args:
+            direction: weight of each coordinate.
+        """
         return float(np.hypot.reduce(direction)) * self.radius
 
 
 SLACK, ROUNDING = 1e-9, 1e-9
-"""Share and metres by which a motion may exceed its top speed, for rounding only."""
+"""Relative and absolute (metres) allowance for the rounding of a motion at top speed."""

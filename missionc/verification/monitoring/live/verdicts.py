@@ -8,7 +8,7 @@ from missionc.base.late_dataclass import Record
 
 
 class LiveVerdict(Enum):
-    """Present verdict on a goal; the first two are final."""
+    """Present verdict on a goal; ``SATISFIED`` and ``VIOLATED`` are final."""
 
     SATISFIED = "satisfied"
     VIOLATED = "violated"
@@ -16,7 +16,7 @@ class LiveVerdict(Enum):
 
 
 class Standing(Record):
-    """Standing of one goal after a step.
+    """Verdict on one goal after a step, with bounds on its robustness.
 
     Args:
         verdict: ``SATISFIED`` or ``VIOLATED`` if this holds for every continuation within top speeds.

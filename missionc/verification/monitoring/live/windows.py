@@ -1,8 +1,8 @@
-"""Temporal operators that look ahead, online: final values are folded once, and bounds cover the rest.
+"""Online evaluation of temporal operators that look ahead: final values are folded once, and bounds cover the rest.
 
-An operator that is evaluated at a step waits until its window has passed. Each waiting step has an accumulator. A final
-value of the operand goes into those of all steps whose window holds it, and is then no longer needed. Least and
-greatest values over ranges of columns give the bounds.
+The value of an operator at a step is pending until its window has passed. Each pending step has an accumulator. A final
+value of the operand goes into the accumulators of all steps whose window contains it, and is then no longer needed.
+Minimum and maximum values over ranges of columns give the bounds.
 """
 
 from __future__ import annotations
@@ -16,16 +16,15 @@ from missionc.verification.monitoring.live.bounds import LEASTS, MOSTS, denied
 from missionc.verification.monitoring.live.columns import Columns
 
 FEW = 4
-"""Maximum number of ranges that are reduced one by one."""
+"""Maximum number of column ranges that are reduced one by one."""
 
 
 def over_ranges(choose: np.ufunc, values: Array, begin: Indices, end: Indices) -> Array:
-    """``choose`` over the columns ``begin`` … ``end`` of each range.
+    """Minimum or maximum (``choose``) over the columns ``begin`` … ``end`` of each range.
 
     Shape: (…, columns) -> (…, ranges), any unit.
 
-    An empty range gives the neutral element: ``inf`` for ``minimum``, ``-inf`` for ``maximum``. The result has the
-    shape (ranges,) per row.
+    An empty range gives the neutral element: ``inf`` for ``minimum``, ``-inf`` for ``maximum``.
     """
     neutral = np.inf if choose is np.minimum else -np.inf
     result = np.full((*values.shape[:-1], len(begin)), neutral)
@@ -49,7 +48,9 @@ def over_ranges(choose: np.ufunc, values: Array, begin: Indices, end: Indices) -
 
 
 class _Ahead:
-    """Pending steps with accumulators, (2, rows, steps), for final values of operands in order."""
+    """Operator that looks ahead: its pending steps, with accumulators (2, rows, steps) for final values of the
+    operands.
+    """
 
     def __init__(self, node: WindowNode | UntilNode, own: Columns, last: int, neutral: tuple[float, ...]) -> None:
         self.node, self.own, self.last = node, own, last
@@ -59,14 +60,14 @@ class _Ahead:
         self.folded = -1
 
     def window(self, steps: Indices) -> tuple[Indices, Indices]:
-        """First and last step of these steps' windows, which end with the mission."""
+        """First and last step of the window at each of the given steps; windows end with the mission."""
         high = (
             np.full_like(steps, self.last) if self.node.high is None else np.minimum(steps + self.node.high, self.last)
         )
         return steps + self.node.low, high
 
     def open(self, begin: int, known: int) -> None:
-        """Drop the accumulators of steps before ``begin``, and create those up to ``known``."""
+        """Drop the accumulators of steps before ``begin``, and create those up to the step ``known``."""
         drop = min(max(begin - self.origin, 0), self.waiting[0].shape[2])
         missing = known + 1 - begin - (self.waiting[0].shape[2] - drop)
         self.origin = max(begin, self.origin)
@@ -77,13 +78,13 @@ class _Ahead:
                 self.waiting[number] = np.concatenate([kept, fresh], axis=2)
 
     def those_that_hold(self, step: int) -> slice:
-        """Accumulators of the pending steps whose window contains a step."""
+        """Slice of the accumulators of the pending steps whose window contains a step."""
         first = 0 if self.node.high is None else step - self.node.high - self.origin
         return slice(max(first, 0), max(step - self.node.low + 1 - self.origin, 0))
 
 
 class Window(_Ahead):
-    """``Always`` and ``Eventually``."""
+    """Online evaluation of ``Always`` and ``Eventually``."""
 
     def __init__(self, node: WindowNode, own: Columns, body: Columns, last: int) -> None:
         super().__init__(node, own, last, (np.inf if node.every else -np.inf,))
@@ -91,7 +92,7 @@ class Window(_Ahead):
         self.choose = np.minimum if node.every else np.maximum
 
     def update(self, cells: Cells) -> Array:
-        """Bounds at the pending steps, and in the future cells: (4, rows, columns), metres."""
+        """Bounds of the operator at the pending steps and in the future cells: (4, rows, columns), metres."""
         now, own, body = cells.now, self.own, self.body
         begin, known = own.begin, own.known
         self.open(begin, known)
@@ -125,14 +126,14 @@ class Window(_Ahead):
 
 
 class UntilWindow(_Ahead):
-    """``Until``, and ``Release`` by negation."""
+    """Online evaluation of ``Until``, and of ``Release`` by negation."""
 
     def __init__(self, node: UntilNode, own: Columns, hold: Columns, end: Columns, last: int) -> None:
         super().__init__(node, own, last, (np.inf, -np.inf))
         self.hold, self.end = hold, end
 
     def update(self, cells: Cells) -> Array:
-        """Bounds at the pending steps, and in the future cells: (4, rows, columns), metres."""
+        """Bounds of the operator at the pending steps and in the future cells: (4, rows, columns), metres."""
         now, own, hold, end = cells.now, self.own, self.hold, self.end
         begin, known = own.begin, own.known
         self.open(begin, known)
@@ -184,7 +185,7 @@ class UntilWindow(_Ahead):
         return self._signed(operand.at(steps, cells))
 
     def _held(self, begin: Indices, end: Indices, cells: Cells) -> Array:
-        """Least value of ``hold`` at all steps from ``begin`` to ``end``: (4, rows, steps), metres."""
+        """Bounds of "``hold`` at all steps from ``begin`` to ``end``": (4, rows, steps), metres."""
         found = self._over(np.minimum, self.hold, begin, end)
         if len(cells):
             ahead = (end > cells.now) & (end >= begin)
@@ -192,7 +193,7 @@ class UntilWindow(_Ahead):
         return found
 
     def _greatest(self, begin: Indices, end: Indices, cells: Cells) -> Array:
-        """Greatest value of ``end`` at some step from ``begin`` to ``end``: (4, rows, steps), metres."""
+        """Bounds of "the operand ``end`` holds at some step from ``begin`` to ``end``": (4, rows, steps), metres."""
         found = self._over(np.maximum, self.end, begin, end)
         if len(cells):
             ahead = (end > cells.now) & (end >= begin)
@@ -200,7 +201,9 @@ class UntilWindow(_Ahead):
         return found
 
     def _over(self, choose: np.ufunc, operand: Columns, begin: Indices, end: Indices) -> Array:
-        """``choose`` over the known steps that are not folded in: (4, rows, steps), metres."""
+        """Minimum or maximum (``choose``) of an operand over the known steps that are not yet folded: (4, rows, steps),
+        metres.
+        """
         settled = max(self.folded + 1, operand.asked.first)
         pending = self._signed(operand.steps(settled, operand.known + 1))
         return over_ranges(choose, pending, begin - settled, np.minimum(end, operand.known) - settled)
