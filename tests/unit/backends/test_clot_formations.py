@@ -155,6 +155,28 @@ require there: eventually[0, 30 s] always[0, 3 s] ring
     assert room.min() >= 0.4
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_ring_at_a_given_place_is_turned_and_mirrored_so_that_paths_are_short(turn: int) -> None:
+    angles = turn * (np.arange(7) * 2 * np.pi / 7 + 0.9)
+    far = np.array([9, 12, 10, 13, 9, 11, 12])
+    starts = np.array([30, 15]) + far[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    listed = ", ".join(f"({x:.3f}, {y:.3f})" for x, y in starts)
+    _, _, frames, _ = framed(
+        HEAD
+        + f"""
+obstacle tank = disc at (30, 15) radius 2 m
+beacon core = (30, 15)
+team cart[7] {{ radius 0.3 m  dynamics single_integrator(speed <= 2 m/s)  start at {listed} }}
+separation 0.3 m
+formation ring = circle of cart radius 5 m tolerance 0.2 m
+require watch: eventually[0, 30 s] always[0, 4 s] (ring and every cart: distance(core) <= 5.3 m)
+"""
+    )
+    assert all(frame.shortfall <= 0 for frame in frames)
+    travelled = float(np.linalg.norm(frames[1].position - frames[0].position, axis=1).sum())
+    assert travelled <= (far - 5).sum() + 7 * 0.6
+
+
 def test_who_is_asked_for_nothing_stays_while_others_are_carried_to_their_place() -> None:
     _, _, frames, _ = framed(
         HEAD

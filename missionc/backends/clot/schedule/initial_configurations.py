@@ -3,7 +3,10 @@ in file."""
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Callable, Iterator, Mapping
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
@@ -188,8 +191,8 @@ class FirstGuesses:
         return nearest
 
     def _formed(self, step: int, before: Array, formed: Array, places: dict[Region, list[int]]) -> Array:
-        """Positions with each team in formation, in its regions, with clearance and a short longest path: (agents,
-        dim), metres."""
+        """Positions with each team in formation, in its regions, with clearance and short paths: (agents, dim),
+        metres."""
         turns = (0.0, 90.0, 45.0, 135.0)  # degrees
         guess = before.copy()
         ties, _ = self._ties(step)
@@ -216,7 +219,12 @@ class FirstGuesses:
         others: Array,
         places: dict[Region, list[int]],
     ) -> Array:
-        """Best placement of a formation ``figure``, (members, dim) relative to its centre: (members, dim), metres."""
+        """Placement of a formation ``figure``, (members, dim) relative to its centre, with clearance and short paths:
+        (members, dim), metres.
+
+        Args:
+            angles: rotations that are tried, degrees; a single one keeps the orientation.
+        """
         settings = clot_settings(self.mission).guess
         lacking_cost = 1e3  # cost of a metre of missing clearance, in metres travelled
         cells = self.geodesics.points.reshape(-1, before.shape[1])
@@ -238,17 +246,19 @@ class FirstGuesses:
             if len(others):
                 apart = np.linalg.norm(points[:, :, None] - others, axis=-1).min(axis=(1, 2))
                 lacking = lacking + np.maximum(spacing - apart, 0.0)
-            far = np.linalg.norm(points - before[team], axis=-1).max(axis=-1)
-            total: Array = lacking_cost * lacking + far
+            far = np.linalg.norm(points - before[team], axis=-1)
+            total: Array = lacking_cost * lacking + far.max(axis=-1) + far.mean(axis=-1)
             return total
 
         best: tuple[float, Array] | None = None
-        for angle in angles:
-            around = turned_by(figure, angle)
-            points = middles[:, None] + around
-            chosen = int(cost(points).argmin())
+        for around in _rotations(figure, before[team], angles):
+            chosen = middles[int(cost(middles[:, None] + around).argmin())]
+            pitch = self.geodesics.cell * max(1.0, len(cells) / settings.middles) ** (1 / len(middle))
+            for finer in (pitch / 2, pitch / 6, pitch / 18):
+                near = chosen + finer * np.array(list(product((-1, 0, 1), repeat=len(middle))))
+                chosen = near[int(cost(near[:, None] + around).argmin())]
             # From there, back to the point with the shortest paths of its agents, as far as there is room.
-            back = middles[chosen] + np.linspace(0.0, 1.0, 21)[:, None] * (middle - middles[chosen])
+            back = chosen + np.linspace(0.0, 1.0, 21)[:, None] * (middle - chosen)
             closer = back[:, None] + around
             costs = cost(closer)
             at = int(costs.argmin())
@@ -384,3 +394,24 @@ class FirstGuesses:
         pinned = np.zeros(len(self.mission.agents), dtype=np.bool_)
         pinned[list(self._exact(step))] = True
         return pinned
+
+
+def _rotations(figure: Array, before: Array, angles: tuple[float, ...]) -> Iterator[Array]:
+    """Rotations of a figure, (members, dim) around its middle, and of its mirror image, metres.
+
+    The first of each has the least squared paths from the places before, up to a common one (Schönemann, 1966).
+
+    Args:
+        angles: further ones, degrees; a single one keeps the orientation.
+    """
+    if len(angles) == 1:
+        yield turned_by(figure, angles[0])
+        return
+    mirrored = figure.copy()
+    mirrored[:, 1] = -mirrored[:, 1]
+    around = before - before.mean(axis=0)
+    for each in (figure, mirrored):
+        turns = complex(np.sum((around[:, 0] + 1j * around[:, 1]) * (each[:, 0] - 1j * each[:, 1])))
+        nearest = turned_by(each, math.degrees(cmath.phase(turns)))
+        yield nearest
+        yield from (turned_by(nearest, angle) for angle in angles if angle)
