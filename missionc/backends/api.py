@@ -70,6 +70,7 @@ ACTIVITIES = {
     "prefer": "adding a preference",
     "improve": "improving the plan",
     "straighten": "straightening paths",
+    "margins": "widening margins",
     "verify": "verifying the plan",
     "emit": "fitting trajectories",
     "explain": "searching for suggested fixes",
@@ -391,8 +392,8 @@ again. The smallest pieces of work are not divided, so a turn may be longer.
 """
 
 
-Straighten: TypeAlias = Callable[[Mission, Kernel, Planned, Budget], Planned]
-"""Function from a plan to the same plan or one with straighter paths; the result must still be verified."""
+Improvement: TypeAlias = Callable[[Mission, Kernel, Planned, Budget], Planned]
+"""Function from a plan to the same plan or a better one; the result must still be verified."""
 
 
 class Backend(Protocol):

@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import cast
 
-from missionc.backends.api import Backend, BackendExtension, Report, Straighten
+from missionc.backends.api import Backend, BackendExtension, Improvement, Report
 from missionc.backends.features import BackendSpec
 from missionc.backends.foreign_backend import ForeignBackend
 from missionc.backends.options import DESCRIBED, DEVICES, Options
@@ -80,12 +80,18 @@ def plans_on_roadmaps(engine: str) -> bool:
     return engine == SMT.name
 
 
-def load_straighten(engine: str) -> Straighten | None:
+def load_straighten(engine: str) -> Improvement | None:
     """Function that straightens an engine's roadmap plans; None for other engines."""
     if not plans_on_roadmaps(engine):
         return None
-    straighten: Straighten = import_module("missionc.backends.clot.straighten").straighten
+    straighten: Improvement = import_module("missionc.backends.clot.straighten").straighten
     return straighten
+
+
+def load_widen() -> Improvement:
+    """Function that widens the margins of a plan."""
+    widen: Improvement = import_module("missionc.backends.clot.widen").widen
+    return widen
 
 
 def load_roadmaps() -> Backend:

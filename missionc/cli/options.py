@@ -213,11 +213,7 @@ def _path(value: str) -> Path:
 
 
 def vehicle_name(value: str) -> str:
-    """Parse the name of a vehicle profile.
-
-    Raises:
-        click.UsageError: there is no such profile.
-    """
+    """Parse the name of a vehicle profile; an unknown one is a ``click.UsageError``."""
     return _known(value, profiles(), "vehicle", "`missionc vehicles` lists all vehicles")
 
 
@@ -347,11 +343,7 @@ def memory(value: str) -> int:
 
 
 def staged(value: str) -> tuple[str, ...]:
-    """Parse comma-separated names of stages.
-
-    Raises:
-        click.UsageError: a stage is unknown.
-    """
+    """Parse comma-separated names of stages; an unknown one is a ``click.UsageError``."""
     words = tuple(word.strip() for word in value.split(","))
     for word in words:
         if word not in stage_names.ALL:
@@ -471,10 +463,7 @@ def seed(most: int = 2**32 - 1) -> Callable[[Command], Command]:
 
 
 def exported(says: str) -> Callable[[Command], Command]:
-    """Decorator that adds the repeatable flag ``--export``.
-
-    Each value is a tuple of names. ``says`` is the help text.
-    """
+    """Decorator that adds the repeatable flag ``--export`` (tuples of names); ``says`` is the help text."""
     return click.option(
         "--export",
         "exported",

@@ -92,7 +92,7 @@ def certify_plan(
     assert choice is not None
     trace, report = planned.trace, planned.report
     planner = report.engine or choice.backend
-    if options.stretch != 1:
+    if options.stretch != checked.stretch:
         slower = _slower(checked, options, budget)
         if slower.mission is None or slower.kernel is None or not slower.ok:
             return Certified(

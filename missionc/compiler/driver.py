@@ -266,14 +266,18 @@ def plan(checked: Checked, request: PlanRequest) -> Compiled:
         if not isinstance(first.outcome, Verified):
             return first
         from missionc.compiler.redraw import with_attempts  # draws plans, only if there is one
+        from missionc.compiler.wider_margins import plan_with_wider_margins
 
+        found, widen = first.outcome, partial(plan_with_wider_margins, first, replace(request, secure=keep))
+        first = improved("widening the margins", first, widen)
+        assert isinstance(first.outcome, Verified)
         first = replace(first, outcome=with_attempts(first.checked, first.outcome, request.log))
         if request.alternatives == 1:
             return first
         keep(first)
         from missionc.compiler.alternatives.search_alternatives import with_alternatives  # only if requested
 
-        more = partial(with_alternatives, first, request)
+        more = partial(with_alternatives, first, found, request)
         return improved("planning alternatives", first, more)
 
 

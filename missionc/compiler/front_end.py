@@ -76,9 +76,9 @@ class Checked(Record, eq=False):
     past: Past | None = None
     """Past of a mission in flight; ``mission`` and ``kernel`` are then the remaining mission."""
     rest: Remaining | None = None
-    """Rest of a mission in flight, with the requirements that are already violated."""
+    """Remaining mission in flight, with the requirements that are already violated."""
     stops: tuple[tuple[str, str], ...] = ()
-    """Text of each agent's polynomials until the rest begins, by agent name."""
+    """Text of each agent's polynomials until the remaining mission begins, by agent name."""
 
     @property
     def ok(self) -> bool:

@@ -83,7 +83,7 @@ def monitor(
 
     Args:
         continuous: True to evaluate requirements and constraints in continuous time too, along the trajectories between
-                samples.
+            samples.
         tolerance: error of recorded positions, metres, for constraints.
     """
     limits = limits or Limits()

@@ -29,8 +29,8 @@ class PlanRequest(Record, eq=False):
         continuous_time: whether continuous-time satisfaction is wanted or required.
         explain_limit: seconds for ``Compiled.explained``; 0 for none.
         alternatives: number of different plans; there may be fewer.
-        secure: receives each verified plan as soon as it exists, each better than the previous one. The last one is
-                the answer, for any result of later stages.
+        secure: receives each verified plan as soon as it exists, each better than the previous one. The last one is the
+            answer, for any result of later stages.
         kernel: stronger kernel to use instead of the mission's own.
         backend: backend to use instead of the chosen engines.
         speed_fraction: fraction of the vehicles' top speeds; below 1, an upper limit for plans.

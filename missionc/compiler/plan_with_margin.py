@@ -27,7 +27,7 @@ from missionc.ir.kernel.walk import reads_headings
 from missionc.ir.language.operator import TooLarge
 from missionc.ir.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 from missionc.ir.lower.hold_throughout import hold_throughout
-from missionc.ir.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
+from missionc.ir.lower.tighten import margin_limits, tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 from missionc.ir.lower.unroll_past import looking_ahead
 
 
@@ -50,9 +50,10 @@ def plan_with_margin(
         log: records each attempt.
     """
     log = log or StageLog()
-    return _tolerant(backend, mission, kernel, options, budget, speed_fraction, log) or _plan_with_margin(
+    outcome = _tolerant(backend, mission, kernel, options, budget, speed_fraction, log) or _plan_with_margin(
         backend, mission, kernel, options, budget, log, covers=covers, speed_fraction=speed_fraction
     )
+    return _limited(outcome, kernel, options.margin) if isinstance(outcome, api.Planned) and options.margin else outcome
 
 
 def _tolerant(
@@ -257,6 +258,14 @@ def _after(planned: api.Planned, late: bool) -> api.Planned:
     if not late or planned.report.cut_short:
         return planned
     return replace(planned, report=replace(planned.report, cut_short=api.CutShort.TIME))
+
+
+def _limited(planned: api.Planned, kernel: Kernel, margin: float) -> api.Planned:
+    """The plan with a note on the regions, ranges and tolerances that are too small for its margin."""
+    asked = planned.report.kept * margin
+    small = [f"{kept * 100:g} cm for `{name}`" for name, kept in margin_limits(kernel, Metres(asked)).items()]
+    note = f"robustness margin {', '.join(small)}, not {asked * 100:g} cm: sizes and ranges shrink by at most half"
+    return planned.noting(note) if small else planned
 
 
 def _noted(planned: api.Planned, margin: Metres, part: float) -> api.Planned:

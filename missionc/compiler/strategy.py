@@ -9,6 +9,7 @@ out  attempts of each stage, carried out by the stages; and the complete strateg
     options          plans for the other options, if the engine chose by an estimate
     time scaling     a plan that no vehicle can fly: the search again, at fractions of the speed
     continuous time  a plan that fails between its steps: repairs of it, then other plans
+    margins          a plan with a narrow margin: polished towards wider ones, and verified again
     alternatives     further plans that differ
     explain          no plan: changes of the mission that have one
 
@@ -22,7 +23,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from enum import Enum
 
+from missionc.backends.choose_backend import needs
+from missionc.backends.clot.settings import clot_settings
 from missionc.backends.clot.spec import CLOT
+from missionc.backends.features import Feature
 from missionc.backends.load import plans_on_roadmaps
 from missionc.backends.portfolio.backend import FIRST, LONGER
 from missionc.backends.registry import BACKENDS, is_published
@@ -53,8 +57,7 @@ class SearchStage(Record):
         urgent_time: fraction for each attempt if an agent in flight waits for the plan.
         delays: fractions of the time reserve for delays: an agent that is late seldom needs all of it.
         explanation: fraction of the time that is reserved at most for explaining a result, in a search without an end
-            of
-            its own.
+            of its own.
     """
 
     margins: tuple[float, ...] = (1.0, 0.5, 0.0)
@@ -211,6 +214,20 @@ class ComparisonStage(RestrictedStage):
     bounded: int = 16
 
 
+class MarginsStage(RestrictedStage):
+    """Wider margins of the verified plan; the work is that of all tries together.
+
+    Args:
+        tries: maximum number of tries; each strengthens the requirements that the one before violates between samples.
+        share: largest share of the work for one try.
+    """
+
+    least_work: float = 4.0
+    times: float = 0.5
+    tries: int = 2
+    share: float = 0.6
+
+
 class AlternativesStage(RestrictedStage):
     """Settings of the search for alternative plans; the work is that of each attempt.
 
@@ -227,7 +244,7 @@ class AlternativesStage(RestrictedStage):
     seeds: int = 2
 
 
-COMPARISON, ALTERNATIVES = ComparisonStage(), AlternativesStage()
+COMPARISON, MARGINS, ALTERNATIVES = ComparisonStage(), MarginsStage(), AlternativesStage()
 SEARCH, COVERS, BOUND = SearchStage(), CoverStage(), BoundStage()
 TIME_SCALING, CONTINUOUS_TIME = TimeScalingStage(), ContinuousTimeStage()
 
@@ -331,6 +348,24 @@ def attempts(engine: str, delays: bool, repairable: bool) -> tuple[Attempt, ...]
     return (*CONTINUOUS_TIME.repairs, *anew) if repairable else anew
 
 
+def widens(checked: Checked, request: PlanRequest) -> bool:
+    """Return whether the margins of a verified plan are widened.
+
+    They are not if the plan has to follow the mission's own roadmap or to be the solver's, a published method or an
+    extension made it, or the objective is the margin.
+    """
+    mission, choice = checked.valid_mission, checked.choice
+    built_in = {name for name, _ in BACKENDS.items_built_in()}
+    return (
+        choice is not None
+        and built_in.issuperset(choice.engines)
+        and all(need.feature in CLOT.features | {Feature.HOPS} for need in needs(mission))
+        and mission.objective is not Objective.ROBUSTNESS
+        and not request.options.require_solver
+        and not is_published(choice.engines, request.options)
+    )
+
+
 class Stage(Record):
     """One stage of the printed strategy: its name, its condition, its attempts in order, and the actions after
     outcomes.
@@ -409,6 +444,14 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
             f"if a requirement is violated between samples; {limit}",
             tuple(map(str, attempts(choice.engines[0], delays=False, repairable=True))),
             (("plan in continuous time", NEXT), ("none", last)),
+        )
+    if widens(checked, request):
+        limits = clot_settings(mission).shortening
+        yield Stage(
+            "margins",
+            f"if a normalised margin is well below {limits.margin:g}; {_work(MARGINS)}",
+            (f"polishes for wider margins, at most {limits.longer_margin:.0%} longer",),
+            (("wider plan that passes verification", NEXT), ("none", f"{NEXT}, with the plan before")),
         )
     if request.alternatives > 1:
         best = (("always", "result: best plan and other plans"),)

@@ -77,5 +77,8 @@ AIMS = {
 STRAIGHT = Aim(length=1.0, bend=1.0, steps=60, gain=2e-3, cuts=2)
 """Objective for plans from a roadmap, which are far from straight."""
 
+WIDE = Aim(length=0.01, bend=0.3, metres=1.0, steps=10, gain=4e-3, cuts=2)
+"""Objective for a plan after a polish for wider margins, which makes it longer."""
+
 TIDY = Aim(length=0.2, bend=1.0, steps=2, gain=1e-2)
 """Objective of missions without ``minimize``: the first steps remove most detours."""

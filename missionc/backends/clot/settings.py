@@ -95,7 +95,7 @@ class ShorteningSettings(Record):
     margin: float = setting(0.15, "normalised margin above which a plan is not lengthened for more margin", 0, 1)
     longer_margin: float = setting(0.1, "largest relative increase of the length of a plan with a wider margin", 0, 10)
     wide: float = setting(0.18, "target of a polish for wider margins, relative to the margin's natural scale", 0, 1)
-    wide_tries: int = setting(3, "number of polishes for wider margins; each halves the target of the previous", 1, 20)
+    wide_tries: int = setting(4, "number of polishes for wider margins; they bisect the share of these margins", 1, 20)
     restores: int = setting(3, "number of rounds that restore agents with violations", 1, 1000)
     top: float = setting(0.97, "largest fraction of the top speed and acceleration that a plan uses", 0.01, 1)
     retiming: int = setting(40_000_000, "largest product of nodes, steps and agents for a search of other speeds", 0)

@@ -24,11 +24,10 @@ from missionc.backends.clot.cost_weights import METRES, STRAIGHT, spare, with_ro
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
-from missionc.backends.clot.optimise.improve import Margins, as_many, duration, travelled, widened
+from missionc.backends.clot.optimise.improve import as_many, duration, rested, travelled
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
-from missionc.backends.clot.optimise.retiming import retime
 from missionc.backends.clot.settings import Spare, clot_settings
 from missionc.backends.run_account import Account
 from missionc.base.signals import stop_requested
@@ -79,20 +78,12 @@ class _Straightened:
             made = replace(made, rest=duration(plan))
         self.made, self.plan, self.best = made, plan, plan
         self.aim = METRES if mission.objective is Objective.DISTANCE else STRAIGHT
-        start = made.at_rest(made.joined(plan.position, plan.velocity))
-        self.control = start
-        graph = build(kernel)
-        kept = {each.name for each in monitor(mission, kernel, plan).preferences if each.satisfied}
-        roots = [each.formula for each in graph.requirements]
-        roots += [each.formula for each in graph.preferences if each.name in kept]
-        demand = Demand.of(mission, tuple(roots), {}, mission.steps)
-        choices = demand.witness(*made.states(start))
-        self.demand = with_stays(Demand.of(mission, tuple(roots), choices, mission.steps), *made.states(start))
+        self.control = start = made.at_rest(made.joined(plan.position, plan.velocity))
+        self.demand = witnessed(mission, kernel, plan, *made.states(start))
         least = spare(mission)
         if not self.consider(self.descended(start, least)):
             self.consider_wider(least)
         self.consider_wider(with_room(mission, 0.0))
-        self.widen(least)
         self.stand(least)
 
     def steps(self, most: int) -> int:
@@ -115,32 +106,15 @@ class _Straightened:
         if (wider != self.control).any():
             self.consider(self.descended(wider, room))
 
-    def widen(self, room: Spare) -> None:
-        """Replace the plan by a plan with wider margins and little more length."""
-        iterations, steps = clot_settings(self.mission).shortening.straighten_polish, self.aim.steps
-        limits, costs = (self.steps(iterations), self.steps(steps)), self.costs(room)
-        self.control, self.best, _ = widened(
-            self.control, self.best, self.kernel, costs, self.demand, self.aim, *limits, self.accepted, self.go_on
-        )
-
     def accepted(self, tried: Array) -> Trace | None:
-        """Trace of control points, (agents, points, dim), metres, if it is a plan; None otherwise."""
+        """Trace of control points, (agents, points, dim), metres, if it is an equally good plan; None otherwise."""
         motion = trace(self.mission, self.made, tried)
-        return motion if attempt(self.mission, self.kernel, motion).is_plan else None
+        return motion if attempt(self.mission, self.kernel, motion).is_plan and self.no_worse(motion) else None
 
     def stand(self, room: Spare) -> None:
         """Keep agents at rest that need not move, if the plan stays as good."""
-        costs, gain = self.costs(room), -clot_settings(self.mission).shortening.wider
-        before = Margins.of(self.kernel, costs, self.control, self.best)
-
-        def accept(tried: Array) -> Trace | None:
-            motion = self.accepted(tried)
-            if motion is None or not self.no_worse(motion):
-                return None
-            return motion if Margins.of(self.kernel, costs, tried, motion).wider(before, gain) else None
-
-        control, best = self.control, self.best
-        self.control, self.best = retime(control, best, self.demand, costs, accept, self.go_on)
+        costs, accept = self.costs(room), self.accepted
+        self.control, self.best = rested(self.control, self.best, self.kernel, costs, self.demand, accept, self.go_on)
 
     def consider(self, tried: Array) -> bool:
         """Accept a candidate, (agents, points, dim), metres, with violating agents on their current trajectories;
@@ -157,7 +131,7 @@ class _Straightened:
                     self.control, self.best = tried, motion
                 return whole
             whole = False
-            tried = np.where(self.who(come_to)[:, None, None], self.control, tried)
+            tried = np.where(violating(self.mission, come_to)[:, None, None], self.control, tried)
         return False
 
     def calmed(self, control: Array) -> Array:
@@ -185,8 +159,23 @@ class _Straightened:
             and as_many(self.mission, self.kernel, before, motion)
         )
 
-    def who(self, come_to: Attempt) -> Flags:
-        """Return true for each agent that violates a constraint or requirement, (agents,)."""
-        names = {name for fault in come_to.faults for name in fault.agents}
-        names |= {name for judged in come_to.violated for name in judged.agents}
-        return np.array([agent.name in names for agent in self.mission.agents])
+
+def violating(mission: Mission, come_to: Attempt) -> Flags:
+    """Return true for each agent that violates a constraint or requirement, (agents,)."""
+    names = {name for fault in come_to.faults for name in fault.agents}
+    names |= {name for judged in come_to.violated for name in judged.agents}
+    return np.array([agent.name in names for agent in mission.agents])
+
+
+def witnessed(mission: Mission, kernel: Kernel, plan: Trace, position: Array, velocity: Array) -> Demand:
+    """Demand on motions near a plan: its requirements and satisfied preferences, in the way in which it satisfies them.
+
+    Args:
+        position: positions of the plan, (agents, steps, dim), metres; ``velocity`` in m/s.
+    """
+    graph = build(kernel)
+    kept = {each.name for each in monitor(mission, kernel, plan).preferences if each.satisfied}
+    goals = (*graph.requirements, *(each for each in graph.preferences if each.name in kept))
+    roots = tuple(each.formula for each in goals)
+    choices = Demand.of(mission, roots, {}, mission.steps).witness(position, velocity)
+    return with_stays(Demand.of(mission, roots, choices, mission.steps), position, velocity)

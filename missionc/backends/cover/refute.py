@@ -273,7 +273,8 @@ def over(budget: Budget, account: Account) -> bool:
 def questions(
     mission: Mission, kernel: Kernel, everybody: frozenset[int]
 ) -> Iterator[tuple[frozenset[int], tuple[Goal, ...]]]:
-    """Yield sets of agents with separation, and the requirements about them: single agents, pairs (if few), all agents.
+    """Yield sets of agents with separation, each with the requirements about its agents: single agents, pairs (if few),
+    all agents.
 
     Pairs are omitted if one of the agents has no prescribed position.
     """

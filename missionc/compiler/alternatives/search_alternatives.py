@@ -33,7 +33,7 @@ from missionc.base.late_dataclass import Record
 from missionc.base.signals import stop_requested
 from missionc.base.trace import Trace
 from missionc.compiler.alternatives.restriction import Restriction, restrictions
-from missionc.compiler.certify_plan import Certified, certify_plan
+from missionc.compiler.certify_plan import certify_plan
 from missionc.compiler.front_end import Checked, Stopwatch
 from missionc.compiler.incumbent import RESERVE
 from missionc.compiler.plan_request import PlanRequest
@@ -41,7 +41,9 @@ from missionc.compiler.plan_with_margin import plan_with_margin
 from missionc.compiler.redraw import plotted_of, with_attempts
 from missionc.compiler.results import Alternative, Compiled, Verified
 from missionc.compiler.run_limited import Ended, within
+from missionc.compiler.stage_log import StageLog
 from missionc.compiler.strategy import ALTERNATIVES
+from missionc.compiler.wider_margins import with_wider_margins
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.output.documents.alternatives_json import rows
@@ -160,19 +162,22 @@ class _Search:
         return None if more is None else (Restriction(), more)
 
 
-def search_alternatives(checked: Checked, first: Verified, request: PlanRequest, watch: Stopwatch) -> Found:
+def search_alternatives(
+    checked: Checked, first: Verified, found: Verified, request: PlanRequest, watch: Stopwatch
+) -> Found:
     """Verified plans that differ from each other, at most as many as requested, the best first.
 
     The first plan is included unless enough better plans were found.
 
     Args:
         checked: mission by which the first plan was verified.
+        found: the first plan as found, before its margins were widened: plans are ranked as found.
     """
     wanted, options, budget = request.alternatives, request.options, request.budget
     mission, kernel = checked.valid_mission, checked.valid_kernel
     backend = load_engines((first.plan.backend,), options)
     search = _Search(mission, kernel, Signatures(mission, kernel))
-    search.add(Planned(first.plan.trace, first.report), budget.seed, Restriction(), first)
+    search.add(Planned(found.plan.trace, found.report), budget.seed, Restriction(), first)
     took = dict(watch.seconds)
     kept_back = (wanted + 1) * RESERVE * (took["verify"] + took["emit"])
     until = budget.deadline - min(kept_back, (budget.deadline - time.monotonic()) / 2)
@@ -186,7 +191,7 @@ def search_alternatives(checked: Checked, first: Verified, request: PlanRequest,
         tries += 1
         seed = budget.seed + more
         with watch.stage("alternatives"):
-            planned = _planned(backend, search, restriction, options, replace(budget, deadline=until, seed=seed), first)
+            planned = _planned(backend, search, restriction, options, replace(budget, deadline=until, seed=seed), found)
         if planned is not None:
             search.add(planned, seed, restriction)
     plans: list[tuple[Verified, Signature]] = []
@@ -194,9 +199,9 @@ def search_alternatives(checked: Checked, first: Verified, request: PlanRequest,
         if len(plans) < wanted:
             home = each.verified or within(
                 last_call(budget.deadline),
-                partial(_certified, checked, each, request, budget, watch),
+                partial(_certified, checked, each, request, budget, until, watch),
             )
-            plans.extend([(home, each.signature)] if isinstance(home, Verified) else [])
+            plans.extend([(home, search.signatures.of(home.plan.trace))] if isinstance(home, Verified) else [])
     if not plans:  # time was up before the better ones were written
         plans.append((first, search.candidates[0].signature))
     request.log.add("alternatives", first.plan.backend, search.work, f"{len(plans)} of {wanted} plans found")
@@ -222,15 +227,25 @@ def _planned(
 
 
 def _certified(
-    checked: Checked, candidate: Candidate, request: PlanRequest, budget: Budget, watch: Stopwatch
+    checked: Checked, candidate: Candidate, request: PlanRequest, budget: Budget, until: float, watch: Stopwatch
 ) -> Verified | None:
-    of_its_own = replace(budget, seed=candidate.seed)
-    runs = request.log.within("alternatives", "").so_far(candidate.planned.report.engine, candidate.planned)
-    home = certify_plan(checked, candidate.planned, request.options, of_its_own, watch, request.exports, runs=runs)
-    if not isinstance(home, Certified) or not isinstance(home.outcome, Verified):
+    """The plan of a candidate with wider margins if that passes every check, else as found.
+
+    Args:
+        until: end of the search for wider margins, on the clock of ``time.monotonic``.
+    """
+    planned, of_its_own = candidate.planned, replace(budget, seed=candidate.seed)
+    runs = request.log.within("alternatives", "").so_far(planned.report.engine, planned)
+    first = certify_plan(checked, planned, request.options, of_its_own, watch, request.exports, runs=runs)
+    if not isinstance(first.outcome, Verified):
         return None
-    refused = request.continuous_time is ContinuousTime.REQUIRED and home.outcome.certificate.at_steps_alone
-    return None if refused else home.outcome
+    own = replace(
+        request.further, budget=replace(of_its_own, deadline=until), log=StageLog(list(first.outcome.plan.runs))
+    )
+    home = with_wider_margins(Compiled(first.checked, first.outcome, (), tuple(watch.seconds)), own).outcome
+    assert isinstance(home, Verified)
+    refused = request.continuous_time is ContinuousTime.REQUIRED and home.certificate.at_steps_alone
+    return None if refused else home
 
 
 def _note(found: int, wanted: int, tries: int, late: bool) -> str:
@@ -240,26 +255,29 @@ def _note(found: int, wanted: int, tries: int, late: bool) -> str:
     return f"{found} of {wanted} plans found: {why} {counted(tries, 'attempt')}"
 
 
-def with_alternatives(first: Compiled, request: PlanRequest) -> Compiled:
+def with_alternatives(first: Compiled, found: Verified, request: PlanRequest) -> Compiled:
     """Compilation with alternative plans, at most as many as requested; the best plan is its outcome.
 
     A note reports a smaller number of plans.
+
+    Args:
+        found: the first plan as found, before its margins were widened.
     """
     checked, outcome = first.checked, first.outcome
     assert isinstance(outcome, Verified)
     watch = Stopwatch(list(first.seconds))
-    found = search_alternatives(checked, outcome, request, watch)
-    plans = [verified for verified, _ in found.plans]
+    plans_found = search_alternatives(checked, outcome, found, request, watch)
+    plans = [verified for verified, _ in plans_found.plans]
     plans[0] = with_attempts(checked, plans[0], request.log)
     with watch.stage("emit"):
         table = rows(
-            [signature for _, signature in found.plans],
+            [signature for _, signature in plans_found.plans],
             [each.plan.trace for each in plans],
             [each.certificate for each in plans],
         )
         plots = [plotted_of(checked, each) for each in plans]
         files = joined_files(plots, [each.files for each in plans], table, request.alternatives)
-    notes = (*plans[0].report.notes, *((found.note,) if found.note else ()))
+    notes = (*plans[0].report.notes, *((plans_found.note,) if plans_found.note else ()))
     best = replace(plans[0], files=files, report=replace(plans[0].report, notes=notes, tried=outcome.report.tried))
     alternatives = tuple(Alternative(row, each) for row, each in zip(table, [best, *plans[1:]], strict=True))
     return replace(first, outcome=best, seconds=tuple(watch.seconds), alternatives=alternatives)

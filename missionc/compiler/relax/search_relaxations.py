@@ -169,8 +169,10 @@ RELAXED_COVERS, PROOFS = 4, 0.1
 
 
 class Tried(Record, eq=False):
-    """Result for a variant of the mission: ``planned`` with a verified trajectory, ``impossible``, ``undecided``, or
-    ``wrong``.
+    """Result for a variant of the mission.
+
+    ``planned`` has a verified trajectory; the others are ``impossible``, ``undecided``, and ``wrong`` for an invalid
+    variant.
     """
 
     outcome: str

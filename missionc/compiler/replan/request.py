@@ -96,8 +96,8 @@ class Replanned(Record, eq=False):
         changed: agents with a changed path.
         stops: text of each agent's polynomials until the rest begins, by agent name.
         cannot: without a plan, requirements whose removal may allow one.
-        flown_on: requirements violated if all agents continue without contact to the end; None if there is contact,
-                or unknown.
+        flown_on: requirements violated if all agents continue without contact to the end; None if there is contact, or
+            unknown.
         must_stop: True if continuing soon leads to contact, or may because of a deviating agent.
         seconds: total duration.
     """

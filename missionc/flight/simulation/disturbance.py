@@ -115,7 +115,7 @@ class Disturbance(Record):
         start: maximum error of the start along x and along y, m.
         clock: maximum delay of the start, s.
         noise: standard deviation of the position estimate's error along each axis, m; a separate Ornstein-Uhlenbeck
-                process for each agent.
+            process for each agent.
         latency: delay of position and velocity, s.
         packets: fraction of lost position updates; the controller extrapolates from the last one at constant velocity.
         missed: fraction of the vehicles that miss the start command, and hover at their start.

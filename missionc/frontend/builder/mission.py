@@ -405,8 +405,7 @@ class Mission:
 
         Args:
             options: keywords of the language with their values: ``resolution=0.05``, ``origin=("8.54 deg", "47.38
-                deg")``,
-                ``layer=["WALLS"]``, ``height=(0, 3)``, ``named="hall"``, ….
+                deg")``, ``layer=["WALLS"]``, ``height=(0, 3)``, ``named="hall"``, ….
         """
         self._from("obstacles", file, options)
 

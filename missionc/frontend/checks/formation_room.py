@@ -26,7 +26,7 @@ Layout: TypeAlias = dict[int, tuple[float, ...]]
 ROUNDING = 1e-9
 
 HEADINGS = 8
-"""Number of headings that are tried for a formation in a region without arrays."""
+"""Number of headings that are tried to place a formation, without numpy."""
 
 
 def no_room(ground: FreeSpace, formation: Formation, *, suspecting: bool) -> str | None:

@@ -73,10 +73,7 @@ def check(context: Context, formula: Typed, needed: About, asker: str) -> None:
 
 
 def check_definition(context: Context, formula: Typed) -> Typed:
-    """Check that a ``let`` is about one agent or the team, not both.
-
-    A mixed formula is reported and then fits everywhere.
-    """
+    """Report a ``let`` that is about both one agent and the team; it then fits everywhere."""
     if not formula.mixed:
         return formula
     check(context, formula, About.TEAM, "")
@@ -355,10 +352,7 @@ def _call(context: Context, call: ast.Call) -> Typed:
 
 
 def called_predicate(context: Context, name: ast.Name) -> Predicate | None:
-    """Predicate written with this name and brackets.
-
-    None if there is none, or if its extension fails, which is reported.
-    """
+    """Predicate written with this name and brackets; None if there is none or its extension fails (reported)."""
     try:
         return CALLED.get(name.text)
     except ExtensionError as error:
@@ -375,10 +369,7 @@ def _is_number(context: Context, argument: ast.Quantity | ast.Member) -> bool:
 
 
 def _order(context: Context, number: ast.Quantity | ast.Member, graph: ir.Graph, agents: int) -> int:
-    """Connectivity order of a graph: the number of agents whose loss may disconnect it.
-
-    An invalid number is reported and replaced by 1.
-    """
+    """Number of agents whose loss may disconnect a graph; an invalid number is reported and replaced by 1."""
     assert not isinstance(number, ast.Member)
     value = whole(context, number, f"the connectivity order of `{graph.name}`", least=1)
     if agents == 0 or math.isnan(value):

@@ -90,9 +90,9 @@ class Operator(Record):
         says: meaning in a few words.
         reads: sentence with placeholders. ``{body}``, or ``{left}`` and ``{right}``, or ``{parts}`` of a chain, are the
             operands. ``{each}``, ``{some}``, ``{before}`` and ``{earlier}`` stand for the window. ``{period}`` and
-            ``{start}`` are the length of the periods and the start of the first. ``{route}``, ``{far}``, ``{graph}``,
-            ``{here}``, ``{perhaps}``, ``{included}`` and ``{number}`` belong to spatial operators, whose operands are
-            verbs: ``that {right}``, or with a noun ``{left:agent on it}``, "every agent on it is …".
+            ``{start}`` are the length of the periods and the start of the first period. ``{route}``, ``{far}``,
+            ``{graph}``, ``{here}``, ``{perhaps}``, ``{included}`` and ``{number}`` belong to spatial operators, whose
+            operands are verbs: ``that {right}``, or with a noun ``{left:agent on it}``, "every agent on it is …".
         traps: names (in ``explain.convention_examples``) of the conventions that affect a use and differ in other
             tools.
 

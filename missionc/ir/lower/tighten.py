@@ -12,7 +12,7 @@ world's bounds, and plans must be slow enough to fly from rest to rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import replace
 from itertools import combinations
 from operator import sub
@@ -21,7 +21,7 @@ from typing import assert_never
 from missionc import ir
 from missionc.base.units import Metres
 from missionc.ir.kernel.nodes import Atom, Goal, Kernel, LeafNode, Node, Not
-from missionc.ir.kernel.walk import bottom_up, graph_of, rebuilt
+from missionc.ir.kernel.walk import bottom_up, graph_of, postorder, rebuilt
 from missionc.ir.lower.flyable_steps import CRUISE
 from missionc.ir.pair_ranges import with_ranges
 
@@ -135,6 +135,19 @@ def tightened_alone(kernel: Kernel, names: Set[str], margin: Metres) -> Kernel:
     return replace(kernel, requirements=tuple(tighter.get(goal, goal) for goal in kernel.requirements))
 
 
+def margin_limits(kernel: Kernel, margin: Metres) -> dict[str, Metres]:
+    """Margins of the regions, graphs and formations that ``tightened`` shrinks by less than the margin, by name."""
+    tighter = _Borders(-margin)
+    nodes = postorder(goal.formula for goal in kernel.requirements)
+    negated = {node.body for node in nodes if isinstance(node, Not)}
+    for node in nodes:
+        if isinstance(node, Atom) and node not in negated:
+            node.predicate.moved(tighter)
+        elif not isinstance(node, LeafNode | Not) and (graph := graph_of(node)) and not node.every:
+            tighter.graph(graph)
+    return {name: kept for name, kept in tighter.kept() if kept < margin * (1 - 1e-9)}
+
+
 def _tightened(goals: Sequence[Goal], tighter: _Borders, wider: _Borders) -> tuple[Goal, ...]:
     nodes = bottom_up((goal.formula for goal in goals), lambda node, below: _more(node, below, tighter, wider))
     return tuple(replace(goal, formula=nodes[goal.formula]) for goal in goals)
@@ -188,6 +201,16 @@ class _Borders:
             self._formations[formation] = replace(formation, tolerance=self._by(2 * edges, formation.tolerance))
         return self._formations[formation]
 
+    def kept(self) -> Iterator[tuple[str, Metres]]:
+        """Name and margin of everything that was moved inward."""
+        for region in self._regions:
+            yield region.name, Metres(_shrinks(region.shape, -self.metres))
+        for graph, small in self._graphs.items():
+            yield graph.name, Metres((graph.radius - small.radius) / (2 if graph.by_distance else 1))
+        for formation, tight in self._formations.items():
+            edges = len(formation.edges) if formation.total else 1
+            yield formation.name, Metres((formation.tolerance - tight.tolerance) / (2 * edges))
+
     def _by(self, misses: int, length: float) -> Metres:
         """Length changed by the margin for each of ``misses`` inexact ends, but by at most half of the length;
         metres."""
@@ -215,6 +238,28 @@ def moved(shape: ir.Shape, by: float) -> ir.Shape:
             return ir.Ball(centre, radius + max(by, -radius / 2))
         case ir.Polygon(corners, band):
             return ir.Polygon(_outline(corners, by), _prism(band, by))
+        case _:
+            assert_never(shape)
+
+
+def _shrinks(shape: ir.Shape, by: float) -> float:
+    """Least distance, metres, by which ``moved`` moves the border of a shape inward if asked to move it by ``by``."""
+    match shape:
+        case ir.Union(left, right) | ir.Intersection(left, right):
+            return min(_shrinks(left, by), _shrinks(right, by))
+        case ir.Difference(left):
+            return _shrinks(left, by)
+        case ir.Box(low, high):
+            return min(by, *((end - begin) / 4 for begin, end in zip(low, high, strict=True)))
+        case ir.Disc(_, radius, band):
+            return min(by, radius / 2, (band.high - band.low) / 4 if band else by)
+        case ir.Ball(_, radius):
+            return min(by, radius / 2)
+        case ir.Polygon(corners, band):
+            from shapely import LinearRing  # needed only for polygons
+
+            moves = LinearRing(corners).distance(LinearRing(_outline(corners, -by)))
+            return min(by, float(moves), (band.high - band.low) / 4 if band else by)
         case _:
             assert_never(shape)
 

@@ -52,8 +52,8 @@ class Links(Record, eq=False):
     """Communication links of a graph over time.
 
     Args:
-        first, second: (pairs,): indices into ``members``, the first smaller unless links are ``one_way``, from
-                the first to the second.
+        first, second: (pairs,): indices into ``members``, the first smaller unless links are ``one_way``, from the
+            first to the second.
         signals: (pairs,): times at which each link exists.
     """
 

@@ -25,8 +25,8 @@ class Flight:
     Args:
         durations: (pieces,), seconds; float32 values.
         coefficients: (agents, pieces, 4, 8) of x, y, z and yaw; float32 values.
-        astray: (pieces,), metres: additional deviation of every agent, besides tracking error and start skew; 0 if
-                left out.
+        astray: (pieces,), metres: additional deviation of every agent, besides tracking error and start skew; 0 if left
+            out.
     """
 
     durations: Array

@@ -82,7 +82,7 @@ class Tolerance(Record):
 
     Args:
         position: error of recorded positions, metres. Each tolerance is the resulting change of margins, in addition to
-                the verifier's rounding.
+            the verifier's rounding.
         step: duration of a step, seconds.
         tallest: maximum weight of altitudes in the separation.
     """

@@ -15,7 +15,14 @@ from missionc.compiler import driver
 from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Kernel
-from missionc.ir.lower.tighten import moved, tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
+from missionc.ir.lower.tighten import (
+    margin_limits,
+    moved,
+    tightened,
+    tracking_margin,
+    with_flyable_speeds,
+    with_vehicle_room,
+)
 from missionc.verification.monitoring.monitor import monitor
 from tests.support.legal_plans import NOTHING, mission_of, straight
 
@@ -175,3 +182,30 @@ def test_who_starts_nearer_than_speed_takes_is_planned_as_near() -> None:
         wanted = with_vehicle_room(found.mission)
         assert wanted.drift == pytest.approx((share * 0.05,) * 2 if share else ())
         assert wanted.spacing(0, 1).sideways < apart
+
+
+@pytest.mark.parametrize(
+    ("requirement", "kept"),
+    [
+        ("every drone: eventually[0, 4 s] left", {"left": 0.625}),
+        ("every drone: eventually[0, 4 s] pond", {"pond": 0.6}),
+        ("every drone: always[0, 4 s] not pond", {}),
+        ("every drone: eventually[0, 4 s] bank", {"bank": 0.625}),
+        ("always[0, 2 s] connected(radio)", {"radio": 0.55}),
+        ("always[0, 2 s] connected(cell)", {}),
+        ("eventually[0, 4 s] wall", {"wall": 0.2}),
+    ],
+)
+def test_what_is_too_small_for_a_margin_keeps_half_of_its_size(requirement: str, kept: dict[str, float]) -> None:
+    assert margin_limits(made(requirement)[1], Metres(1.0)) == pytest.approx(kept)
+
+
+@pytest.mark.parametrize("margin", [0.1, 1.0, 3.0])
+def test_the_margin_of_a_shape_is_that_of_its_moved_border(margin: float) -> None:
+    mission, kernel = made("every drone: eventually[0, 4 s] field")
+    field = next(region for region in mission.regions if region.name == "field")
+    kept = margin_limits(kernel, Metres(margin)).get("field", margin)
+    smaller = moved(field.shape, -margin)
+    assert isinstance(smaller, ir.Polygon)
+    corners = np.array(smaller.corners)
+    assert signed_distance(np, field.shape, corners).max() == pytest.approx(-kept)

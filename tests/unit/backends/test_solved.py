@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 
 import pytest
 
 import missionc
+from missionc.backends.api import Budget
 from missionc.backends.options import Options
 from missionc.base.solved import Solved, read_solved, solved_by, solved_text, then_polished
 from missionc.base.source import Source
+from missionc.compiler import driver
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Verified
 from missionc.tools.replay.reverify import reverify
 from tests.support.forged_folders import forged, laid
@@ -26,11 +30,9 @@ require meet: drone[0]: eventually[0, 6 s] (goal and somewhere[hops 1..1 on radi
 
 
 def planned(text: str, **options: object) -> Verified:
-    compiled = missionc.compile(
-        Source("a.mission", text),
-        options=Options(**options),  # type: ignore[arg-type]
-        continuous_time=missionc.ContinuousTime.AT_STEPS,
-    )
+    """A plan as its engine found it."""
+    request = PlanRequest(Budget(time.monotonic() + 600), Options(**options))  # type: ignore[arg-type]
+    compiled = driver.plan_once(driver.check(Source("a.mission", text)), request)
     assert isinstance(compiled.outcome, Verified), compiled.findings
     return compiled.outcome
 

@@ -151,5 +151,6 @@ def test_where_no_plan_has_the_margin_any_plan_will_do_and_is_said() -> None:
     text = SMALL + "require edge: drone[0]: eventually[0, 6 s] x >= 3.4\n"
     outcome = driver.compile(Source("a.mission", text), options=Options(margin=1.0)).outcome
     assert isinstance(outcome, Verified)
-    (note,) = [each for each in outcome.report.notes if "margin" in each]
+    note, limit = [each for each in outcome.report.notes if "margin" in each]
     assert note.startswith("no plan was found with a robustness margin of 100 cm; this plan was found with ")
+    assert limit.startswith("robustness margin 40 cm for `goal`, not ")

@@ -24,7 +24,7 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli import compile_request
 from missionc.cli.app import main
-from missionc.compiler import driver, incumbent
+from missionc.compiler import driver, incumbent, wider_margins
 from missionc.compiler.alternatives import compare_options, search_alternatives
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.plan_request import PlanRequest
@@ -43,8 +43,12 @@ SHORTEST = SMALL + "minimize distance\n"
 
 @pytest.fixture(autouse=True)
 def no_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No search takes long enough to have its plan certified meanwhile, unless a test says otherwise."""
+    """No search takes long enough to have its plan certified meanwhile, unless a test says otherwise.
+
+    No margins are widened afterwards.
+    """
     monkeypatch.setattr(incumbent, "PATIENCE", math.inf)
+    monkeypatch.setattr(wider_margins, "widens", lambda *_: False)
 
 
 @cache

@@ -153,3 +153,19 @@ def test_a_requirement_that_is_constantly_false_is_impossible_for_every_backend_
     assert isinstance(found, Impossible)
     assert (found.conflict, found.scope, found.smallest) == (("g",), Scope.MISSION, True)
     assert not backend.asked
+
+
+@pytest.mark.parametrize(
+    ("margin", "notes"),
+    [(0.3, ()), (0.5, ("robustness margin 40 cm for `goal`, not 50 cm: sizes and ranges shrink by at most half",))],
+)
+def test_a_margin_beyond_half_of_a_region_is_noted(margin: float, notes: tuple[str, ...]) -> None:
+    checked = check(Source("small.mission", SMALL))
+    planned = plan_with_margin(
+        Told([PLAN]),  # type: ignore[arg-type]
+        checked.valid_mission,
+        checked.valid_kernel,
+        Options(margin=margin),
+        Budget(time.monotonic() + 60),
+    )
+    assert planned.report.notes == notes

@@ -62,7 +62,7 @@ def test_every_stage_leads_to_a_stage_or_to_an_answer() -> None:
     asked = request(explain_limit=Seconds(20.0), alternatives=3)
     found = strategy.stages(checked, asked)
     names = {stage.name for stage in found}
-    assert names == {"search", "verify", "time scaling", "continuous time", "alternatives", "explain"}
+    assert names == {"search", "verify", "time scaling", "continuous time", "margins", "alternatives", "explain"}
     ends = "result|next try|undecided"
     assert strategy.NEXT not in {following for stage in found for _, following in stage.then}
     for stage in found:
@@ -73,9 +73,27 @@ def test_every_stage_leads_to_a_stage_or_to_an_answer() -> None:
 def test_what_is_not_asked_for_has_no_stage() -> None:
     checked = driver.check(Source("a.mission", SMALL))
     asked = request(continuous_time=ContinuousTime.AT_STEPS, options=Options(stretch=2.0))
-    search, verify = strategy.stages(checked, asked)
-    assert (search.name, verify.name) == ("search", "verify")
-    assert dict(verify.then)["passed"] == "result"
+    search, verify, margins = strategy.stages(checked, asked)
+    assert (search.name, verify.name, margins.name) == ("search", "verify", "margins")
+    assert dict(verify.then)["passed"] == "margins"
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "widened"),
+    [
+        (SMALL, Options(), True),
+        (SMALL, Options(preset="paper"), False),
+        (SMALL, Options(require_solver=True), False),
+        (SMALL.replace("solve with smt { nodes = 40 }", "") + "maximize robustness\n", Options(), False),
+    ],
+    ids=["default", "published", "solver", "robustness"],
+)
+def test_margins_are_widened_unless_the_method_or_the_objective_decides_them(
+    text: str, options: Options, widened: bool
+) -> None:
+    checked = driver.check(Source("a.mission", text))
+    names = [stage.name for stage in strategy.stages(checked, request(options=options))]
+    assert ("margins" in names) == widened
 
 
 def test_a_published_method_plans_once() -> None:

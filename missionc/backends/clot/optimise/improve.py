@@ -6,14 +6,13 @@ plan. A result is accepted only if it is a better plan.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from missionc.backends.api import no_bound
-from missionc.backends.clot.cost_weights import AIMS, TIDY, Aim, with_room
+from missionc.backends.clot.cost_weights import AIMS, TIDY, with_room
 from missionc.backends.clot.optimise.convex_descent import ascend, descend
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
@@ -26,7 +25,7 @@ from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.monitor import least_robustness, monitor
-from missionc.verification.monitoring.normalised_margins import normalised_margins
+from missionc.verification.monitoring.normalised_margins import Margins
 
 
 class Shortened(Record, eq=False):
@@ -147,13 +146,13 @@ def improve(
     full_demand = Demand.of(mission, roots, {} if shortened else demand.choices, mission.steps)
     if shortened:
 
-        def as_good(tried: Array) -> Trace | None:
+        def as_satisfying(tried: Array) -> Trace | None:
             motion = accept(tried)
             return motion if motion is not None and as_many(mission, kernel, made, motion) else None
 
         anew = tuple(goal.formula for goal in graph.requirements) + roots[len(demand.roots) :]
         full_demand = Demand.of(mission, anew, {}, mission.steps)  # the time of refilling is free too
-        shorter = shorten(control, made, full_demand, costs, as_good, go_on, int(enough(made.lasts)))
+        shorter = shorten(control, made, full_demand, costs, as_satisfying, go_on, int(enough(made.lasts)))
         control, made, costs = shorter.control, shorter.trace, shorter.costs
         full_demand = with_stays(full_demand, *costs.splines.states(control))
         notes.append(shorter.note)
@@ -182,21 +181,15 @@ def improve(
         better = motion is not None and as_many(mission, kernel, made, motion)
         if motion is not None and better and (measure is None or measure(motion) < measure(made)):
             control, made = tried, motion
-    else:  # an optimal distance is kept
-        if mission.objective is not Objective.ROBUSTNESS:
-            control, made, costs = widened(
-                control, made, kernel, costs, full_demand, aim, settings.iterations, steps, accept, go_on
-            )
-    best, margins = made, Margins.of(kernel, costs, control, made)
+    best = made
 
-    def as_calm(tried: Array) -> Trace | None:
+    def as_good(tried: Array) -> Trace | None:
         motion = accept(tried)
         if motion is None or (measure is not None and measure(motion) > measure(best)):
             return None
-        kept = as_many(mission, kernel, best, motion)
-        return motion if kept and Margins.of(kernel, costs, tried, motion).wider(margins, -settings.wider) else None
+        return motion if as_many(mission, kernel, best, motion) else None
 
-    control, made = retime(control, made, full_demand, costs, as_calm, go_on)
+    control, made = rested(control, made, kernel, costs, full_demand, as_good, go_on)
     if measure is not None and made is not before:
         name, unit = mission.objective.value, "m^2/s^3" if mission.objective is Objective.ENERGY else "m"
         notes.append(f"{name} {abs(measure(made)):.6g} {unit} (first plan: {abs(measure(before)):.6g} {unit})")
@@ -210,83 +203,33 @@ def _measure(mission: Mission, kernel: Kernel) -> Callable[[Trace], float] | Non
     return MEASURES.get(mission.objective)
 
 
-def widened(
+def rested(
     control: Array,
     made: Trace,
     kernel: Kernel,
     costs: Costs,
     demand: Demand,
-    aim: Aim,
-    iterations: int,
-    steps: int,
     accept: Callable[[Array], Trace | None],
     go_on: Callable[[], bool],
-) -> tuple[Array, Trace, Costs]:
-    """Plan after widening its margins at the cost of little more length: control points, trace, and costs with these
-    margins.
-
-    The given plan is returned if no better plan is found.
+) -> tuple[Array, Trace]:
+    """Control points of a plan, (agents, points, dim), metres, and its motion, with more rest and no narrower margins.
 
     Args:
-        control: control points of the plan, (agents, points, dim), metres; ``made``: its trace.
-        iterations: iterations of each local optimisation; ``steps``: steps of each descent.
-        accept: function from control points to their trace if it is a plan, otherwise None.
+        accept: the motion of control points, if it is an equally good plan.
     """
-    mission = costs.mission
-    settings, measure = clot_settings(mission).shortening, MEASURES.get(mission.objective, travelled)
-    lasts = duration(made) if mission.objective is Objective.DURATION else int(mission.steps)
-    weights = aim.weights(costs.weights)
-    before = Margins.of(kernel, costs, control, made)
-    for halvings in range(settings.wide_tries if before.least < settings.margin else 0):
-        if not go_on():
-            break
-        roomy = replace(costs, spare=with_room(mission, 0.5**halvings))
-        wide = polish(control, roomy, demand, iterations, go_on).control
-        tried = descend(wide, replace(roomy, weights=weights), demand, steps, aim.gain, aim.cuts, go_on)
+    margins, least = margins_of(kernel, costs, control, made), -clot_settings(costs.mission).shortening.wider
+
+    def as_calm(tried: Array) -> Trace | None:
         motion = accept(tried)
-        if (
-            motion is not None
-            and Margins.of(kernel, costs, tried, motion).wider(before, settings.wider)
-            and measure(motion) <= measure(made) * (1 + settings.longer_margin)
-            and duration(motion) <= lasts
-            and as_many(mission, kernel, made, motion)
-        ):
-            return tried, motion, roomy
-    return control, made, costs
+        return motion if motion and margins_of(kernel, costs, tried, motion).wider(margins, least) else None
+
+    return retime(control, made, demand, costs, as_calm, go_on)
 
 
-class Margins(Record):
-    """Margins of a plan divided by their natural scales, each capped at the value of the settings.
-
-    Args:
-        each: margins of the requirements, and the smallest margin of all bodies.
-    """
-
-    each: tuple[float, ...]
-
-    @staticmethod
-    def of(kernel: Kernel, costs: Costs, control: Array, plan: Trace) -> Margins:
-        """Normalised margins of a plan with these control points, (agents, points, dim), metres."""
-        most = clot_settings(costs.mission).shortening.margin
-        found = normalised_margins(costs.mission, kernel.requirements, plan).values()
-        return Margins(tuple(min(most, margin) for margin in (*found, costs.body_margin(control))))
-
-    @property
-    def least(self) -> float:
-        """Smallest normalised margin."""
-        return min(self.each)
-
-    @property
-    def score(self) -> float:
-        """Sum of the square roots of the margins, so that a gain of a narrow margin outweighs an equal loss of a wide
-        one."""
-        return sum(math.sqrt(max(margin, 0.0)) for margin in self.each)
-
-    def wider(self, than: Margins, gain: float) -> bool:
-        """Return true if the score exceeds that of ``than`` by at least ``gain``, and the smallest margin is at least
-        that of ``than``."""
-        rounding = 1e-9
-        return self.score >= than.score + gain and self.least >= than.least - rounding
+def margins_of(kernel: Kernel, costs: Costs, control: Array, plan: Trace) -> Margins:
+    """Normalised margins of a plan with these control points, (agents, points, dim), metres."""
+    most = clot_settings(costs.mission).shortening.margin
+    return Margins.of(costs.mission, kernel, plan, costs.body_margin(control), most)
 
 
 def travelled(made: Trace) -> float:

@@ -46,8 +46,7 @@ class Tree:
     """Number of expansions of each node, by agent."""
     planned: list[frozenset[int]] = field(default_factory=lambda: [frozenset()])
     motions: list[dict[int, Array]] = field(default_factory=lambda: [{}])
-    """Trajectories of each node by agent in planning order, (steps + 1, dim), metres; only the last is the node's
-    own."""
+    """Trajectories of each node by agent in planning order, (steps + 1, dim), metres; only the last is new."""
     _alike: dict[frozenset[int], list[int]] = field(default_factory=lambda: {frozenset(): [0]})
 
     def __len__(self) -> int:

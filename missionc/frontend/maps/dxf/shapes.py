@@ -244,7 +244,7 @@ class _Frame:
         self.elevation = elevation
 
     def lift(self, points: object, height: float | None = None) -> Points:
-        """Points of the entity, (…, 2), converted to coordinates of the block, (…, 3), at the elevation or a given
+        """Points in coordinates of the block, (…, 3), from an entity's points, (…, 2), at its elevation or a given
         height.
         """
         flat = np.asarray(points, dtype=float)

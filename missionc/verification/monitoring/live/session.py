@@ -304,10 +304,10 @@ class Session:
         return LiveVerdict.SATISFIED if self.standings and LiveVerdict.OPEN not in judged else LiveVerdict.OPEN
 
     def follow(self, plan: Trace | None) -> None:
-        """Use this plan for forecasts from the next step on, or none for None.
+        """Set the plan for forecasts from the next step on; None for no forecasts.
 
         Args:
-            plan: states at all of the mission's steps.
+            plan: states at all of the mission's steps, or None.
         """
         self.plan = plan
         self.forecast = None if plan is None else PlanForecast(self.mission, self.kernel, plan)

@@ -20,10 +20,10 @@ class Standing(Record):
 
     Args:
         verdict: ``SATISFIED`` or ``VIOLATED`` if this holds for every continuation within top speeds.
-        least, most: bounds on its robustness over all continuations, metres for spatial formulas. They are equal if
-                the robustness is final.
-        at_risk: it is open, and if every agent keeps its present velocity for one more step, no continuation
-            within the top speeds satisfies it.
+        least, most: bounds on its robustness over all continuations, metres for spatial formulas. They are equal if the
+            robustness is final.
+        at_risk: it is open, and if every agent keeps its present velocity for one more step, no continuation within the
+            top speeds satisfies it.
         decided_by: latest step at which it is decided.
     """
 
