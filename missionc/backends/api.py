@@ -152,7 +152,8 @@ class Budget(Record):
         resume: snapshot of a run with the same mission, seed and options.
         work: units of ``work`` after which the run ends because another search follows.
         urgent: True if vehicles in flight wait for the plan: the first plan is returned.
-        between_samples: True if requirements are wanted between samples too.
+        violated_in_flight: names of the requirements that hold at the samples of a plan, but not between samples of its
+            flight; None if only samples count.
     """
 
     deadline: float
@@ -166,7 +167,7 @@ class Budget(Record):
     resume: Snapshot | None = None
     work: float = math.inf
     urgent: bool = False
-    between_samples: bool = False
+    violated_in_flight: Callable[[Trace], frozenset[str]] | None = None
 
 
 class Tried(Record):

@@ -53,8 +53,9 @@ class BackendSpec(Record):
         options: names of the fields of ``Options`` that affect its plans.
         checkpoints: True if a run can be saved and resumed.
         home: the backend, or where to load it from, as ``module:attribute``.
-        package: the package that ``package_presets`` and devices other than the CPU import.
+        package: the package that some values of options import.
         extra: the extra of missionc that installs ``package``.
+        package_needs: names of options, and their values that import ``package``.
         subsumes: the name of a backend whose attempts this one repeats. In a portfolio with that backend, this one
             goes last and has one turn.
         optimises_globally: True if the backend minimises over all options of a disjunction together, False if it
@@ -71,7 +72,7 @@ class BackendSpec(Record):
     home: object
     package: str = ""
     extra: str = ""
-    package_presets: frozenset[str] = frozenset()
+    package_needs: tuple[tuple[str, frozenset[str]], ...] = ()
     subsumes: str = ""
     optimises_globally: bool = False
     preferred_for: frozenset[Feature] = frozenset()

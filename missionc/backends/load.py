@@ -11,7 +11,7 @@ from typing import cast
 from missionc.backends.api import Backend, BackendExtension, Improvement, Report
 from missionc.backends.features import BackendSpec
 from missionc.backends.foreign_backend import ForeignBackend
-from missionc.backends.options import DESCRIBED, DEVICES, Options
+from missionc.backends.options import DESCRIBED, Options
 from missionc.backends.portfolio.backend import Engine, PortfolioBackend
 from missionc.backends.registry import BACKENDS
 from missionc.backends.smt.spec import SMT
@@ -140,13 +140,12 @@ def _for_others(flag: str, names: list[str], spec: BackendSpec) -> Diagnostic:
 
 
 def _package_missing(spec: BackendSpec, options: Options) -> Diagnostic | None:
-    named = "preset" if options.preset in spec.package_presets else "device"
-    needed = named == "preset" or (spec.package and options.device != DEVICES[0])
-    if not needed or find_spec(spec.package) is not None:
+    needs = next((name for name, values in spec.package_needs if getattr(options, name) in values), None)
+    if needs is None or find_spec(spec.package) is not None:
         return None
     return Diagnostic(
         EXTRA_MISSING,
-        f"`{' '.join(DESCRIBED[named].words(options))}` needs the package {spec.package}, which is not installed",
+        f"`{' '.join(DESCRIBED[needs].words(options))}` needs the package {spec.package}, which is not installed",
         None,
         help=f"install it with `pip install 'missionc[{spec.extra}]'`",
     )

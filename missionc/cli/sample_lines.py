@@ -59,7 +59,7 @@ def of_recording(file: Path, poses: McapPoses) -> Iterator[str]:
             if data := recording.read(PIECE):
                 yield from poses.feed(data)
             elif os.fstat(recording.fileno()).st_size < recording.tell():
-                raise BrokenRecordingError("it has become shorter while it was read")
+                raise BrokenRecordingError("the recording became shorter during reading")
             else:
                 time.sleep(PAUSE)
 

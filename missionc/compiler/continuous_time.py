@@ -18,6 +18,7 @@ from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import NOT_TOLERATED
 from missionc.base.late_dataclass import Record
 from missionc.base.signals import stop_requested
+from missionc.base.trace import Trace
 from missionc.base.units import Metres
 from missionc.compiler import no_plan
 from missionc.compiler.front_end import Checked
@@ -47,6 +48,21 @@ def falls_short(compiled: Compiled, throughout: ContinuousTime) -> Short | None:
         wanted = throughout is not ContinuousTime.AT_STEPS
         return BETWEEN if wanted and compiled.outcome.certificate.at_steps_alone else None
     return DELAYS if any(each.code is NOT_TOLERATED for each in compiled.findings) else None
+
+
+def violated_in_flight(mission: Mission, kernel: Kernel, trace: Trace) -> frozenset[str]:
+    """Names of the requirements that hold at the samples of a plan, but not between samples of its polynomials.
+
+    Empty if there are no polynomials for it.
+    """
+    from missionc.flight.trajectories.crazyflie import Flyable, crazyflie  # loads scipy
+    from missionc.verification.verify_plan import verify_between
+
+    flyable = crazyflie(mission, kernel, trace)
+    if not isinstance(flyable, Flyable):
+        return frozenset()
+    judged = verify_between(mission, kernel, trace, flyable.files)
+    return frozenset(each.requirement for each in judged.at_steps_alone)
 
 
 def acceptable(verified: Verified, throughout: ContinuousTime) -> bool:

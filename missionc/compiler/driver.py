@@ -42,7 +42,12 @@ from missionc.compiler.ask_bound import BoundSide
 from missionc.compiler.certify_plan import certify_plan, reserved_time, to_draw
 from missionc.compiler.check_preset import check_preset
 from missionc.compiler.checkpoints import Checkpoints, unusable, with_checkpoints
-from missionc.compiler.continuous_time import acceptable, falls_short, plan_in_continuous_time
+from missionc.compiler.continuous_time import (
+    acceptable,
+    falls_short,
+    plan_in_continuous_time,
+    violated_in_flight,
+)
 from missionc.compiler.described import PLANNER_OPTIONS, described, planner_options
 from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
 from missionc.compiler.incumbent import CUT_SHORT, Incumbent, cut_short, improved
@@ -249,35 +254,45 @@ def plan(checked: Checked, request: PlanRequest) -> Compiled:
             return Compiled(checked, InvalidMission(), (*checked.findings, *lacking), checked.seconds)
         request = replace(request, explain_limit=NO_EXPLANATION)
     wanted, secure = request.continuous_time, request.secure
-    if wanted is not ContinuousTime.AT_STEPS:
-        request = replace(request, budget=replace(request.budget, between_samples=True))
+    if wanted is not ContinuousTime.AT_STEPS and checked.mission and checked.kernel:
+        judge = partial(violated_in_flight, checked.mission, checked.kernel)
+        request = replace(request, budget=replace(request.budget, violated_in_flight=judge))
 
     def keep(compiled: Compiled) -> None:
         if isinstance(compiled.outcome, Verified) and acceptable(compiled.outcome, wanted):
             secure(cut_short(compiled, api.CutShort.UNFINISHED))
 
+    def widened(compiled: Compiled) -> Compiled:
+        from missionc.compiler.wider_margins import plan_with_wider_margins  # only if there is a plan
+
+        widen = partial(plan_with_wider_margins, compiled, replace(request, secure=keep))
+        return improved("widening the margins", compiled, widen)
+
     with limited(request.budget.memory_bytes):
         first = _plan(checked, replace(request, secure=keep))
         first, again = plan_with_time_scaling(first, checked, _plan, request.further, began)
-        if falls_short(first, wanted):
+        short = falls_short(first, wanted)
+        if short:
             keep(first)
-        further = partial(plan_in_continuous_time, first, checked, _plan, again, began)
-        first = improved("planning for the time between the samples", first, further)
+        found, wide = first, widened(first) if short else first  # which may hold between the samples too
+        further = partial(plan_in_continuous_time, wide, checked, _plan, again, began)
+        first = improved("planning for the time between the samples", wide, further)
         if not isinstance(first.outcome, Verified):
             return first
         from missionc.compiler.redraw import with_attempts  # draws plans, only if there is one
-        from missionc.compiler.wider_margins import plan_with_wider_margins
 
-        found, widen = first.outcome, partial(plan_with_wider_margins, first, replace(request, secure=keep))
-        first = improved("widening the margins", first, widen)
+        tried = short and isinstance(wide.outcome, Verified) and wide.outcome.plan.trace is first.outcome.plan.trace
+        if not tried:
+            found, first = first, widened(first)
         assert isinstance(first.outcome, Verified)
+        assert isinstance(found.outcome, Verified)
         first = replace(first, outcome=with_attempts(first.checked, first.outcome, request.log))
         if request.alternatives == 1:
             return first
         keep(first)
         from missionc.compiler.alternatives.search_alternatives import with_alternatives  # only if requested
 
-        more = partial(with_alternatives, first, found, request)
+        more = partial(with_alternatives, first, found.outcome, request)
         return improved("planning alternatives", first, more)
 
 

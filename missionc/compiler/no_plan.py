@@ -216,5 +216,7 @@ def not_verified(certificate: Certificate, backend: str) -> Diagnostic:
             + (f", {check.detail}" if check.name == "rule" else "")
             for check in certificate.failures[:5]
         ),
-        help="report this bug with the mission and the seed" if ours else f"report this to the authors of `{backend}`",
+        help="report this bug with the mission and the seed"
+        if ours
+        else f"report this bug to the authors of `{backend}`",
     )

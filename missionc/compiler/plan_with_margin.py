@@ -244,7 +244,7 @@ def _planned(
         return outcome
     faster = replace(mission, agents=(under_way or mission).agents)
     straight = straighten(faster, kernel, outcome, budget)
-    if not budget.between_samples or straight.trace is outcome.trace:
+    if budget.violated_in_flight is None or straight.trace is outcome.trace:
         return straight
     failing = violated_between_samples(mission, kernel, straight.trace)
     if not failing or violated_between_samples(mission, kernel, outcome.trace):

@@ -449,7 +449,7 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
         limits = clot_settings(mission).shortening
         yield Stage(
             "margins",
-            f"if a normalised margin is well below {limits.margin:g}; {_work(MARGINS)}",
+            f"if a normalised margin is well below {limits.margin:g}, also before continuous time; {_work(MARGINS)}",
             (f"polishes for wider margins, at most {limits.longer_margin:.0%} longer",),
             (("wider plan that passes verification", NEXT), ("none", f"{NEXT}, with the plan before")),
         )

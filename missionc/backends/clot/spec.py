@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missionc.backends.features import EVERYTHING, BackendSpec, Feature
-from missionc.backends.options import TRANSPORT_PRESETS
+from missionc.backends.options import DEVICES, TRANSPORT_PRESETS
 
 CLOT = BackendSpec(
     "clot",
@@ -13,7 +13,7 @@ CLOT = BackendSpec(
     home="missionc.backends.clot.backend:BACKEND",
     package="torch",
     extra="clot",
-    package_presets=frozenset(TRANSPORT_PRESETS) - {"sketch"},
+    package_needs=(("preset", frozenset(TRANSPORT_PRESETS) - {"sketch"}), ("device", frozenset(DEVICES[1:]))),
     presets=frozenset(TRANSPORT_PRESETS),
     preferred_for=frozenset(
         {

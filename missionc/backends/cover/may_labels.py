@@ -181,6 +181,9 @@ class _CellView:
             raise ValueError("the cover represents no speeds")
         return self.known_speed
 
+    def least_in_motion(self, margin: Callable[[Any], Array]) -> Range:
+        raise ValueError("the cover represents no motions")
+
     def weakest_link(self, graph: Graph) -> Range:
         raise ValueError("the cover represents no connectivity")
 

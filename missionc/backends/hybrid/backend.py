@@ -251,7 +251,7 @@ class Run:
                 on_snapshot=api.discard_snapshot,
                 resume=None,
                 work=discrete,
-                between_samples=False,
+                violated_in_flight=None,
             )
             options = Options(solver=self.options.solver, require_solver=self.options.require_solver)
             outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, options, asked)

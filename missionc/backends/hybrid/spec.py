@@ -14,7 +14,7 @@ HYBRID = BackendSpec(
     home="missionc.backends.hybrid.backend:BACKEND",
     package=CLOT.package,
     extra=CLOT.extra,
-    package_presets=CLOT.package_presets,
+    package_needs=CLOT.package_needs,
     subsumes=CLOT.name,
     presets=CLOT.presets,
 )

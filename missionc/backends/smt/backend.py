@@ -32,7 +32,7 @@ from missionc.backends.smt.refine.unsat_core import Deletion, minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
 from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
-from missionc.backends.smt.roadmap.sequence import Attempt, roadmaps_between_samples, roadmaps_to_try
+from missionc.backends.smt.roadmap.sequence import Attempt, is_linked, roadmaps_between_samples, roadmaps_to_try
 from missionc.backends.smt.roadmap_answers import Inconclusive, NoPlan, TimeOver, TooFewLinks, WorkExceeded, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify
@@ -201,37 +201,49 @@ class Run(PacedRun):
     def between_samples(self, planned: Planned, roadmaps: tuple[Roadmap, ...], others: list[Attempt]) -> Planned:
         """Plan whose requirements hold between samples too, if one is found; else the same plan.
 
-        Requirements that fail between samples are strengthened. No refusal of a strengthened one proves anything.
+        Requirements that fail between samples are strengthened. No refusal of a strengthened one proves anything. Of
+        plans that satisfy them while agents move straight, one whose flight does is preferred.
 
         Args:
             roadmaps: those of the plan; ``others`` have not been tried.
         """
         quick = self.budget.urgent or self.options.brief or self.options.certify or self.options.captures
-        if not self.budget.between_samples or quick or self.mission.steps == 0:
+        violated_in_flight = self.budget.violated_in_flight
+        if violated_in_flight is None or quick or self.mission.steps == 0:
             return planned
-        settings, best, names = self.settings.work, planned, frozenset[str]()
+        names = violated_between_samples(self.mission, self.given, planned.trace)
+        if not names:
+            return planned
+        settings, found = self.settings.work, list[Planned]()
         left = max(settings.between_samples, settings.between_samples_share * self.account.work)
-        while failing := violated_between_samples(self.mission, self.given, best.trace):
-            if failing <= names or left <= 0 or is_over(self.budget.deadline) or stop_requested():
-                return self.with_effort(planned)
-            names |= failing
-            defer_stop()
-            self.budget.on_incumbent(planned)
-            self.budget.on_progress(Progress("improve", 0, f"{all_listed(sorted(names))} between samples"))
+        defer_stop()
+        self.budget.on_incumbent(planned)
+        for number in range(settings.between_samples_plans):
+            self.budget.on_progress(Progress("improve", number, f"{all_listed(sorted(names))} between samples"))
             stronger = hold_throughout(self.mission, self.given, names, motions=True)
-            budget = replace(self.budget, work=left, on_incumbent=discard_plan, between_samples=False)
+            budget = replace(self.budget, work=left, on_incumbent=discard_plan, violated_in_flight=None)
             run = Run(self.mission, stronger, replace(self.options, brief=True), budget)
-            attempts = roadmaps_between_samples(self.mission, self.given, self.budget.seed, roadmaps)
+            attempts = roadmaps_between_samples(self.mission, self.given, self.budget.seed + number, roadmaps)
             other = run_to_end(run.turns((*attempts, *others)), budget)
             left -= other.report.work
             self.account.spend(other.report)
             if not isinstance(other, Planned):
-                return self.with_effort(planned)
-            best = other
-        if best is planned:
-            return planned
-        stronger_ones = all_listed([f"`{name}`" for name in sorted(names)])
-        return self.with_effort(best).noting(f"planned with {stronger_ones} strengthened for the time between samples")
+                break
+            failing = violated_between_samples(self.mission, self.given, other.trace)
+            if not failing:
+                held = not violated_in_flight(other.trace)
+                found = [other] if held else [*found, other]
+                if held or not is_linked(self.given):  # other seeds give other relays only
+                    break
+            elif failing <= names:
+                break
+            names |= failing
+            if left <= 0 or is_over(self.budget.deadline) or stop_requested():
+                break
+        if not found:
+            return self.with_effort(planned)
+        strengthened = all_listed([f"`{name}`" for name in sorted(names)])
+        return self.with_effort(found[0]).noting(f"planned with {strengthened} strengthened between samples")
 
     def with_effort(self, planned: Planned) -> Planned:
         """The plan with the seconds and the work of the whole run."""

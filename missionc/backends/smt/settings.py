@@ -82,6 +82,7 @@ class WorkSettings(Record):
     makespan: float = setting(8.0, "smallest work for a shorter duration (units of work)")
     makespan_share: float = setting(2.0, "work for a shorter duration, as a multiple of the work of the plan")
     between_samples: float = setting(4.0, "smallest work for requirements violated between samples (units of work)")
+    between_samples_plans: int = setting(10, "number of plans with other relays between samples", 1, 1000)
     between_samples_share: float = setting(1.0, "work for these requirements, as a multiple of the work of the plan")
 
 

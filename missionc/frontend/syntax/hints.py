@@ -131,20 +131,8 @@ def missing_bounds(place: Place) -> Diagnostic | None:
     return finding(f"{quoted(before.text)} needs {what}", before.span, advice)
 
 
-def counted_team(place: Place) -> Diagnostic | None:
-    """Explain ``count[drone] base >= 2``."""
-    if not place.in_bounds or place.found.kind != "]" or place.before.kind != NAME:
-        return None
-    operator, bracket = place.tokens[place.opened[-1] - 1], place.tokens[place.opened[-1]]
-    if operator.word != "count" or place.here != place.opened[-1] + 2:
-        return None
-    message = f"`count` takes a route length, not {quoted(place.before.text)}"
-    advice = f"to count agents of a team, write `at least 2 {place.before.text}: …`"
-    return finding(message, bracket.span.to(place.found.span), advice)
-
-
 def wrong_bounds(place: Place) -> Diagnostic | None:
-    """Finding for bounds of the wrong form, such as ``always[5 s]``, ``always[0..5 s]`` or ``reach[0..2]``."""
+    """Finding for bounds of the wrong form, such as ``always[5 s]``, ``reach[0..2]`` or ``count[drone]``."""
     if not place.in_bounds:
         return None
     operator, token = place.tokens[place.opened[-1] - 1], place.found
@@ -163,6 +151,10 @@ def wrong_bounds(place: Place) -> Diagnostic | None:
             message = f"{quoted(operator.text)} takes a time window, not a route length"
             return finding(message, place.before.span, written)
         return None
+    if operator.word == "count" and token.kind == "]" and place.before.kind == NAME:
+        message = f"`count` takes a route length, not {quoted(place.before.text)}"
+        advice = f"to count agents of a team, write `at least 2 {place.before.text}: …`"
+        return finding(message, place.before.span, advice)
     if place.expected == {"hops", "distance", NAME}:
         message = f"the route length of {quoted(operator.text)} needs `hops` or `distance`"
         return finding(message, operator.span, written)
@@ -569,7 +561,6 @@ def _form(place: Place) -> str:
 
 
 SLIPS: tuple[Callable[[Place], Diagnostic | None], ...] = (
-    counted_team,
     wrong_bounds,
     foreign_sign,
     unknown_declaration,

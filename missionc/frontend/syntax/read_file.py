@@ -163,10 +163,10 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
         try:
             path = leads.get(span.source.name) or (paths[span.source.name].parent / written).resolve()
         except (OSError, RuntimeError, ValueError):
-            return _unreadable(codes.UNREADABLE, written, "its symbolic links are broken", span)
+            return _unreadable(codes.UNREADABLE, written, "a symbolic link of the path is broken", span)
         # Whether a file outside exists is nobody's business, so this comes before any look at it.
         if not path.is_relative_to(root):
-            return _not_allowed(written, "it lies outside the mission's own folder", span)
+            return _not_allowed(written, "the file is outside the mission's own folder", span)
         link = "" if path in names else _link(Path(span.source.name).relative_to(folder).parent / written, path, root)
         called = names.setdefault(path, str(folder / path.relative_to(root)))
         paths[called] = path
@@ -202,7 +202,7 @@ def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> 
     def source(name: str, cause: Span | None = None, data: bool = False) -> Source | Diagnostic:
         shown = f"{folder}/{name}"
         if name not in files:
-            absent = "it is not a file of the mission"
+            absent = "this file is not part of the mission"
             return _unreadable(codes.MAP_UNREADABLE if data else codes.UNREADABLE, shown, absent, cause, absent=True)
         if data and not _leads(files[name]):
             return data_of(files[name], shown)
@@ -217,7 +217,7 @@ def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> 
         beside = PurePosixPath(span.source.name).relative_to(folder).parent
         name = normpath(str(beside / written))
         if name.startswith("../"):
-            return _not_allowed(written, "it lies outside the mission's own folder", span)
+            return _not_allowed(written, "the file is outside the mission's own folder", span)
         return source(name, span, data)
 
     return source(main), load

@@ -38,7 +38,7 @@ from missionc.ir.kernel.nodes import (
     says_opposite,
 )
 from missionc.ir.kernel.walk import asked_between, bottom_up, children, postorder, rebuilt
-from missionc.ir.predicates.during_motion import OfPlace, decided_by_place
+from missionc.ir.predicates.during_motion import decided_by_place
 
 MOST_LINKS = 2000
 """Maximum number of links in a strengthened formula about routes: agents times agents times hops."""
@@ -156,7 +156,6 @@ class _Strengthening:
                 leaf = node.body if isinstance(node, Not) else node
                 if not self.motions or not isinstance(leaf, Atom) or self._as_at_ends(leaf.predicate, leaf is node):
                     return both
-                assert isinstance(leaf.predicate, OfPlace)
                 return All((both, Atom(DuringMotion(leaf.predicate, leaf is node), node.span)), node.span)
 
     def _as_at_ends(self, predicate: Predicate, truth: bool) -> bool:

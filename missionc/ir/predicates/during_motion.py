@@ -7,14 +7,8 @@ from __future__ import annotations
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir.places import Region
-from missionc.ir.predicates.compare import Compare
 from missionc.ir.predicates.facts import PredicateFacts
-from missionc.ir.predicates.in_region import Inside, Touches
-from missionc.ir.predicates.place_predicate import PlacePredicate
 from missionc.ir.predicates.views import Array, Measures
-
-OfPlace = Inside | Touches | Compare | PlacePredicate
-"""Predicates that the place of the evaluated agent may decide alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +18,7 @@ class DuringMotion(PredicateFacts):
     At the last step, true if it holds there.
     """
 
-    predicate: OfPlace
+    predicate: PredicateFacts
     truth: bool
 
     @property
@@ -51,6 +45,6 @@ class DuringMotion(PredicateFacts):
 
 def decided_by_place(predicate: PredicateFacts) -> bool:
     """Return whether the place of the evaluated agent decides the predicate at each time."""
-    return isinstance(predicate, OfPlace) and not (
-        predicate.others or predicate.about_team or predicate.reads_speed or predicate.reads_past
-    )
+    of_team = predicate.about_team or predicate.others or predicate.formation or predicate.graph
+    moving = predicate.reads_speed or predicate.reads_heading or predicate.reads_motion
+    return not (of_team or moving or predicate.reads_past)

@@ -239,6 +239,9 @@ class IntervalView:
         low, _ = self.place(None)
         return exactly(np.zeros(low.shape[:-1]))
 
+    def least_in_motion(self, margin: Callable[[Any], Array]) -> Interval:
+        raise ValueError("no motion is seen here")
+
     def weakest_link(self, graph: ir.Graph) -> Interval:
         raise ValueError("a graph is not seen here")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import build_roadmaps
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
+from missionc.compiler.continuous_time import violated_in_flight
 from missionc.compiler.front_end import check
 from missionc.compiler.results import Verified
 from missionc.ir.language.margins.predicate_margins import holds, margin
@@ -52,12 +54,13 @@ solve with smt { nodes = 110 }
 
 
 def planned(mission: Source | Path, *, between: bool, **overrides: str) -> frozenset[str]:
-    """Requirements that fail between the samples of smt's plan."""
+    """Requirements that fail between the samples of smt's plan, or of its flight."""
     checked = check(mission, overrides=overrides)
-    budget = Budget(time.monotonic() + 100, between_samples=between)
+    judge = partial(violated_in_flight, checked.valid_mission, checked.valid_kernel)
+    budget = Budget(time.monotonic() + 100, violated_in_flight=judge if between else None)
     plan = SmtBackend().plan(checked.valid_mission, checked.valid_kernel, Options(), budget)
     assert isinstance(plan, Planned)
-    return violated_between_samples(checked.valid_mission, checked.valid_kernel, plan.trace)
+    return violated_between_samples(checked.valid_mission, checked.valid_kernel, plan.trace) | judge(plan.trace)
 
 
 @pytest.mark.parametrize("text", [DOOR, BOOTH])

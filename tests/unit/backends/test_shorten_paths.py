@@ -61,6 +61,7 @@ require back: b[0]: eventually[2 s, 3 s] west
 def on_the_roadmap(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plans as the solver leaves them."""
     monkeypatch.setattr("missionc.compiler.plan_with_margin.load_straighten", lambda engine: None)
+    monkeypatch.setattr("missionc.compiler.wider_margins.widens", lambda checked, request: False)
 
 
 def meant(text: str) -> tuple[Mission, Kernel]:

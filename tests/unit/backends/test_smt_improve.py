@@ -35,6 +35,7 @@ EITHER = ONE.replace("every drone: eventually[0, 6 s] goal", "drone[0]: eventual
 def on_the_roadmap(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plans as the solver leaves them."""
     monkeypatch.setattr("missionc.compiler.plan_with_margin.load_straighten", lambda engine: None)
+    monkeypatch.setattr("missionc.compiler.wider_margins.widens", lambda checked, request: False)
 
 
 def planned(text: str, **options: object) -> tuple[Trace, Report]:

@@ -103,24 +103,13 @@ def test_force_replaces_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "MC702" in capsys.readouterr().err
 
 
-def test_the_list_names_every_template_and_what_it_needs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_list_names_every_template(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["init", "--list"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == list(templates())
-    assert [line.split()[0] for line in lines if "extra `clot`" in line] == ["formation", "split-merge"]
     assert main(["init", "--list", "--format", "json"]) == 0
     listed = json.loads(capsys.readouterr().out)["templates"]
     assert [each["backend"] for each in listed] == ["smt", "clot", "smt", "smt", "clot"]
-
-
-def test_what_has_to_be_installed_first_is_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("missionc.cli.commands.init.find_spec", lambda name: None)
-    assert main(["init", str(tmp_path / "ring"), "--template", "formation"]) == 0
-    assert "pip install 'missionc[clot]'" in capsys.readouterr().out
-    assert main(["init", str(tmp_path / "relay")]) == 0
-    assert "pip install" not in capsys.readouterr().out
 
 
 def test_a_shell_completes_the_names_of_templates(capsys: pytest.CaptureFixture[str]) -> None:

@@ -199,7 +199,7 @@ def test_what_people_write_instead_is_answered_in_its_own_words(subtests: pytest
             "`count[…] f < 2 or count[…] f > 2`",
         ),
         ("require count[hops 1..1] a == 2", "==", "unexpected `==`", "write `=`"),
-        ("require count[d] a >= 2", "[d]", "`count` takes a route length, not `d`", "write `at least 2 d: …`"),
+        ("require count[d] a >= 2", "d", "`count` takes a route length, not `d`", "write `at least 2 d: …`"),
         ("require count d: a >= 2", "count", "`count` needs a route length", "write `at least 2 drone: base`"),
         ("require every d: count[hops 1..1] a", "a", "expected a comparison such as `>= 2`", "count[hops 1..1]"),
         ("require a == b", "==", "unexpected `==`", "write `iff`"),

@@ -283,7 +283,7 @@ def test_a_plan_that_leaps_over_a_wall_is_told_from_one_that_does_not(
     assert main(["monitor", "leap.mission", "out/plan.json", "--continuous"]) == 3
 
 
-def test_where_a_plan_leaps_another_is_asked_for_until_one_holds_throughout(
+def test_a_roadmap_plan_that_leaps_is_replaced_by_one_that_holds_between_samples(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -295,10 +295,7 @@ def test_where_a_plan_leaps_another_is_asked_for_until_one_holds_throughout(
     found = compile("leap.mission")
     assert isinstance(found.outcome, Verified)
     assert not found.outcome.certificate.at_steps_alone
-    assert (
-        "the first plan violates a requirement between samples; this plan was found afterwards"
-        in found.outcome.report.notes
-    )
+    assert "planned with `avoid` strengthened between samples" in found.outcome.report.notes
 
 
 def test_flags_that_ask_for_more_and_for_no_more_than_the_steps_are_not_given_together(

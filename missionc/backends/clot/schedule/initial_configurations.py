@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import product
 from typing import TypeAlias
 
@@ -198,6 +198,7 @@ class FirstGuesses:
         ties, _ = self._ties(step)
         pinned = self._pinned(step)
         turned = self._turned(step)
+        kept = {agent for shape in self._shapes(step - 1, step - 1) for agent in shape.others}
         put: list[int] = []
         for team in teams_of(ties):
             figure = formed[team] - formed[team].mean(axis=0)
@@ -205,25 +206,30 @@ class FirstGuesses:
                 guess[team] = formed[team]
                 continue
             angles = turns if turned.isdisjoint(team) else turns[:1]
-            guess[team] = self._put(team, figure, formed[team].mean(axis=0), angles, before, guess[put], places)
+            figures: Iterable[Array] = (turned_by(figure, angle) for angle in angles)
+            is_new = kept.isdisjoint(team)
+            if is_new and turned.isdisjoint(team):
+                figures = _rotations(figure, before[team], angles)
+            shared = 1.0 if is_new else 1e-3
+            guess[team] = self._put(team, figures, formed[team].mean(axis=0), before, guess[put], places, shared)
             put.extend(team)
         return guess
 
     def _put(
         self,
         team: list[int],
-        figure: Array,
+        figures: Iterable[Array],
         middle: Array,
-        angles: tuple[float, ...],
         before: Array,
         others: Array,
         places: dict[Region, list[int]],
+        shared: float,
     ) -> Array:
-        """Placement of a formation ``figure``, (members, dim) relative to its centre, with clearance and short paths:
-        (members, dim), metres.
+        """Placement of one of several formations with clearance and short paths: (members, dim), metres.
 
         Args:
-            angles: rotations that are tried, degrees; a single one keeps the orientation.
+            figures: positions of the members relative to the centre of their formation, (members, dim), metres.
+            shared: weight of the mean path beside the longest.
         """
         settings = clot_settings(self.mission).guess
         lacking_cost = 1e3  # cost of a metre of missing clearance, in metres travelled
@@ -237,8 +243,8 @@ class FirstGuesses:
             for region, agents in places.items()
         ]
 
-        def cost(points: Array) -> Array:
-            lacking = np.maximum(needed - self.geodesics.room_at(points), 0.0).max(axis=-1)
+        def lacking_room(points: Array) -> Array:
+            lacking: Array = np.maximum(needed - self.geodesics.room_at(points), 0.0).max(axis=-1)
             for region, members in asked:
                 if members:
                     outside = np.asarray(signed_distance(np, region.shape, points[:, members])) + settings.clearance
@@ -246,16 +252,20 @@ class FirstGuesses:
             if len(others):
                 apart = np.linalg.norm(points[:, :, None] - others, axis=-1).min(axis=(1, 2))
                 lacking = lacking + np.maximum(spacing - apart, 0.0)
+            return lacking
+
+        def cost(points: Array) -> Array:
             far = np.linalg.norm(points - before[team], axis=-1)
-            total: Array = lacking_cost * lacking + far.max(axis=-1) + far.mean(axis=-1)
+            total: Array = lacking_cost * lacking_room(points) + far.max(axis=-1) + shared * far.mean(axis=-1)
             return total
 
         best: tuple[float, Array] | None = None
-        for around in _rotations(figure, before[team], angles):
+        for around in figures:
             chosen = middles[int(cost(middles[:, None] + around).argmin())]
             pitch = self.geodesics.cell * max(1.0, len(cells) / settings.middles) ** (1 / len(middle))
-            for finer in (pitch / 2, pitch / 6, pitch / 18):
-                near = chosen + finer * np.array(list(product((-1, 0, 1), repeat=len(middle))))
+            while pitch > settings.clearance and lacking_room((chosen + around)[None]).any():
+                pitch /= 3
+                near = chosen + pitch * np.array(list(product((-1, 0, 1), repeat=len(middle))))
                 chosen = near[int(cost(near[:, None] + around).argmin())]
             # From there, back to the point with the shortest paths of its agents, as far as there is room.
             back = chosen + np.linspace(0.0, 1.0, 21)[:, None] * (middle - chosen)
@@ -402,11 +412,8 @@ def _rotations(figure: Array, before: Array, angles: tuple[float, ...]) -> Itera
     The first of each has the least squared paths from the places before, up to a common one (Schönemann, 1966).
 
     Args:
-        angles: further ones, degrees; a single one keeps the orientation.
+        angles: further ones, degrees.
     """
-    if len(angles) == 1:
-        yield turned_by(figure, angles[0])
-        return
     mirrored = figure.copy()
     mirrored[:, 1] = -mirrored[:, 1]
     around = before - before.mean(axis=0)

@@ -109,8 +109,6 @@ class Labels:
     def _during_motion(self, predicate: DuringMotion, number: int, *, at_end: bool) -> Flags:
         """Flags of moves during which it holds, or with ``at_end``, after which it does: (moves,)."""
         roadmap, key = self.roadmaps[number], (predicate, number, at_end)
-        if at_end:
-            return self.states_where(predicate.predicate, number, predicate.truth)[roadmap.moves[:, 1]]
         if key not in self._known:
             agent, motions = self.mission.agents[roadmap.agents[0]], roadmap.motions(self.mission)
             each = Motions(motions.position[:, None], motions.velocity[:, None], motions.acceleration[:, None])
@@ -118,7 +116,7 @@ class Labels:
             least = least_in_motion(
                 self.mission,
                 predicate.at_place,
-                lambda shares: each.at((shares * self.mission.step)[..., None]),
+                lambda shares: each.at(self.mission.step if at_end else (shares * self.mission.step)[..., None]),
                 (len(roadmap.moves),),
                 *body,
             )

@@ -63,7 +63,7 @@ def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int | 
     settings = smt_settings(mission).roadmap
     order: list[int | None] = [*range(settings.attempts if sampled is None else sampled)]
     if settings.adaptive and _has_geodesics(mission):
-        order.insert(1 if _is_linked(kernel) else 0, None)
+        order.insert(1 if is_linked(kernel) else 0, None)
     for number, finer in enumerate(order, 1):
         if finer is None:
             generator = np.random.default_rng(seed)
@@ -83,7 +83,7 @@ def roadmaps_between_samples(
     For linked agents, rows of relays come first.
     """
     nodes = sum(len(roadmap.nodes) for roadmap in roadmaps)
-    if mission.solve.roadmap is None and _is_linked(kernel):
+    if mission.solve.roadmap is None and is_linked(kernel):
         generator = np.random.default_rng(seed)
         neighbours = smt_settings(mission).roadmap.neighbors
         yield Attempt(1, nodes, partial(build_relay_roadmaps, mission, kernel, neighbours, generator))
@@ -95,7 +95,7 @@ def _has_geodesics(mission: Mission) -> bool:
     return all(can_wait(agent.dynamics) and not agent.dynamics.has_momentum for agent in mission.agents)
 
 
-def _is_linked(kernel: Kernel) -> bool:
+def is_linked(kernel: Kernel) -> bool:
     """Return true if links or formations are required, which need nodes everywhere."""
     nodes = postorder(kernel.formulas)
     atoms = (node.predicate for node in nodes if isinstance(node, Atom))
