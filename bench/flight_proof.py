@@ -28,8 +28,7 @@ from missionc.ir.vehicle_profiles import profiles
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.verification.check_certificate import check_certificate
 from missionc.verification.flight.continuity_and_fidelity import check_flight, tube
-from missionc.verification.flight.flight_curves import Flight
-from missionc.verification.flight.joint_claims import downwash, obstacles, separation, world
+from missionc.verification.flight.joint_claims import Flight, downwash, obstacles, separation, world
 from missionc.verification.flight.verify_polynomials import limits
 from missionc.verification.proof.branch_and_bound import branch_and_bound
 from missionc.verification.proof.proof_boxes import boxes_of, fault

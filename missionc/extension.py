@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from missionc.ir import Inside, Mission
     from missionc.ir.agents import InitialSet
     from missionc.ir.distances.signed_distance import signed_distance
-    from missionc.ir.dynamics.kind import Dynamics, Limit
+    from missionc.ir.dynamics.kinds import Dynamics, Limit
     from missionc.ir.kernel import nodes
     from missionc.ir.kernel.nodes import Kernel
     from missionc.ir.language.margins.predicate_margins import of_states
@@ -52,7 +52,7 @@ HOMES = {
         "missionc.ir": "Inside Mission",
         "missionc.ir.agents": "InitialSet",
         "missionc.ir.distances.signed_distance": "signed_distance",
-        "missionc.ir.dynamics.kind": "Dynamics Limit",
+        "missionc.ir.dynamics.kinds": "Dynamics Limit",
         "missionc.ir.kernel": "nodes",
         "missionc.ir.kernel.nodes": "Kernel",
         "missionc.ir.language.margins.predicate_margins": "of_states",

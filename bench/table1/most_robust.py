@@ -19,8 +19,7 @@ from scipy.sparse import coo_array
 
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.ir.dynamics.double_integrator import DoubleIntegrator
-from missionc.ir.dynamics.single_integrator import SingleIntegrator
+from missionc.ir.dynamics.kinds import DoubleIntegrator, SingleIntegrator
 from missionc.ir.kernel.nodes import Kernel
 from table1.scene import Unsupported
 from table1.specification import Stl, specification

@@ -12,8 +12,7 @@ import numpy as np
 
 from farm.trial import Broken
 from missionc import ir
-from missionc.base.judgement import Judgement
-from missionc.base.trace import Trace
+from missionc.base.trace import Judgement, Trace
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring import monitor
 from tests import reference

@@ -18,13 +18,10 @@ from missionc.backends.features import Feature
 from missionc.backends.options import Options
 from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.figures import counted
-from missionc.base.judgement import Judgement
 from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.notebook import printed, shown
-from missionc.base.solved import Solved
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Judgement, Solved, Trace, counted
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel

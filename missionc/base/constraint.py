@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
-from missionc.base.figures import counted, decimals
 from missionc.base.late_dataclass import Record
+from missionc.base.trace import counted, decimals
 
 MOST_SHOWN = 20
 """Maximum number of violated constraints in the text output; the JSON output lists all of them."""

@@ -1,10 +1,14 @@
-"""Units of measurement and their physical dimensions."""
+"""Units of measurement and their physical dimensions.
+
+Plain numbers: decimal notation shared by the file formats of other programs.
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from enum import Enum
-from typing import NewType
+from typing import NewType, TypeGuard
 
 Seconds = NewType("Seconds", float)
 Metres = NewType("Metres", float)
@@ -52,3 +56,17 @@ UNITS: dict[str, tuple[Dimension, float]] = {
     "steps": (Dimension.STEPS, 1.0),
 }
 """Dimension of each unit, and its size in SI units."""
+
+
+_PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+
+
+def plain_number(text: str) -> float:
+    """Number that a text denotes; NaN if the text is not a finite decimal number in ASCII digits."""
+    value = float(text) if _PLAIN.fullmatch(text) else math.nan
+    return value if math.isfinite(value) else math.nan
+
+
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Return true if a JSON value is a finite number; ``true`` and ``false`` are not numbers."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

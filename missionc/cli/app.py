@@ -15,7 +15,7 @@ import click
 
 from missionc.base.diagnostics.code import INTERNAL
 from missionc.base.diagnostics.defect import cut_off, defect
-from missionc.base.diagnostics.sanitize import plain
+from missionc.base.diagnostics.render import plain
 from missionc.base.diagnostics.suggest import nearest
 from missionc.base.extensions import ExtensionError, Kind, failed
 from missionc.base.memory import exhausted

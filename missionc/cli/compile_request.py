@@ -319,7 +319,7 @@ def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic
         plot: path of the picture.
     """
     from missionc.compiler.graphs import picture_of
-    from missionc.output.folder.write_file import write_file
+    from missionc.output.folder.write_folder import write_file
 
     try:
         picture = picture_of(compiled, request.figure, plot.suffix[1:], request.seed)

@@ -12,8 +12,7 @@ import click
 
 from missionc.base.diagnostics.code import OUT_OF_MEMORY
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.diagnostics.render import render_json, render_text, wrapped
-from missionc.base.diagnostics.sanitize import as_json, plain
+from missionc.base.diagnostics.render import as_json, plain, render_json, render_text, wrapped
 from missionc.cli.streams import HUNG_UP, NOT_SAID
 
 

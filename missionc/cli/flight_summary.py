@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from missionc.base.figures import counted, decimals
+from missionc.base.trace import counted, decimals
 from missionc.base.units import Seconds
 from missionc.cli.summary import in_brackets
 
 if TYPE_CHECKING:
-    from missionc.base.judgement import Judgement
+    from missionc.base.trace import Judgement
     from missionc.tools.replay.simulate_folder import Simulated
     from missionc.verification.certificate import Check
 

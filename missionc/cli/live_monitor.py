@@ -13,10 +13,9 @@ import click
 from missionc.base.constraint import constraint_lines, constraint_records
 from missionc.base.diagnostics.code import IMPLAUSIBLE_TIME, RECORDING_BROKEN, UNUSABLE_SAMPLE
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.diagnostics.render import render_json, render_text
-from missionc.base.diagnostics.sanitize import as_json
-from missionc.base.figures import decimals
+from missionc.base.diagnostics.render import as_json, render_json, render_text
 from missionc.base.signals import Stopped
+from missionc.base.trace import decimals
 from missionc.cli.browser import said
 from missionc.cli.exit_status import Status, columns, in_colour, say_line
 from missionc.cli.flight_page import FlightPage

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from missionc.base.figures import counted, decimals
+from missionc.base.trace import counted, decimals
 from missionc.cli.flight_summary import ROWS
 from missionc.flight.simulation.trials import shown
 from missionc.ir import Mission

@@ -12,7 +12,7 @@ from pathlib import Path
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder.overlap import WrittenPath, overlapping
 from missionc.output.folder.ownership import exists
-from missionc.output.folder.write_file import refuse_file
+from missionc.output.folder.write_folder import refuse_file
 
 TITLE = "· missionc report</title>".encode()
 HEAD = 4096

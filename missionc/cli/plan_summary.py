@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from missionc.base.figures import counted, decimals
+from missionc.base.trace import counted, decimals
 from missionc.base.units import Seconds
 from missionc.ir import PLAIN, Mission
 from missionc.ir.wording import listed
 from missionc.output.folder.file_names import REPORT
 
 if TYPE_CHECKING:
-    from missionc.base.judgement import Judgement
+    from missionc.base.trace import Judgement
     from missionc.compiler.results import Verified
     from missionc.verification.certificate import Between, Certificate, Check
 

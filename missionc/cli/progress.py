@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
-from missionc.base.diagnostics.sanitize import plain_line
+from missionc.base.diagnostics.render import plain_line
 from missionc.cli.streams import OutputClosed
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from missionc.base.figures import counted
+from missionc.base.trace import counted
 from missionc.cli.plan_summary import warning_lines, without_vehicle, worst_margins
 from missionc.compiler.replan.request import Replanned, Way
 from missionc.compiler.results import Verified

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 
 from missionc.backends.api import Attempt, Impossible, NotFound, Report, Violation
 from missionc.base.constraint import constraint_lines, constraint_records
-from missionc.base.figures import counted, decimals
-from missionc.base.judgement import judgement_lines
-from missionc.base.solved import solved_text
+from missionc.base.trace import counted, decimals, judgement_lines, solved_text
 from missionc.base.units import Seconds
 from missionc.cli import plan_summary
 from missionc.compiler.relax.advice import explained_document, explained_lines

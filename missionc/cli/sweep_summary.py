@@ -7,12 +7,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from missionc.base.figures import counted
+from missionc.base.trace import counted
 
 if TYPE_CHECKING:
     from missionc.tools.sweep.carry_out_sweep import SweepResult
-    from missionc.tools.sweep.compare_sweeps import Comparison
-    from missionc.tools.sweep.results_table import Group
+    from missionc.tools.sweep.results_table import Comparison, Group
 
 MOST_LINES = 40
 """Maximum number of combinations and of comparisons that are listed; the page has all of them."""

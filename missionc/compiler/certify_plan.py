@@ -15,11 +15,10 @@ from missionc.backends.options import Options
 from missionc.base.diagnostics.code import NO_WAY
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.late_dataclass import Record
-from missionc.base.stage_runs import StageRun
-from missionc.base.trace import Plan
+from missionc.base.trace import Plan, StageRun
 from missionc.base.units import Seconds
 from missionc.compiler import no_plan
-from missionc.compiler.ask_bound import BoundSide
+from missionc.compiler.ask_cover import BoundSide
 from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
 from missionc.compiler.provenance import asked_for, data, given, inputs, packages
 from missionc.compiler.results import InvalidMission, Unverified, Verified

@@ -16,8 +16,8 @@ from missionc.base.diagnostics.code import NOT_PUBLISHED
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.source import Span
 from missionc.ir import Apply, AtLeastOf, Formula, Holds, Length, Mission, Sight, Without
+from missionc.ir.agents import PLAIN
 from missionc.ir.language.walk_formulas import formulas, operator_words
-from missionc.ir.vehicles import PLAIN
 
 FEATURES = frozenset({Feature.HOPS, Feature.VOLUME, Feature.UNICYCLE, Feature.LEAST_SPEED})
 """Features that the method of [strel] supports."""

@@ -46,7 +46,7 @@ class KeptRun:
 
     def checkpoints(self, limits: Limits) -> Checkpoints | Diagnostic:
         """Checkpoint options for the driver, or a diagnostic if a file cannot be read or written."""
-        from missionc.output.folder.write_file import refuse_file
+        from missionc.output.folder.write_folder import refuse_file
 
         content: bytes | Diagnostic | None = None
         if self.checkpoint is not None and (refused := refuse_file(self.checkpoint)):
@@ -59,7 +59,7 @@ class KeptRun:
 
     def write(self, content: bytes) -> None:
         """Write the checkpoint file atomically, so that an interruption leaves the previous one."""
-        from missionc.output.folder.write_file import write_file
+        from missionc.output.folder.write_folder import write_file
 
         if self.checkpoint is not None and self.wrong is None:
             self.wrong = write_file(self.checkpoint, content)

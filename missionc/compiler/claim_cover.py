@@ -20,18 +20,17 @@ import numpy as np
 from missionc.backends.api import Budget
 from missionc.backends.cover.bodies import bodies
 from missionc.backends.cover.keep_apart import rooms, together_ever
-from missionc.backends.cover.may_labels import MayLabels
+from missionc.backends.cover.may_labels import MayLabels, near_beacon, nearer, seen
 from missionc.backends.cover.may_moves import may_turn
 from missionc.backends.cover.may_visit import too_far_apart
 from missionc.backends.cover.refute import Question, Refuted
-from missionc.backends.cover.relax_kernel import near_beacon, nearer, seen
 from missionc.backends.run_account import Account
 from missionc.backends.smt.sat.proof import CNF, DRAT, Unproved, prove_cnf
 from missionc.base.trace import Array, Flags
 from missionc.ir import BeaconCover, Box, Graph, Mission, Predicate, Shape, Sight
+from missionc.ir.couplings import range_of
 from missionc.ir.kernel.nodes import Atom, Kernel
 from missionc.ir.kernel.show import KernelWords
-from missionc.ir.pair_ranges import range_of
 from missionc.verification.impossibility.bodies import is_plain, name_in_graph, name_of_obstacle, parts
 from missionc.verification.impossibility.check_refutation import check_refutation
 from missionc.verification.impossibility.cnf import Cnf, TooManyClauses

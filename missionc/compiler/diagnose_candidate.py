@@ -17,16 +17,14 @@ from itertools import combinations
 import numpy as np
 
 from missionc.backends.api import Attempt, Violation
-from missionc.base.judgement import Judgement
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array, Flags, Trace
+from missionc.base.trace import Array, Flags, Judgement, Trace
 from missionc.geometry.dynamics import SPEED
 from missionc.ir import Agent, Mission, Still
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.analysis import robustness_unit
-from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import At, Kernel, Node
-from missionc.ir.kernel.walk import awaited, postorder
+from missionc.ir.kernel.walk import awaited, conjuncts, postorder
 from missionc.ir.wording import listed
 from missionc.verification.monitoring.monitor import robustness
 from missionc.verification.monitoring.violation import first_violation

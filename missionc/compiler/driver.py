@@ -35,10 +35,10 @@ from missionc.base.memory import DEFAULT_LIMIT as DEFAULT_MEMORY_LIMIT
 from missionc.base.memory import limited
 from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.source import Source
-from missionc.base.stage_runs import StageRun
+from missionc.base.trace import StageRun
 from missionc.base.units import Seconds
 from missionc.compiler import no_plan
-from missionc.compiler.ask_bound import BoundSide
+from missionc.compiler.ask_cover import BoundSide
 from missionc.compiler.certify_plan import certify_plan, reserved_time, to_draw
 from missionc.compiler.check_preset import check_preset
 from missionc.compiler.checkpoints import Checkpoints, unusable, with_checkpoints

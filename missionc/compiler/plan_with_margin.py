@@ -17,7 +17,7 @@ from missionc.backends.options import Options
 from missionc.base.diagnostics.model import has_errors
 from missionc.base.units import Metres
 from missionc.compiler.ask_cover import CoverSide
-from missionc.compiler.stage_log import StageLog
+from missionc.compiler.plan_request import StageLog
 from missionc.compiler.strategy import COVERS, LAST_TRY, SEARCH, Try, speed_limited, tries, try_text, urgent_tries
 from missionc.frontend.checks.check_world import check_world
 from missionc.ir import Mission
@@ -25,9 +25,16 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.normal_form import constant
 from missionc.ir.kernel.walk import reads_headings
 from missionc.ir.language.operator import TooLarge
-from missionc.ir.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 from missionc.ir.lower.hold_throughout import hold_throughout
-from missionc.ir.lower.tighten import margin_limits, tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
+from missionc.ir.lower.tighten import (
+    ahead_of_time,
+    margin_limits,
+    tightened,
+    tracking_margin,
+    with_flyable_speeds,
+    with_room_for_delays,
+    with_vehicle_room,
+)
 from missionc.ir.lower.unroll_past import looking_ahead
 
 

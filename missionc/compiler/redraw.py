@@ -10,9 +10,9 @@ import json
 from dataclasses import replace
 
 from missionc.compiler.front_end import Checked
+from missionc.compiler.plan_request import StageLog
 from missionc.compiler.provenance import texts
 from missionc.compiler.results import Verified
-from missionc.compiler.stage_log import StageLog
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
 from missionc.output.documents.whole_flight_json import ways_in

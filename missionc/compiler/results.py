@@ -17,17 +17,16 @@ from missionc.backends.api import Attempt, Impossible, NotFound, Report, Scope
 from missionc.base.constraint import Constraint, NotJudged, all_satisfied, constraint_lines
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.diagnostics.render import counts
-from missionc.base.judgement import judgement_lines
 from missionc.base.late_dataclass import Record
 from missionc.base.notebook import framed, printed, shown
 from missionc.base.source import Source
+from missionc.base.trace import judgement_lines
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import Checked, below
 from missionc.output.folder.file_names import REPORT
 
 if TYPE_CHECKING:
-    from missionc.base.judgement import Judgement
-    from missionc.base.trace import Array, Plan, Trace
+    from missionc.base.trace import Array, Judgement, Plan, Trace
     from missionc.frontend.builder.origins import MissionLike
     from missionc.output.documents.alternatives_json import AlternativeRow
     from missionc.verification.certificate import Between, Certificate

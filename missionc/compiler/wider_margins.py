@@ -21,7 +21,7 @@ from missionc.base.deadline import last_call
 from missionc.base.diagnostics.code import IMPROVEMENT_FAILED
 from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.units import Metres
-from missionc.compiler.ask_bound import BoundSide
+from missionc.compiler.ask_cover import BoundSide
 from missionc.compiler.certify_plan import certify_plan
 from missionc.compiler.front_end import Checked, Stopwatch
 from missionc.compiler.incumbent import CUT_SHORT, RESERVE, cut_short

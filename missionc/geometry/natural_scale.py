@@ -14,9 +14,8 @@ import numpy as np
 
 from missionc.geometry.sampling import points_in
 from missionc.ir import Compare, Mission, Predicate
-from missionc.ir.places import World
+from missionc.ir.places import Ball, Box, Disc, Shape, World
 from missionc.ir.predicates.features import DistanceBetween, DistanceTo
-from missionc.ir.shapes import Ball, Box, Disc, Shape
 
 
 def natural_scale(predicate: Predicate, mission: Mission) -> float:

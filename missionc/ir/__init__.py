@@ -11,9 +11,6 @@ from missionc.ir.dynamics import *
 from missionc.ir.formulas import *
 from missionc.ir.lanes import *
 from missionc.ir.mission import *
-from missionc.ir.pads import *
 from missionc.ir.places import *
 from missionc.ir.predicates import *
 from missionc.ir.resources import *
-from missionc.ir.shapes import *
-from missionc.ir.vehicles import *

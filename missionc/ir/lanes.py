@@ -5,7 +5,7 @@ from __future__ import annotations
 from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Metres, Seconds
-from missionc.ir.shapes import Vector
+from missionc.ir.places import Vector
 
 
 class LaneNode(Record):

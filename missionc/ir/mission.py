@@ -14,9 +14,8 @@ from missionc.ir.agents import Agent, AgentSet, InitialSet
 from missionc.ir.couplings import Formation, Graph
 from missionc.ir.formulas import Formula
 from missionc.ir.lanes import Lanes
-from missionc.ir.places import Beacon, Obstacle, PlacesFile, Region, World
+from missionc.ir.places import Beacon, Obstacle, PlacesFile, Region, Vector, World
 from missionc.ir.resources import Flag, Resource
-from missionc.ir.shapes import Vector
 
 
 class Requirement(Record, eq=False):

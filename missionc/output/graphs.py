@@ -12,8 +12,8 @@ from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.trace import Array, Trace
 from missionc.ir import Graph, Mission
+from missionc.ir.couplings import directed
 from missionc.ir.language.margins.links import link_margin
-from missionc.ir.pair_ranges import directed
 
 if TYPE_CHECKING:
     import networkx

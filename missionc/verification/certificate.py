@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 from enum import Enum
 
-from missionc.base.judgement import Judgement
 from missionc.base.late_dataclass import Record
+from missionc.base.trace import Judgement
 from missionc.verification.proof.proof_boxes import Boxes
 
 MOTION = 1e-6

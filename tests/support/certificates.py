@@ -14,9 +14,9 @@ from missionc.backends.smt.sat.proof import Proof, prove_cnf
 from missionc.compiler import driver
 from missionc.compiler.claim_cover import claimed
 from missionc.ir import Graph, Mission, Predicate
+from missionc.ir.couplings import range_of
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lower.unroll_past import looking_ahead
-from missionc.ir.pair_ranges import range_of
 from missionc.verification.impossibility.check_refutation import CNF, DRAT
 from missionc.verification.impossibility.cover_document import COVER, ClaimedCover, document
 from missionc.verification.impossibility.encode_formulas import Never, refutation

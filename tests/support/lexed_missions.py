@@ -17,7 +17,7 @@ from hypothesis import given, settings
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.frontend.syntax import ast, machine, parse
+from missionc.frontend.syntax import ast, parse
 from missionc.frontend.syntax.read_file import unread
 from missionc.frontend.syntax.show_tree import show
 from missionc.frontend.syntax.tokens import LABEL, NAME, NUMBER, TEXT, UNIT
@@ -31,7 +31,7 @@ DRAWN = 100
 PUNCTUATION = frozenset("()[]{},:")
 
 
-class Watching(machine.Machine):
+class Watching(parse.Machine):
     """Parser that records its tokens with their kinds."""
 
     took: list[tuple[str, Span]]

@@ -20,7 +20,7 @@ from shapely.affinity import affine_transform
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.frontend.maps.feature import Area, Circle, MapPoint
-from missionc.ir.place_files import FileRequest
+from missionc.ir.places import FileRequest
 
 ezdxf.options.write_fixed_meta_data_for_testing = True  # the same drawing always gives the same text
 

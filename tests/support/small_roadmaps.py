@@ -14,8 +14,7 @@ from missionc.backends.api import ignore
 from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower import Lowered, lower
-from missionc.backends.smt.encode.lower_motion import Motion, all_ways, lower_motion
-from missionc.backends.smt.encode.occupancy import Occupancy
+from missionc.backends.smt.encode.lower_motion import Motion, Occupancy, all_ways, lower_motion
 from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Roadmap

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.control_points import splines
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.settings import Spare, Weights
 from missionc.base.continuous_time import ContinuousTime

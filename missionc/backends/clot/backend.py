@@ -39,9 +39,8 @@ from missionc.backends.api import (
 )
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import spare
-from missionc.backends.clot.optimise.active_set import Choices
+from missionc.backends.clot.optimise.active_set import Choices, Demand
 from missionc.backends.clot.optimise.control_points import control_after, splines, trace
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
@@ -53,24 +52,25 @@ from missionc.backends.clot.run.run_state import (
     Nearest,
     Reached,
     RunCandidate,
+    Searched,
     Searching,
     State,
+    failure_statement,
+    freed,
     from_snapshot,
+    near,
     to_snapshot,
 )
-from missionc.backends.clot.run.search_results import Searched, failure_statement, freed, near
 from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.tasks import Outline, outline
 from missionc.backends.clot.settings import clot_settings
 from missionc.backends.clot.spec import CLOT
 from missionc.backends.options import DEVICES, Options
-from missionc.backends.run_account import Account
-from missionc.backends.work import SEARCH, polish_work, run_to_end, sketch_work
+from missionc.backends.run_account import SEARCH, Account, polish_work, run_to_end, sketch_work
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import defer_stop, stop_requested
-from missionc.base.solved import SKETCH, TRANSPORT, Solved
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import SKETCH, TRANSPORT, Array, Solved, Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.walk import postorder

@@ -18,20 +18,18 @@ from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, NotFound, Outcome, Planned, Reason, Report, Turns
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import spare
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.control_points import splines, trace
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.settings import clot_settings
 from missionc.backends.options import Options
-from missionc.backends.run_account import Account
-from missionc.backends.work import polish_work, run_to_end
+from missionc.backends.run_account import Account, polish_work, run_to_end
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.late_dataclass import Record
 from missionc.base.signals import stop_requested
-from missionc.base.solved import then_polished
-from missionc.base.trace import Trace
+from missionc.base.trace import Trace, then_polished
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 

@@ -21,9 +21,9 @@ from missionc.backends.acceptance import attempt
 from missionc.backends.api import Attempt, Budget, Planned, Progress
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import METRES, STRAIGHT, spare, with_room
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import as_many, duration, rested, travelled
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
@@ -31,8 +31,7 @@ from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.settings import Spare, clot_settings
 from missionc.backends.run_account import Account
 from missionc.base.signals import stop_requested
-from missionc.base.solved import then_polished
-from missionc.base.trace import Array, Flags, Trace
+from missionc.base.trace import Array, Flags, Trace, then_polished
 from missionc.geometry.dynamics import can_wait
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel

@@ -27,11 +27,9 @@ from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.settings import clot_settings
 from missionc.backends.clot.straighten import violating, witnessed
-from missionc.backends.run_account import Account
-from missionc.backends.work import polish_work
+from missionc.backends.run_account import Account, polish_work
 from missionc.base.signals import stop_requested
-from missionc.base.solved import then_polished
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Trace, then_polished
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 

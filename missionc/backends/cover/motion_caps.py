@@ -13,8 +13,8 @@ from dataclasses import replace
 
 from missionc.base.late_dataclass import Record
 from missionc.ir import Compare, Level, Mission, Speed
-from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
 from missionc.ir.kernel.nodes import Atom, Kernel
+from missionc.ir.kernel.walk import Conjunct, conjuncts
 
 
 class Caps(Record, eq=False):

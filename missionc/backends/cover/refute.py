@@ -25,26 +25,23 @@ import numpy as np
 from missionc.backends.api import Budget
 from missionc.backends.cover.cover import TOUCH, Cover, build_cover
 from missionc.backends.cover.keep_apart import add_crowding, add_separation
-from missionc.backends.cover.may_labels import MayLabels
+from missionc.backends.cover.may_labels import MayLabels, relaxed
 from missionc.backends.cover.may_moves import add_turns
 from missionc.backends.cover.may_visit import add_visits
 from missionc.backends.cover.motion_caps import Caps, motion_caps
-from missionc.backends.cover.relax_kernel import relaxed
-from missionc.backends.run_account import Account
+from missionc.backends.run_account import CLAUSE, Account, conflicts_of, question_work
 from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals, TooLarge
 from missionc.backends.smt.encode.lower import lower
-from missionc.backends.smt.encode.lower_motion import Motion, add_moves, all_ways, lower_motion
-from missionc.backends.smt.encode.occupancy import Occupancy
+from missionc.backends.smt.encode.lower_motion import Motion, Occupancy, add_moves, all_ways, lower_motion
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, throughout
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap_answers import cannot_hold
 from missionc.backends.smt.sat.solve import Satisfiable, Solvers, Unsatisfiable, for_refusals
-from missionc.backends.work import CLAUSE, conflicts_of, question_work
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 from missionc.ir import Mission
-from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import All, At, Goal, Kernel, Node
+from missionc.ir.kernel.walk import conjuncts
 
 CLAUSES = 600_000
 """Maximum number of clauses of a query."""

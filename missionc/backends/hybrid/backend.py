@@ -25,24 +25,22 @@ import numpy as np
 from missionc.backends import api
 from missionc.backends.clot.backend import TransportRun as Smooth
 from missionc.backends.clot.backend import device_missing
-from missionc.backends.clot.optimise.active_set import Choices
+from missionc.backends.clot.optimise.active_set import Choices, Demand
 from missionc.backends.clot.optimise.control_points import splines
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.run.run_state import Reached
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.settings import clot_settings
 from missionc.backends.options import Options
+from missionc.backends.run_account import run_to_end
 from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
-from missionc.backends.work import run_to_end
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.late_dataclass import Record
-from missionc.base.solved import Solved, then_polished
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Solved, Trace, then_polished
 from missionc.base.units import Seconds, Steps
 from missionc.geometry.dynamics import States, motions_between
 from missionc.ir import Dynamics, Mission, Objective
-from missionc.ir.dynamics.single_integrator import of_first_order
+from missionc.ir.dynamics.kinds import of_first_order
 from missionc.ir.kernel.analysis import reads_lengths, steps_ahead
 from missionc.ir.kernel.nodes import Atom, Goal, Kernel, Node, Not, PathLength, RouteNode, UntilNode, WindowNode
 from missionc.ir.kernel.normal_form import YES, constant, folded

@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 
 from missionc.backends import api
 from missionc.backends.options import Options
-from missionc.backends.work import run_to_end
+from missionc.backends.run_account import run_to_end
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.figures import counted
 from missionc.base.late_dataclass import Record
+from missionc.base.trace import counted
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel

@@ -19,6 +19,7 @@ from functools import partial
 from missionc.backends.acceptance import violated_between_samples
 from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns, discard_plan
 from missionc.backends.options import ROADMAP_PRESETS, Options
+from missionc.backends.run_account import CLAUSE, CLAUSE_CONFLICT, QUESTION, run_to_end
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.encode.metric_bounds import bounded_above, measured_goals, without_metres
@@ -27,12 +28,16 @@ from missionc.backends.smt.paced_run import PacedRun, Pausing
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
-from missionc.backends.smt.refine.problem import Problem, Setting
-from missionc.backends.smt.refine.unsat_core import Deletion, minimise
+from missionc.backends.smt.refine.problem import Deletion, Problem, Setting, minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
-from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
-from missionc.backends.smt.roadmap.sequence import Attempt, is_linked, roadmaps_between_samples, roadmaps_to_try
+from missionc.backends.smt.roadmap.roadmap_graph import (
+    Attempt,
+    graphs_of,
+    is_linked,
+    roadmaps_between_samples,
+    roadmaps_to_try,
+)
 from missionc.backends.smt.roadmap_answers import Inconclusive, NoPlan, TimeOver, TooFewLinks, WorkExceeded, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify
@@ -42,11 +47,9 @@ from missionc.backends.smt.shorten.improve import improve
 from missionc.backends.smt.spec import SMT
 from missionc.backends.smt.subset_questions import SubsetQuestions, infeasible_alone
 from missionc.backends.smt.undecided import FEW, nearest, under_way
-from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, run_to_end
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import defer_stop, stop_requested
-from missionc.base.solved import Solved
-from missionc.base.trace import Flags, Trace
+from missionc.base.trace import Flags, Solved, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Goal, Kernel
 from missionc.ir.lower.hold_throughout import hold_throughout

@@ -10,16 +10,14 @@ from typing import TypeAlias, TypeVar
 
 from missionc.backends.api import Budget
 from missionc.backends.options import Options
-from missionc.backends.run_account import Account
-from missionc.backends.smt.encode.clauses import Clauses, TooLarge
-from missionc.backends.smt.encode.dimacs import dimacs, smt2
+from missionc.backends.run_account import CLAUSE, Account
+from missionc.backends.smt.encode.clauses import Clauses, TooLarge, dimacs, smt2
 from missionc.backends.smt.refine.lazy_constraints import Effort, LazyConstraints
 from missionc.backends.smt.refine.problem import Problem, Setting
 from missionc.backends.smt.roadmap_answers import TimeOver, WorkExceeded
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.solver_process import is_over
 from missionc.backends.smt.settings import SmtSettings, smt_settings
-from missionc.backends.work import CLAUSE
 from missionc.base.memory import left
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel

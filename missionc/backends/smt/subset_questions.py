@@ -16,20 +16,18 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from missionc.backends.api import Budget, discard_plan, no_bound
-from missionc.backends.run_account import Account
+from missionc.backends.run_account import CLAUSE, Account
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.lower_motion import Ways, all_ways
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
-from missionc.backends.smt.refine.problem import Setting
-from missionc.backends.smt.refine.unsat_core import Deletion, named_by_solver
+from missionc.backends.smt.refine.problem import Deletion, Setting, named_by_solver
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap, whole_moves
 from missionc.backends.smt.roadmap_answers import NoPlan
 from missionc.backends.smt.sat.solve import Solvers, Unsatisfiable
 from missionc.backends.smt.settings import smt_settings
-from missionc.backends.work import CLAUSE
 from missionc.base.late_dataclass import Record
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Goal, Kernel

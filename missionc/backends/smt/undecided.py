@@ -7,7 +7,7 @@ from missionc.backends.api import Attempt
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.refine.problem import Problem
-from missionc.base.figures import counted
+from missionc.base.trace import counted
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 

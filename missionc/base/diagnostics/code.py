@@ -1,10 +1,14 @@
-"""Diagnostic codes: permanent identifiers, each with a documentation page ``docs/errors/MCnnn.md``."""
+"""Diagnostic codes: permanent identifiers, each with a documentation page ``docs/errors/MCnnn.md``.
+
+The documentation page of a diagnostic code, ``docs/errors/MCnnn.md``.
+"""
 
 from __future__ import annotations
 
 from enum import Enum
 
 from missionc.base.late_dataclass import Record
+from missionc.base.resources import folder
 
 
 class Severity(Enum):
@@ -222,3 +226,12 @@ FAMILIES: dict[str, str] = {
 
 RETIRED = frozenset({"MC403"})
 """Diagnostic codes that are no longer reported; their numbers are never reused."""
+
+
+def explain(code: Code) -> str:
+    """Documentation page of a diagnostic code, as Markdown.
+
+    Raises:
+        FileNotFoundError: the installation lacks the page.
+    """
+    return (folder("docs/errors") / f"{code.name}.md").read_text(encoding="utf-8")

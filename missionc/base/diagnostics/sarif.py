@@ -13,8 +13,7 @@ import os
 from pathlib import Path
 from urllib.parse import quote
 
-from missionc.base.diagnostics.code import INTERNAL, Code
-from missionc.base.diagnostics.code_page import explain
+from missionc.base.diagnostics.code import INTERNAL, Code, explain
 from missionc.base.diagnostics.model import Diagnostic, Fix, Label
 from missionc.base.source import Span
 from missionc.version import __version__

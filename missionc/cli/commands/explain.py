@@ -10,7 +10,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from missionc.base.diagnostics.code import CODES
-from missionc.base.diagnostics.code_page import explain as page_of
+from missionc.base.diagnostics.code import explain as page_of
 from missionc.base.diagnostics.suggest import nearest
 from missionc.cli.exit_status import Status, say
 from missionc.cli.markdown_page import rendered_page

@@ -20,8 +20,7 @@ from missionc.cli.options import (
     read_limits,
 )
 from missionc.output.folder.overlap import WrittenPath, overlapping
-from missionc.output.folder.write_file import beside
-from missionc.output.folder.write_folder import write_folder
+from missionc.output.folder.write_folder import beside, write_folder
 
 
 def _list(context: click.Context, parameter: click.Parameter, listed: bool) -> None:

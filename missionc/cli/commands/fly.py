@@ -94,7 +94,7 @@ def command(
     from missionc.cli.loop_summary import loop_lines
     from missionc.cli.page_to_write import refuse_page
     from missionc.output.folder.overlap import WrittenPath
-    from missionc.output.folder.write_file import beside, refuse_file, write_file
+    from missionc.output.folder.write_folder import beside, refuse_file, write_file
     from missionc.tools.closed_loop.fly_loop import LoopFlight, fly_loop, nobody
     from missionc.tools.closed_loop.loop_record import ToldPositions, loop_document, loop_flights, without_path
 

@@ -14,7 +14,7 @@ from missionc.cli.options import existing, files, limits_and_form, read_limits
 from missionc.frontend.syntax.format import format_mission
 from missionc.frontend.syntax.parse import parse
 from missionc.frontend.syntax.read_file import changed_meanwhile, read_source, read_standard_input, unread
-from missionc.output.folder.write_file import refuse_file, write_file
+from missionc.output.folder.write_folder import refuse_file, write_file
 
 STANDARD_INPUT = Path("-")
 

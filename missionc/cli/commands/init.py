@@ -20,7 +20,7 @@ from missionc.cli.options import form_flag
 from missionc.compiler.front_end import check
 from missionc.frontend.syntax.tokens import nameable, quoted, reserved
 from missionc.frontend.templates import DEFAULT, Template, templates
-from missionc.output.folder.write_file import refuse_file, write_file
+from missionc.output.folder.write_folder import refuse_file, write_file
 
 SUFFIX = ".mission"
 

@@ -13,8 +13,7 @@ from missionc.cli import options
 from missionc.cli.exit_status import Status, say
 from missionc.cli.option_groups import GroupedCommand
 from missionc.output.folder.overlap import WrittenPath, overlapping
-from missionc.output.folder.write_file import beside
-from missionc.output.folder.write_folder import refuse, write_folder
+from missionc.output.folder.write_folder import beside, refuse, write_folder
 
 MOST_SECONDS = 3_600
 

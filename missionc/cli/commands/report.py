@@ -26,9 +26,8 @@ def command(
     compares both plans.
     """
     from missionc.cli.page_to_write import refuse_page
-    from missionc.output.folder.write_file import beside, write_file
-    from missionc.tools.replay.compare_reports import compare_reports
-    from missionc.tools.replay.render_report import render_report
+    from missionc.output.folder.write_folder import beside, write_file
+    from missionc.tools.replay.render_report import compare_reports, render_report
     from missionc.tools.replay.reverify import reverify
 
     folders_read = [path] if other is None else [path, other]

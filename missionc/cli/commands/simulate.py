@@ -112,7 +112,7 @@ def command(
         flown = simulation_json(simulated.opened.mission, document, simulated.trials.flown)
         findings += add_simulation(path, flown, allowed)
     if (trace or plot) and simulated.opened and simulated.trials:
-        from missionc.output.folder.write_file import write_file
+        from missionc.output.folder.write_folder import write_file
         from missionc.output.plot.plot_flights import draw, table
 
         if trace:
@@ -176,7 +176,7 @@ def _refused(path: Path, trace: Path | None, plot: Path | None, journal: Path | 
     if not (trace or plot or journal):
         return None
     from missionc.output.folder.overlap import WrittenPath, overlapping
-    from missionc.output.folder.write_file import refuse_file
+    from missionc.output.folder.write_folder import refuse_file
     from missionc.output.plot.plot import missing
 
     named = ("--trace", trace), ("--plot", plot), ("--journal", journal)

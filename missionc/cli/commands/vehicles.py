@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from missionc.base.diagnostics.sanitize import as_json
+from missionc.base.diagnostics.render import as_json
 from missionc.cli import summary
 from missionc.cli.exit_status import Status
 from missionc.cli.options import form_flag, one_of, vehicle_name

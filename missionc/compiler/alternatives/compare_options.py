@@ -25,9 +25,9 @@ from missionc.base.signals import stop_requested
 from missionc.compiler.alternatives.restriction import Restriction, restrictions
 from missionc.compiler.alternatives.search_alternatives import amount, objective_value, plan_restricted, quality
 from missionc.compiler.front_end import Checked, Stopwatch
+from missionc.compiler.plan_request import StageLog
 from missionc.compiler.results import Compiled, Verified
 from missionc.compiler.run_limited import Ended
-from missionc.compiler.stage_log import StageLog
 from missionc.compiler.strategy import COMPARISON
 from missionc.frontend.checks.lower_bounds import lower_bounds
 from missionc.ir import Mission, Objective

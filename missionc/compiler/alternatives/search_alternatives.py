@@ -28,20 +28,18 @@ from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.deadline import last_call
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.figures import counted
 from missionc.base.late_dataclass import Record
 from missionc.base.signals import stop_requested
-from missionc.base.trace import Trace
+from missionc.base.trace import Trace, counted
 from missionc.compiler.alternatives.restriction import Restriction, restrictions
 from missionc.compiler.certify_plan import certify_plan
 from missionc.compiler.front_end import Checked, Stopwatch
 from missionc.compiler.incumbent import RESERVE
-from missionc.compiler.plan_request import PlanRequest
+from missionc.compiler.plan_request import PlanRequest, StageLog
 from missionc.compiler.plan_with_margin import plan_with_margin
 from missionc.compiler.redraw import plotted_of, with_attempts
 from missionc.compiler.results import Alternative, Compiled, Verified
 from missionc.compiler.run_limited import Ended, within
-from missionc.compiler.stage_log import StageLog
 from missionc.compiler.strategy import ALTERNATIVES
 from missionc.compiler.wider_margins import with_wider_margins
 from missionc.ir import Mission, Objective

@@ -15,9 +15,21 @@ from missionc.base.diagnostics.model import Fix
 from missionc.base.source import Span
 from missionc.base.units import Metric
 from missionc.compiler.front_end import Checked
-from missionc.compiler.relax.conflict_targets import ConflictTarget, ConflictTargets
-from missionc.compiler.relax.edits import ROUND, Edit, Spot, declared, is_in_main_file, spot
-from missionc.compiler.relax.relaxation_parameters import RelaxationParameter, less, more, notch, whole
+from missionc.compiler.relax.edits import (
+    ROUND,
+    ConflictTarget,
+    ConflictTargets,
+    Edit,
+    RelaxationParameter,
+    Spot,
+    declared,
+    is_in_main_file,
+    less,
+    more,
+    notch,
+    spot,
+    whole,
+)
 from missionc.frontend.checks.check_horizons import steps_ahead
 from missionc.frontend.resolve.resolve_quantities import excerpt, shown
 from missionc.frontend.syntax import ast

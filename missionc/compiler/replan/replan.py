@@ -32,8 +32,7 @@ from missionc.compiler.replan.cannot_replan import no_longer_kept, no_safe_stop,
 from missionc.compiler.replan.plan_rest import RestPlanner
 from missionc.compiler.replan.request import Flying, Replanned, Request, Way
 from missionc.compiler.replan.stop_all import Stopped, between, bodies, ends, resting_state, stop_all, stop_some
-from missionc.flight.trajectories.behind import flown_late, state_behind
-from missionc.flight.trajectories.stop_and_hover import state_at
+from missionc.flight.trajectories.stop_and_hover import flown_late, state_at, state_behind
 from missionc.geometry.curves.piecewise_polynomials import Pieces, curves_of, polynomials, written
 from missionc.ir import Mission
 from missionc.planning.progression.past_document import Flown, Past

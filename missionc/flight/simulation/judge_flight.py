@@ -14,9 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.base.judgement import Judgement
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Judgement, Trace
 from missionc.base.units import Metres
 from missionc.geometry.curves.piecewise_polynomials import Curves
 from missionc.geometry.vectors import norm

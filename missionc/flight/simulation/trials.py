@@ -13,9 +13,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from missionc.base.figures import counted
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array
+from missionc.base.trace import Array, counted
 from missionc.flight.simulation import disturbance
 from missionc.flight.simulation.default_engine import Flown, fly, sample_times
 from missionc.flight.simulation.disturbance import UNDISTURBED, Disturbance, drawn, setpoints

@@ -9,7 +9,7 @@ import math
 
 from missionc.base.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.judgement import Judgement
+from missionc.base.trace import Judgement
 from missionc.flight.trajectories.vehicle_limits import Peak
 from missionc.ir import PLAIN, Mission
 from missionc.verification.certificate import TUBE, Certificate, Check

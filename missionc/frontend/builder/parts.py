@@ -21,8 +21,7 @@ from missionc.base.source import Source, Span
 from missionc.base.units import Metric
 from missionc.frontend.builder.call_site import call_site
 from missionc.frontend.syntax import ast, show_tree
-from missionc.frontend.syntax.parse import read_passage
-from missionc.frontend.syntax.passages import passages
+from missionc.frontend.syntax.parse import passages, read_passage
 from missionc.frontend.syntax.tokens import nameable
 from missionc.ir.language.operator import Bounds, Fixity, Operator
 from missionc.ir.language.operators import OPERATORS

@@ -18,11 +18,11 @@ from missionc.base.source import Span
 from missionc.frontend.checks.free_space import FreeSpace
 from missionc.frontend.checks.possible_ends import end_of
 from missionc.ir import BeaconCover, Mission, Sight
+from missionc.ir.couplings import range_of
 from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.analysis import reads_lengths
 from missionc.ir.kernel.nodes import Atom, Goal, Kernel, Node, Not, says_opposite
 from missionc.ir.kernel.walk import asks, children, graph_of, window_of
-from missionc.ir.pair_ranges import range_of
 from missionc.ir.wording import listed, metres, seconds
 from missionc.verification.monitoring.end_columns import FIRST
 from missionc.verification.monitoring.interval_robustness import Intervals, RobustnessInterval

@@ -15,8 +15,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from missionc.base.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
-from missionc.base.diagnostics.model import Diagnostic, Fix, Label
-from missionc.base.diagnostics.text_order import in_text_order
+from missionc.base.diagnostics.model import Diagnostic, Fix, Label, in_text_order
 from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.ir import Apply, Formula, Mission, Period, Preference, Requirement, Window

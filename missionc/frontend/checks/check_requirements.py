@@ -22,24 +22,29 @@ from operator import and_, or_
 
 from missionc import ir
 from missionc.base.diagnostics.code import ASKS_NOTHING, CONTRADICTION, NEVER_HOLDS, VACUOUS
-from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.diagnostics.text_order import in_text_order
+from missionc.base.diagnostics.model import Diagnostic, Label, in_text_order
 from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.source import Span
 from missionc.frontend.checks import necessary_conditions
 from missionc.frontend.checks.check_routes import check_routes, too_few_agents
 from missionc.frontend.checks.free_space import FreeSpace
 from missionc.frontend.checks.literals import MOST_RULES, Literal, LiteralPlaces, LiteralRule, Unbounded, exclude
-from missionc.frontend.checks.must_analysis import FALSE, TRUE, MustAnalysis, must_analysis
+from missionc.frontend.checks.must_analysis import (
+    FALSE,
+    TRUE,
+    MustAnalysis,
+    Range,
+    must_analysis,
+    of_comparison,
+    range_in_words,
+)
 from missionc.frontend.checks.place_margins import Joint, margin_at
-from missionc.frontend.checks.value_ranges import Range, of_comparison, range_in_words
 from missionc.frontend.syntax.tokens import MOST_FINDINGS
 from missionc.geometry import plain_floats
 from missionc.geometry.configuration_space import SURE, covers
 from missionc.ir.kernel import nodes as k
-from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.evaluate import Domain, evaluate
-from missionc.ir.kernel.walk import more_than, postorder
+from missionc.ir.kernel.walk import conjuncts, more_than, postorder
 from missionc.ir.language.walk_formulas import bits_of, formulas, formulas_bottom_up, goals, operands
 from missionc.ir.wording import listed, seconds
 from missionc.verification.monitoring.end_columns import MOST_NODES

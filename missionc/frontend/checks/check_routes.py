@@ -10,10 +10,10 @@ from missionc.base.diagnostics.model import Diagnostic, Fix, Label
 from missionc.base.units import Metric
 from missionc.frontend.checks.must_analysis import MustAnalysis
 from missionc.ir import Apply, AtLeastOf, Formula, Length, Mission, OfAgent
+from missionc.ir.couplings import heaviest
 from missionc.ir.kernel.walk import route_bounds
 from missionc.ir.language.walk_formulas import bits_of, formulas, operands, operator_words
 from missionc.ir.language.weighed_routes import longest
-from missionc.ir.pair_ranges import heaviest
 
 
 def check_routes(mission: Mission, known: MustAnalysis) -> list[Diagnostic]:

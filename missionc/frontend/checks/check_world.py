@@ -27,8 +27,7 @@ from operator import sub
 from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.base.diagnostics import code as codes
-from missionc.base.diagnostics.model import Diagnostic, Label, has_errors
-from missionc.base.diagnostics.text_order import in_text_order
+from missionc.base.diagnostics.model import Diagnostic, Label, has_errors, in_text_order
 from missionc.frontend.checks.check_goals import check_goals
 from missionc.frontend.checks.check_pads import check_pads
 from missionc.frontend.checks.check_resources import check_resources
@@ -57,14 +56,14 @@ from missionc.ir import (
     Still,
 )
 from missionc.ir.agents import ends_by_region
+from missionc.ir.couplings import directed
 from missionc.ir.kernel.nodes import Any, Atom, Kernel, Node, Not
 from missionc.ir.kernel.walk import bottom_up, postorder
 from missionc.ir.language.walk_formulas import formulas
-from missionc.ir.pair_ranges import directed
 from missionc.ir.wording import listed, metres, number, point, spaced
 
 if TYPE_CHECKING:
-    from missionc.ir.place_files import Extents, FileRequest
+    from missionc.ir.places import Extents, FileRequest
 
 
 FEWEST = 2

@@ -18,8 +18,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import field
 
 from missionc.base.late_dataclass import Record, dataclass
-from missionc.base.proven import Proven
-from missionc.base.trace import Trace
+from missionc.base.trace import Proven, Trace
 from missionc.frontend.checks.check_goals import journeys
 from missionc.frontend.checks.free_space import FreeSpace
 from missionc.frontend.checks.literals import Unbounded

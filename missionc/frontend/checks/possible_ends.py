@@ -22,12 +22,12 @@ from missionc.geometry import plain_floats
 from missionc.geometry.configuration_space import SURE
 from missionc.geometry.plain_floats import Place
 from missionc.ir import Agent, Graph, InitialSet, Mission, Predicate
+from missionc.ir.couplings import directed, range_of
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.ir.kernel.walk import more_than
 from missionc.ir.language.margins import link
 from missionc.ir.language.walk_formulas import bits_of
-from missionc.ir.pair_ranges import directed, range_of
 from missionc.verification.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 
 FEW = 32

@@ -18,18 +18,18 @@ from textwrap import wrap
 from missionc import ir
 from missionc.backends.choose_backend import Choice, needs_of
 from missionc.backends.registry import BACKENDS
-from missionc.base.figures import counted
 from missionc.base.late_dataclass import Record
 from missionc.base.source import Turn
+from missionc.base.trace import counted
 from missionc.frontend.checks.check_horizons import steps_ahead
 from missionc.frontend.explain.convention_examples import TRAPS, Example, Trap
 from missionc.frontend.explain.phrases import names
 from missionc.frontend.explain.sentences import Sentences, for_each_index, sentences, with_indices
 from missionc.frontend.explain.window_diagram import WIDTH, Span, draw, windows
 from missionc.frontend.resolve.show_ir import number_text
+from missionc.ir.couplings import directed
 from missionc.ir.language.operators import by_name
 from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up, goals, reaches_back
-from missionc.ir.pair_ranges import directed
 from missionc.ir.wording import all_listed, listed, metres, seconds
 
 

@@ -33,7 +33,7 @@ from missionc.frontend.maps.dxf.shapes import READ, Points, Shape, UnusableError
 from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.map_metadata import library
 from missionc.frontend.maps.read_map import Reading
-from missionc.ir.place_files import FileRequest, LeftOut
+from missionc.ir.places import FileRequest, LeftOut
 
 FOOT = 0.3048
 SURVEY_FOOT = 1200 / 3937

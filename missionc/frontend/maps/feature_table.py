@@ -12,7 +12,7 @@ from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.geojson import KINDS
 from missionc.frontend.maps.read_map import Reading, count_left_out
 from missionc.frontend.maps.table import Row, read_table
-from missionc.ir.place_files import FileRequest
+from missionc.ir.places import FileRequest
 
 COLUMNS = ("name", "kind", "x", "y", "z", "radius", "width", "depth", "angle", "low", "high")
 HEIGHT = {"low", "high"}

@@ -24,13 +24,13 @@ from missionc.base.diagnostics.code import MAP_LEFT_OUT
 from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unsaid, unusable
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.late_dataclass import Record
-from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span
 from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.units import is_number, plain_number
 from missionc.frontend.maps.feature import Area, Circle, Corners, Feature, MapPoint
 from missionc.frontend.maps.local_frame import local_frame
 from missionc.frontend.maps.read_map import Reading, count_left_out
-from missionc.ir.place_files import FileRequest
+from missionc.ir.places import FileRequest
 
 KINDS = ("obstacle", "region", "beacon")
 ALL = "FeatureCollection"

@@ -12,7 +12,7 @@ from itertools import product
 from missionc.frontend.maps.local_frame import geographic, local_frame
 from missionc.frontend.maps.map_metadata import IMAGES, METADATA, ending
 from missionc.frontend.maps.read_map import box
-from missionc.ir.place_files import Extents, FileRequest
+from missionc.ir.places import Extents, FileRequest
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 SMALLEST = 0.05

@@ -21,8 +21,8 @@ from typing import Any
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.map_error import MapError, unreadable
 from missionc.base.late_dataclass import Record
-from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span
+from missionc.base.units import plain_number
 
 IMAGES = (".pgm", ".png", ".bmp")
 METADATA = (".yaml", ".yml")

@@ -34,12 +34,12 @@ from numpy.typing import NDArray
 from missionc.base.diagnostics.code import MAP_LEFT_OUT
 from missionc.base.diagnostics.map_error import too_many, unreadable, unsaid, unusable
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.figures import counted
 from missionc.base.source import Source
+from missionc.base.trace import counted
 from missionc.frontend.maps.feature import Area, Corners, Feature
 from missionc.frontend.maps.map_metadata import IMAGES, MapMetadata, ending, library, read_metadata
 from missionc.frontend.maps.read_map import Reading, box
-from missionc.ir.place_files import FileRequest
+from missionc.ir.places import FileRequest
 
 Cells: TypeAlias = NDArray[np.bool_]
 """Occupied cells of a grid, (rows, columns), boolean; row 0 is the lowest."""

@@ -19,7 +19,7 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.late_dataclass import Record
 from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.map_metadata import ending
-from missionc.ir.place_files import Extents, FileRequest, LeftOut, ReadSummary
+from missionc.ir.places import Extents, FileRequest, LeftOut, ReadSummary
 
 MOST_SHOWN = 4
 """Maximum number of kinds of omitted parts that a summary lists."""

@@ -26,9 +26,9 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.diagnostics.suggest import suggestion
 from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
-from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span, line_ends
 from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.units import is_number, plain_number
 from missionc.frontend.maps.map_metadata import ending
 
 TEXTS = frozenset({"name", "kind"})

@@ -9,7 +9,7 @@ from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.extensions import INSTALL
-from missionc.base.figures import counted
+from missionc.base.trace import counted
 from missionc.frontend.resolve.called_predicates import CALLED
 from missionc.frontend.resolve.context import Context, some_of
 from missionc.frontend.resolve.resolve_quantities import excerpt, shown

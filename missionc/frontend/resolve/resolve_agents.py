@@ -22,12 +22,10 @@ from missionc.base.extensions import INSTALL, ExtensionError, Unfit
 from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres
-from missionc.frontend.resolve.context import AGENTS, REPORTED, Context, Kind, Unresolved
-from missionc.frontend.resolve.definitions import ordered
-from missionc.frontend.resolve.resolve_points import known, resolve_point
+from missionc.frontend.resolve.context import AGENTS, REPORTED, Context, Kind, Unresolved, ordered
 from missionc.frontend.resolve.resolve_quantities import SI, excerpt, resolved_number, shown, whole, with_unit_of
 from missionc.frontend.resolve.resolve_settings import known_settings, missing, only, relation, unknown_word
-from missionc.frontend.resolve.resolve_shapes import NOWHERE
+from missionc.frontend.resolve.resolve_shapes import NOWHERE, known, resolve_point
 from missionc.frontend.syntax import ast
 from missionc.ir import Vector
 from missionc.ir.dynamics import DYNAMICS, KINDS, Limit, of_kind

@@ -31,7 +31,6 @@ from missionc.frontend.resolve.context import (
     some_of,
 )
 from missionc.frontend.resolve.resolve_agents import resolve_set
-from missionc.frontend.resolve.resolve_points import counted_points
 from missionc.frontend.resolve.resolve_quantities import (
     MINUS,
     NO_AMOUNT,
@@ -47,6 +46,7 @@ from missionc.frontend.resolve.resolve_quantities import (
     whole,
     with_unit_of,
 )
+from missionc.frontend.resolve.resolve_shapes import counted_points
 from missionc.frontend.syntax import ast
 from missionc.ir import About
 

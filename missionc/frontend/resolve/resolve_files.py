@@ -24,23 +24,23 @@ from typing import TYPE_CHECKING, TypeVar
 from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.figures import counted
 from missionc.base.limits import Limits
 from missionc.base.source import Span
+from missionc.base.trace import counted
 from missionc.base.units import Dimension
 from missionc.frontend.resolve.context import Context, collect
-from missionc.frontend.resolve.resolve_points import known, plane_point
 from missionc.frontend.resolve.resolve_quantities import resolve_parameters, resolved_number
 from missionc.frontend.resolve.resolve_settings import known_settings, relation, said_twice, unknown_word
+from missionc.frontend.resolve.resolve_shapes import known, plane_point
 from missionc.frontend.syntax import ast
-from missionc.frontend.syntax.read_places import named_files
+from missionc.frontend.syntax.read_file import named_files
 from missionc.frontend.syntax.tokens import nameable, reserved
 from missionc.ir.wording import point
 
 if TYPE_CHECKING:
     from missionc.frontend.maps.feature import Area, Circle, Corners, Feature
     from missionc.frontend.maps.table import PointRow
-    from missionc.ir.place_files import FileRequest
+    from missionc.ir.places import FileRequest
 
 
 def file_lines(mission: ir.Mission) -> list[str]:
@@ -74,7 +74,7 @@ def _files(mission: ir.Mission) -> Iterator[tuple[ir.PlacesFile, int | None]]:
     yield from ((file, None) for file in mission.files)
     if mission.solve.roadmap is not None:
         from missionc.frontend.maps.read_map import box  # few missions have one
-        from missionc.ir.place_files import ReadSummary  # few missions have one
+        from missionc.ir.places import ReadSummary  # few missions have one
 
         roadmap = mission.solve.roadmap
         extents = box(node.position for node in roadmap.nodes)
@@ -164,7 +164,7 @@ def _rows(context: Context, file: ast.File, *, timed: bool = False) -> list[Poin
         return []
     from missionc.frontend.maps.read_map import box
     from missionc.frontend.maps.table import point_table  # few missions have one
-    from missionc.ir.place_files import ReadSummary
+    from missionc.ir.places import ReadSummary
 
     rows = point_table(file.sources[0], file.span, context.limits, timed=timed)
     if isinstance(rows, Diagnostic):
@@ -190,7 +190,7 @@ def _asked(context: Context, node: ast.FromFile) -> FileRequest | None:
     """Request for the file of a declaration; None if the declaration is invalid, which is reported."""
     from missionc.frontend.maps.map_metadata import ending
     from missionc.frontend.maps.read_map import FORMS
-    from missionc.ir.place_files import FileRequest
+    from missionc.ir.places import FileRequest
 
     before = len(context.findings)
     form, kind = FORMS.get(ending(node.file.path)), KINDS[node.kind]

@@ -14,9 +14,9 @@ from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.units import Dimension, Metres
 from missionc.frontend.resolve.context import REPORTED, Context
 from missionc.frontend.resolve.resolve_agents import resolve_set
-from missionc.frontend.resolve.resolve_points import padded, resolve_offset
 from missionc.frontend.resolve.resolve_quantities import excerpt, resolved_number, shown, whole
 from missionc.frontend.resolve.resolve_settings import known_settings, missing, relation, said_twice, unknown_word
+from missionc.frontend.resolve.resolve_shapes import padded, resolve_offset
 from missionc.frontend.syntax import ast
 
 SETTINGS: dict[str, tuple[str, ...]] = {

@@ -35,8 +35,8 @@ from missionc.frontend.resolve.context import (
     Typed,
     Unresolved,
     joined,
+    ordered,
 )
-from missionc.frontend.resolve.definitions import ordered
 from missionc.frontend.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
 from missionc.frontend.resolve.lost_agents import named_members, without_any
 from missionc.frontend.resolve.resolve_agents import resolve_set

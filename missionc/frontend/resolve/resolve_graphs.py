@@ -26,8 +26,8 @@ from missionc.frontend.resolve.resolve_quantities import whole as whole_number
 from missionc.frontend.resolve.resolve_settings import missing, said_twice, unknown_word
 from missionc.frontend.resolve.resolve_shapes import NOWHERE, too_many_parts
 from missionc.frontend.syntax import ast
+from missionc.ir.couplings import with_ranges
 from missionc.ir.distances.convex_pieces import count_pieces
-from missionc.ir.pair_ranges import with_ranges
 
 RATES = ("start", "capacity", "drain", "refill")
 MARKS = ("set", "cleared")

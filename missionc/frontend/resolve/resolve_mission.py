@@ -16,23 +16,20 @@ from __future__ import annotations
 from typing import TypeVar
 
 from missionc import ir
-from missionc.base.diagnostics.model import Diagnostic, has_errors
-from missionc.base.diagnostics.text_order import in_text_order
+from missionc.base.diagnostics.model import Diagnostic, has_errors, in_text_order
 from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres, Seconds, Steps
-from missionc.frontend.resolve.context import Context, collect
-from missionc.frontend.resolve.definitions import unused
+from missionc.frontend.resolve.context import Context, collect, unused
 from missionc.frontend.resolve.resolve_agents import resolve_groups, resolve_set, resolve_teams
 from missionc.frontend.resolve.resolve_files import with_places
 from missionc.frontend.resolve.resolve_formations import resolve_formation
 from missionc.frontend.resolve.resolve_formulas import resolve_lets
 from missionc.frontend.resolve.resolve_goals import resolve_objective, resolve_requirements, resolve_solve
 from missionc.frontend.resolve.resolve_graphs import resolve_flag, resolve_graph, resolve_resource
-from missionc.frontend.resolve.resolve_points import resolve_point, resolve_world
 from missionc.frontend.resolve.resolve_quantities import resolve_parameters, resolved_number
 from missionc.frontend.resolve.resolve_settings import missing, only
-from missionc.frontend.resolve.resolve_shapes import resolve_regions
+from missionc.frontend.resolve.resolve_shapes import resolve_point, resolve_regions, resolve_world
 from missionc.frontend.resolve.resolve_time import resolve_delay, resolve_time
 from missionc.frontend.resolve.spell_out import spell_out
 from missionc.frontend.syntax import ast

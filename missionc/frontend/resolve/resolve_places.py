@@ -18,9 +18,8 @@ from missionc.base.units import Dimension, Metres
 from missionc.frontend.resolve.context import Context, collect
 from missionc.frontend.resolve.resolve_agents import resolve_teams
 from missionc.frontend.resolve.resolve_files import with_places
-from missionc.frontend.resolve.resolve_points import known, resolve_point, resolve_world
 from missionc.frontend.resolve.resolve_quantities import resolve_parameters, resolved_number
-from missionc.frontend.resolve.resolve_shapes import resolve_regions
+from missionc.frontend.resolve.resolve_shapes import known, resolve_point, resolve_regions, resolve_world
 from missionc.frontend.resolve.resolve_time import resolve_time
 from missionc.frontend.resolve.spell_out import spell_out
 from missionc.frontend.syntax import ast

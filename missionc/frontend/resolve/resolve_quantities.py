@@ -33,10 +33,10 @@ from missionc.frontend.resolve.context import (
     Unresolved,
     as_written,
     kept,
+    ordered,
     rounded,
     some_of,
 )
-from missionc.frontend.resolve.definitions import ordered
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.parse import parse
 

@@ -13,8 +13,7 @@ from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.diagnostics.suggest import Nothing
 from missionc.base.source import Span
-from missionc.frontend.resolve.context import Context, some_of
-from missionc.frontend.resolve.delete_declaration import deleted
+from missionc.frontend.resolve.context import Context, deleted, some_of
 from missionc.frontend.resolve.resolve_quantities import excerpt
 from missionc.frontend.syntax import ast
 

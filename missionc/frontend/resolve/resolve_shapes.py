@@ -3,32 +3,217 @@
     says MC104 MC201 MC205 MC207 MC210 MC303 MC512
 
 Shapes belong to regions and obstacles. A plane shape has its altitude range in a volume.
+
+Validity of polygons: enough corners, positive area, no repeated corner, no intersecting sides.
+
+Resolution of the world and its points: metres, with the world's number of coordinates.
+
+says MC205 MC512
 """
 
 from __future__ import annotations
 
 import math
-from typing import assert_never
+from typing import TypeAlias, assert_never
 
 from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.source import Span
 from missionc.base.units import UNITS, Dimension, Seconds
-from missionc.frontend.resolve.context import PLAIN, REPORTED, Context, Declared, Kind, Unresolved
-from missionc.frontend.resolve.definitions import ordered
-from missionc.frontend.resolve.polygon_faults import Simple, fault
-from missionc.frontend.resolve.resolve_points import (
-    as_many,
-    known,
-    no_area,
-    padded,
-    plane_point,
-    resolve_offset,
-    resolve_point,
-)
-from missionc.frontend.resolve.resolve_quantities import evaluate, fitted, resolved_number, shown, with_unit_of
+from missionc.frontend.resolve.context import PLAIN, REPORTED, Context, Declared, Kind, Unresolved, ordered
+from missionc.frontend.resolve.resolve_quantities import evaluate, excerpt, fitted, resolved_number, shown, with_unit_of
 from missionc.frontend.syntax import ast
+
+Corner: TypeAlias = tuple[float, float]
+
+
+class Simple:
+    """Result for a valid polygon, whose sides meet only at the corners."""
+
+
+SIMPLE = Simple()
+
+
+def fault(corners: tuple[Corner, ...]) -> str | Simple:
+    """Fault of the polygon, as a phrase for a message that starts with it, or ``SIMPLE`` for a valid polygon."""
+    if len(corners) < 3:
+        return f"has {len(corners)} corners; it needs three"
+    for index, corner in enumerate(corners):
+        if corner == corners[index - 1]:
+            second = index + 1 if index else len(corners)
+            return f"has corner {second} where corner {second - 1 if index else 1} is"
+    if area(corners) == 0:
+        return "has no area"
+    return _meeting_sides(corners)
+
+
+def area(corners: tuple[Corner, ...]) -> float:
+    """Signed area of a polygon, m²; positive if the corners run counterclockwise."""
+    origin_x, origin_y = corners[0]
+    shifted = [(x - origin_x, y - origin_y) for x, y in corners]
+    return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(shifted, shifted[1:] + shifted[:1], strict=True)) / 2
+
+
+def _meeting_sides(corners: tuple[Corner, ...]) -> str | Simple:
+    """Phrase for two sides that intersect, or ``SIMPLE``; a sweep line visits the sides by their left ends."""
+    sides = []
+    for index, (a, b) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True)):
+        (left, right), (low, high) = sorted((a[0], b[0])), sorted((a[1], b[1]))
+        sides.append((left, right, low, high, index))
+    sides.sort()
+    swept: list[tuple[float, float, float, float, int]] = []
+    for side in sides:
+        left, _, low, high, index = side
+        swept = [other for other in swept if other[1] >= left]
+        for other in [other[4] for other in swept if other[2] <= high and other[3] >= low]:
+            if _meet(corners, index, other):
+                first, second = sorted((index, other))
+                return f"crosses itself: side {first + 1} meets side {second + 1}"
+        swept.append(side)
+    return SIMPLE
+
+
+def _meet(corners: tuple[Corner, ...], side: int, other: int) -> bool:
+    """Return whether two sides share more than the corner between adjacent sides."""
+    count = len(corners)
+    if (other + 1) % count == side:
+        side, other = other, side
+    ends = [corners[place % count] for place in (side, side + 1, other, other + 1)]
+    if (side + 1) % count == other:
+        return _folds_back(ends[0], ends[1], ends[3])
+    return _touch(*ends)
+
+
+def _turn(a: Corner, b: Corner, c: Corner) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _folds_back(start: Corner, corner: Corner, end: Corner) -> bool:
+    """Return whether the second of two adjacent sides runs back over the first."""
+    ahead = (corner[0] - start[0]) * (end[0] - corner[0]) + (corner[1] - start[1]) * (end[1] - corner[1])
+    return _turn(start, corner, end) == 0 and ahead < 0
+
+
+def _between(a: Corner, b: Corner, point: Corner) -> bool:
+    """Return whether a point on the line through ``a`` and ``b`` lies between them."""
+    return min(a[0], b[0]) <= point[0] <= max(a[0], b[0]) and min(a[1], b[1]) <= point[1] <= max(a[1], b[1])
+
+
+def _touch(a: Corner, b: Corner, c: Corner, d: Corner) -> bool:
+    """Return whether the segments ``ab`` and ``cd`` have a common point."""
+    turns = _turn(a, b, c), _turn(a, b, d), _turn(c, d, a), _turn(c, d, b)
+    if ((turns[0] > 0) != (turns[1] > 0)) and ((turns[2] > 0) != (turns[3] > 0)) and 0 not in turns:
+        return True
+    places = ((a, b, c), (a, b, d), (c, d, a), (c, d, b))
+    return any(turn == 0 and _between(*place) for turn, place in zip(turns, places, strict=True))
+
+
+WORDS = {1: "one coordinate", 2: "two coordinates", 3: "three coordinates"}
+
+
+def coordinates(context: Context, point: ast.Point) -> ir.Vector:
+    """Coordinates of a point as written, in metres, whatever their number."""
+    return tuple(resolved_number(context, item, Dimension.LENGTH, "the coordinate") for item in point.coordinates)
+
+
+def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
+    """Position of a point in metres.
+
+    All NaN if it does not have the world's number of coordinates, which is reported.
+    """
+    values = coordinates(context, point)
+    if context.dimension in (0, len(values)):
+        return values
+    kind = "plane" if context.dimension == 2 else "volume"
+    context.report(
+        code.WRONG_DIMENSION,
+        f"`{excerpt(point.span)}` has {counted_points(len(values))}; "
+        f"the world is a {kind}, with {counted_points(context.dimension)}",
+        point.span,
+        help=f"write {counted_points(context.dimension)}",
+    )
+    return (REPORTED,) * context.dimension
+
+
+def plane_point(context: Context, point: ast.Point, what: str, otherwise: str) -> tuple[float, float]:
+    """Point with two coordinates, metres, in a mission of two or three dimensions.
+
+    Another number of coordinates is reported.
+    """
+    match coordinates(context, point):
+        case (x, y):
+            return x, y
+        case values:
+            context.report(
+                code.WRONG_DIMENSION,
+                f"`{excerpt(point.span)}` has {counted_points(len(values))}; {what} has two",
+                point.span,
+                help=otherwise if context.dimension == 3 else "write two coordinates",
+            )
+            return REPORTED, REPORTED
+
+
+def known(*points: ir.Vector) -> bool:
+    """Return whether no coordinate of the points is NaN, the replacement for an invalid coordinate."""
+    return not any(math.isnan(value) for point in points for value in point)
+
+
+def counted_points(count: int) -> str:
+    return WORDS.get(count, f"{count} coordinates")
+
+
+def resolve_world(context: Context, world: ast.World) -> None:
+    """Set the corners of the world; its number of coordinates stays 0 if they disagree, which is reported."""
+    first, second = coordinates(context, world.low), coordinates(context, world.high)
+    if len(first) not in (2, 3) or len(first) != len(second):
+        wrong = world.low if len(first) not in (2, 3) else world.high
+        context.report(
+            code.WRONG_DIMENSION,
+            f"the corners of the world have {counted_points(len(first))} and {counted_points(len(second))}",
+            wrong.span,
+            help="write the same number of coordinates for both corners",
+        )
+        return
+    context.dimension = len(first)
+    if not known(first, second):
+        context.low = context.high = (REPORTED,) * len(first)
+        return
+    context.low = tuple(map(min, first, second))
+    context.high = tuple(map(max, first, second))
+    if any(low == high for low, high in zip(context.low, context.high, strict=True)):
+        no_area(context, "the world", world.span)
+
+
+def resolve_offset(context: Context, items: tuple[ast.Quantity, ...], span: Span) -> ir.Vector:
+    """Offset in metres; in a volume, two coordinates leave the altitude unchanged."""
+    values = tuple(resolved_number(context, item, Dimension.LENGTH, "the offset") for item in items)
+    return as_many(context, padded(context, values), span)
+
+
+def padded(context: Context, values: ir.Vector) -> ir.Vector:
+    return (*values, 0.0) if context.dimension == 3 and len(values) == 2 else values
+
+
+def as_many(context: Context, values: ir.Vector, span: Span) -> ir.Vector:
+    """The values if they match the world's number of coordinates; otherwise NaN, which is reported."""
+    if context.dimension in (0, len(values)):
+        return values
+    context.report(
+        code.WRONG_DIMENSION,
+        f"`{excerpt(span)}` has {counted_points(len(values))}; the world has {counted_points(context.dimension)}",
+        span,
+        help=f"write {counted_points(context.dimension)}",
+    )
+    return (REPORTED,) * context.dimension
+
+
+# ------------------------------------------------------------------ messages
+
+
+def no_area(context: Context, what: str, span: Span) -> None:
+    noun = "volume" if context.dimension == 3 else "area"
+    context.report(code.NO_AREA, f"{what} has no {noun}", span, help="make it larger")
 
 
 def resolve_motion(context: Context, motion: ast.Motion | None) -> ir.Still | ir.Path:

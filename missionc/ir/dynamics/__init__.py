@@ -10,11 +10,11 @@ from dataclasses import fields
 
 from missionc.base.extensions import Kind, Registry, Unfit, guard, rejected
 from missionc.base.units import Dimension
-from missionc.ir.dynamics.double_integrator import DoubleIntegrator as DoubleIntegrator
-from missionc.ir.dynamics.kind import Dynamics as Dynamics
-from missionc.ir.dynamics.kind import Limit as Limit
-from missionc.ir.dynamics.single_integrator import SingleIntegrator as SingleIntegrator
-from missionc.ir.dynamics.unicycle import Unicycle as Unicycle
+from missionc.ir.dynamics.kinds import DoubleIntegrator as DoubleIntegrator
+from missionc.ir.dynamics.kinds import Dynamics as Dynamics
+from missionc.ir.dynamics.kinds import Limit as Limit
+from missionc.ir.dynamics.kinds import SingleIntegrator as SingleIntegrator
+from missionc.ir.dynamics.kinds import Unicycle as Unicycle
 
 DYNAMICS: tuple[type[Dynamics], ...] = (SingleIntegrator, DoubleIntegrator, Unicycle)
 

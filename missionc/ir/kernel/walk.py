@@ -1,14 +1,21 @@
-"""Traversal of formula graphs that visits each shared node once."""
+"""Traversal of formula graphs that visits each shared node once.
+
+Conjuncts of kernel formulas: necessary conditions on one agent or the team, each over time windows.
+
+Bounds on shortest paths expressed by routes: some route is short enough, and none is too short.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import TypeVar, assert_never
+from typing import NamedTuple, TypeVar, assert_never
 
 from missionc.base.late_dataclass import Record
 from missionc.ir import Graph
 from missionc.ir.kernel import nodes as k
+from missionc.ir.kernel.nodes import All, Always, Any, At, EveryRoute, Is, Node, Not, Route
 
 Value = TypeVar("Value")
 
@@ -243,3 +250,61 @@ def bottom_up(
 def reads_headings(kernel: k.Kernel) -> bool:
     """Return true if a requirement or preference depends on headings."""
     return any(isinstance(node, k.Atom) and node.predicate.reads_heading for node in postorder(kernel.formulas))
+
+
+class Conjunct(NamedTuple):
+    """Necessary condition: a formula that must hold for an agent, or for the team (None), over nested windows,
+    outermost first."""
+
+    agent: int | None
+    windows: tuple[Always, ...]
+    formula: Node
+
+    @property
+    def steps(self) -> slice | None:
+        """Steps at which the formula must hold; None for nested windows, whose steps are not a single range."""
+        match self.windows:
+            case ():
+                return slice(0, 1)
+            case (window,):
+                return asks(window)[0].steps
+            case _:
+                return None
+
+
+def conjuncts(formulas: Iterable[Node]) -> Iterator[Conjunct]:
+    """Yield the conjuncts of formulas that must be true at step 0, in their order, without repetition."""
+    work = [Conjunct(None, (), formula) for formula in formulas][::-1]
+    seen: set[Conjunct] = set()
+    while work:
+        what = work.pop()
+        if what in seen:
+            continue
+        seen.add(what)
+        agent, windows, node = what
+        match node:
+            case All(parts):
+                work.extend(Conjunct(agent, windows, part) for part in reversed(parts))
+            case Always(body):
+                work.append(Conjunct(agent, (*windows, node), body))
+            case At(who, body):
+                work.append(Conjunct(who, windows, body))
+            case _:
+                yield what
+
+
+def as_routes(graph: Graph, agent: int, low: float, high: float, holds: bool) -> Node:
+    """Formula that the shortest path to an agent has a length of ``low`` to ``high`` metres, or if not ``holds``, any
+    other length."""
+    near = way_to(graph, agent, high, holds)
+    if low <= 0:
+        return near
+    far = way_to(graph, agent, math.nextafter(low, 0.0), not holds)
+    return All((near, far)) if holds else Any((near, far))
+
+
+def way_to(graph: Graph, agent: int, most: float, holds: bool) -> Node:
+    """Formula that some path of at most ``most`` metres leads to the agent, or if not ``holds``, that no such path
+    exists."""
+    there = Is(frozenset((agent,)))
+    return Route(graph, All(()), there, 0.0, most) if holds else EveryRoute(graph, Any(()), Not(there), 0.0, most)

@@ -13,8 +13,8 @@ from functools import cache
 from missionc.base.source import Span
 from missionc.base.units import Metric
 from missionc.ir import Apply, Graph, Length, Weight
+from missionc.ir.couplings import heaviest, kinds_of_weight, weigh
 from missionc.ir.kernel.nodes import All, Any, Is, Neighbour, Node, Not, PathLength, Reach
-from missionc.ir.pair_ranges import heaviest, kinds_of_weight, weigh
 
 
 def nodes_at_most(length: Length, most: int) -> int:

@@ -15,6 +15,7 @@ from missionc.base.diagnostics.code import TOO_LARGE_TO_EXPAND
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.limits import Limits
 from missionc.base.source import Span
+from missionc.ir.couplings import directed
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Goal, Is, Kernel, Node, Not, Reach
 from missionc.ir.kernel.normal_form import normal_forms
 from missionc.ir.kernel.walk import children, postorder
@@ -22,7 +23,6 @@ from missionc.ir.language.operator import TooLarge, Use
 from missionc.ir.language.operators import by_name
 from missionc.ir.language.walk_formulas import formulas
 from missionc.ir.language.weighed_routes import nodes_at_most, whole_bounds
-from missionc.ir.pair_ranges import directed
 
 
 def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | None, list[Diagnostic]]:

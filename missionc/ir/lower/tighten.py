@@ -7,6 +7,27 @@ Requirements are tightened by their sense: a region to enter shrinks, a region t
 the tolerance of a formation shrink by twice the margin, since both agents may deviate. No region, radius or tolerance
 loses more than half of its size. In addition, vehicles need clearance from each other, from obstacles and from the
 world's bounds, and plans must be slow enough to fly from rest to rest.
+
+Flyable steps: limits on speeds and speed changes of first-order plans, so that smooth flights can follow them.
+
+    in   an agent's dynamics and vehicle, the duration of a step
+    out  limits on the velocities of steps and on their changes; None without limits
+
+A first-order plan changes its velocity instantly at the steps; its flight passes the same positions at the same times
+with smooth changes. The constants are measured on straight flights with uniform acceleration and braking, for steps of
+0.1 to 2 s. A change of velocity x between steps of duration d is flown with an acceleration of up to ``BEND`` x / d if
+the adjacent changes are similar. The factor doubles for a single change, such as a start or stop at rest. The flight is
+up to ``CRUISE`` times as fast as the plan, and ``SETTING_OUT`` times at the start.
+
+Tightening of a mission by its tolerated delays, so that a delayed agent still satisfies it.
+
+    in   Mission, Kernel
+    out  a Kernel with earlier deadlines, a Mission with more clearance between agents and from changing obstacles
+
+At step 0, an *eventually* window ends earlier and an *always* window begins earlier. An agent with a finish region
+arrives earlier. A formula about one agent's trajectory then also holds with the delay. A delayed agent deviates from
+its plan by at most the distance that it travels in that time, so the separations grow by this distance. ``verify``
+checks the result.
 """
 
 from __future__ import annotations
@@ -14,16 +35,102 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import replace
-from itertools import combinations
+from itertools import accumulate, combinations
 from operator import sub
 from typing import assert_never
 
 from missionc import ir
+from missionc.base.late_dataclass import Record
 from missionc.base.units import Metres
+from missionc.ir import Agent, Inside, Mission
+from missionc.ir.couplings import with_ranges
+from missionc.ir.kernel import nodes as k
 from missionc.ir.kernel.nodes import Atom, Goal, Kernel, LeafNode, Node, Not
 from missionc.ir.kernel.walk import bottom_up, graph_of, postorder, rebuilt
-from missionc.ir.lower.flyable_steps import CRUISE
-from missionc.ir.pair_ranges import with_ranges
+
+ROUNDING = 1e-9
+"""Fraction of a step by which a path may exceed a whole number of steps without another step."""
+
+BEND, CRUISE, SETTING_OUT = 1.7, 1.06, 1.6
+ALONE = 0.5
+"""Factor on a limit for a single velocity change without similar neighbours: a turn, start or stop."""
+JERKY = 1.7
+"""Jerk of the flight if velocity changes differ by x in steps of duration d, divided by x / d²."""
+
+
+BETWEEN_RESTS = 0.95
+"""Factor on the limits in the first and last step of a straight path that begins or ends at a corner."""
+
+
+class StepLimits(Record):
+    """Limits on the velocities of a first-order plan's steps, m/s.
+
+    Args:
+        speed: maximum speed of a step.
+        rest: maximum speed of the first and the last step, which begin or end at rest.
+        climb: maximum vertical speed of a step.
+        change: maximum velocity change between two steps.
+        turn: maximum difference of consecutive velocity changes.
+    """
+
+    speed: float
+    rest: float
+    climb: float
+    change: float
+    turn: float
+
+
+def step_limits(agent: Agent, step: float) -> StepLimits | None:
+    """Limits on the step velocities of a first-order agent; None without limits.
+
+    There are no limits if the vehicle has no limits, or if the agent's top speed exceeds the vehicle's; such a plan is
+    time-scaled.
+
+    Args:
+        step: duration of a step, seconds.
+    """
+    vehicle = agent.vehicle
+    if (
+        agent.dynamics.top_speed > vehicle.speed
+        or agent.dynamics.has_momentum
+        or math.isinf(min(vehicle.speed, vehicle.acceleration, vehicle.vertical_speed))
+    ):
+        return None
+    change = vehicle.acceleration * step / BEND
+    return StepLimits(
+        vehicle.speed / CRUISE,
+        min(change / 2, vehicle.speed / SETTING_OUT),
+        vehicle.vertical_speed / CRUISE,
+        change,
+        min(ALONE * change, vehicle.jerk * step**2 / JERKY),
+    )
+
+
+def flown_way(
+    length: float, limits: StepLimits, step: float, speed: float, fewest: int, most: int
+) -> list[float] | None:
+    """Distances along a straight path, metres, at each step, from 0 to ``length``; None if ``most`` steps do not
+    suffice.
+
+    The agent accelerates and brakes uniformly, so that it can be at rest or turn at both ends.
+
+    Args:
+        length: metres.
+        step: duration of a step, seconds.
+        speed: maximum speed besides the limits, m/s.
+        fewest: minimum number of steps.
+    """
+    end, top = BETWEEN_RESTS * limits.rest, min(limits.speed, speed)
+    if min(end, top) <= 0:
+        return None
+    for count in range(max(fewest, 1, math.ceil(length / (top * step) - ROUNDING)), most + 1):
+        speeds = [min(top, end + limits.turn * min(at, count - 1 - at)) for at in range(count)]
+        could = sum(speeds) * step
+        if could >= length * (1 - ROUNDING):
+            *along, _ = accumulate((length * each * step / could for each in speeds), initial=0.0)
+            return [*along, length]
+    return None
+
 
 MITRE = 2.0
 """Mitre limit: how far a polygon's corner moves at most when the polygon grows, in multiples of the margin."""
@@ -288,3 +395,57 @@ def _outline(corners: tuple[tuple[float, float], ...], by: float) -> tuple[tuple
         if isinstance(found, Outline) and not found.is_empty and not found.interiors:
             return tuple((float(x), float(y)) for x, y in list(found.exterior.coords)[:-1])
     return corners
+
+
+def ahead_of_time(mission: Mission, kernel: k.Kernel) -> k.Kernel:
+    """Kernel in which the goals of agents that may be delayed are due earlier, by the largest tolerated delay."""
+    delay = max((tolerance.steps for tolerance in mission.tolerances), default=0)
+    late = {agent for tolerance in mission.tolerances for agent in tolerance.agents}
+
+    def early(node: k.Node, below: tuple[k.Node, ...]) -> k.Node:
+        match node:
+            case k.At(agent) if agent not in late:
+                return node
+            case k.All() | k.Any() | k.AtLeast() | k.At():
+                return rebuilt(node, below)
+            case k.Eventually(low=low, high=high) | k.Until(low=low, high=high):
+                last = mission.steps if high is None else high
+                return replace(node, high=max(low, last - delay))
+            case k.Always(low=low) | k.Release(low=low):
+                return replace(node, low=max(0, low - delay))
+            case _:
+                return node
+
+    nodes = bottom_up((goal.formula for goal in kernel.requirements), early)
+    goals = [replace(goal, formula=nodes[goal.formula]) for goal in kernel.requirements]
+    return replace(kernel, requirements=(*goals, *_finishes(mission)))
+
+
+def with_room_for_delays(mission: Mission, share: float) -> Mission:
+    """Mission with separations and clearances from changing obstacles increased by ``share`` times the distance that an
+    agent travels during a tolerated delay."""
+    most = max(
+        (
+            mission.agents[agent].dynamics.top_speed * mission.step * tolerance.steps
+            for tolerance in mission.tolerances
+            for agent in tolerance.agents
+        ),
+        default=0.0,
+    )
+    obstacles = tuple(
+        each if each.constant else replace(each, shape=moved(each.shape, share * most)) for each in mission.obstacles
+    )
+    return replace(mission, separation=Metres(mission.separation + share * most), obstacles=obstacles)
+
+
+def _finishes(mission: Mission) -> list[k.Goal]:
+    """Goals that each agent that may be delayed arrives in its finish region early, by the tolerated delay."""
+    goals = []
+    for tolerance in mission.tolerances:
+        for agent in tolerance.agents:
+            place = mission.agents[agent].finish
+            if place is not None and place.region is not None:
+                there = k.Atom(Inside(place.region, False), place.span)
+                stays = k.Always(there, mission.steps - tolerance.steps, mission.steps, place.span)
+                goals.append(k.Goal("finish", k.At(agent, stays, place.span), place.span))
+    return goals

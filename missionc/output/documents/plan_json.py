@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.base.stage_runs import stage_records
-from missionc.base.trace import Plan, Trace
+from missionc.base.trace import Plan, Trace, stage_records
 from missionc.ir import Graph, Mission
+from missionc.ir.couplings import directed
 from missionc.ir.language.margins.links import all_links, link_pieces
 from missionc.ir.language.margins.resources import flag_truths, levels
-from missionc.ir.pair_ranges import directed
 from missionc.output.json_layout import compact, document, listed, record
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from missionc.base.plain_number import is_number
 from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.base.units import is_number
 from missionc.geometry.curves.piecewise_polynomials import Pieces, values
 from missionc.ir import Mission
 from missionc.output.json_layout import compact, document, listed

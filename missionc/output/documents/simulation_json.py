@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from missionc.base.judgement import Judgement
+from missionc.base.trace import Judgement
 from missionc.flight.simulation.default_engine import Flown
 from missionc.flight.simulation.disturbance import SETPOINTS_PER_SECOND
 from missionc.flight.simulation.flight_conditions import conditions

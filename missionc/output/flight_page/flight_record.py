@@ -22,16 +22,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.base.figures import decimals
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array, Flags, Trace
+from missionc.base.trace import Array, Flags, Trace, decimals
 from missionc.ir import Formation, Graph, Mission
+from missionc.ir.couplings import directed
 from missionc.ir.kernel.analysis import robustness_unit
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.language.margins.links import are_linked, link_margin
 from missionc.ir.language.margins.predicate_margins import formation_margin
 from missionc.ir.language.walk_formulas import goals
-from missionc.ir.pair_ranges import directed
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.render_page import SCRIPTS, asset, scripts
 from missionc.output.report.requirement_lanes import HARMS, HELPS, OPEN

@@ -28,8 +28,7 @@ from pathlib import Path
 from missionc.base.late_dataclass import Record
 from missionc.base.strict_json import parse_record
 from missionc.output.folder.file_names import MANIFEST
-from missionc.output.folder.ownership import Ours, listed_files, ownership, remove, remove_folders
-from missionc.output.folder.walk_folder import entries
+from missionc.output.folder.ownership import Ours, entries, listed_files, ownership, remove, remove_folders
 
 NAME = re.compile(r"\.missionc-([0-9a-f]{16})")
 MARKER, SCHEMA = "staging.json", "missionc.staging/1"

@@ -21,10 +21,9 @@ from missionc.backends.api import Attempt, Violation
 from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.judgement import Judgement
 from missionc.base.late_dataclass import Record
 from missionc.base.palette import LIGHT, MARKS
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Judgement, Trace
 from missionc.geometry.curves.piecewise_polynomials import motion, values
 from missionc.geometry.displacement import displaced
 from missionc.ir import Agent, Mission, Obstacle, Path, Shape, World

@@ -16,17 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import Record
-from missionc.base.solved import solved_text
 from missionc.base.source import Span
-from missionc.base.stage_runs import stage_records
-from missionc.base.trace import Array, Flags, Plan, Trace
+from missionc.base.trace import Array, Flags, Plan, Trace, solved_text, stage_records
 from missionc.geometry.columns import FLOOR
 from missionc.geometry.curves.piecewise_polynomials import curves_of
 from missionc.ir import Formation, Graph, Mission
+from missionc.ir.couplings import directed
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.language.margins.links import all_links, link_pieces
 from missionc.ir.language.margins.predicate_margins import formation_margin
-from missionc.ir.pair_ranges import directed
 from missionc.output.documents.whole_flight_json import phases_on_the_clock
 from missionc.output.folder.file_names import input_name
 from missionc.output.report.charts import charts

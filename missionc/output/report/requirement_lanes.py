@@ -16,7 +16,7 @@ from missionc.ir.kernel.nodes import Kernel, Node
 from missionc.ir.language.walk_formulas import goals, operands
 from missionc.output.report.pack import COARSE, PER_METRE, pack, rounded
 from missionc.verification.monitoring.verdict_table import Blame, Row, table
-from missionc.verification.monitoring.witness import Witness, Witnesses
+from missionc.verification.monitoring.violation import Witness, Witnesses
 
 Places: TypeAlias = Callable[[Span], list[int] | None]
 

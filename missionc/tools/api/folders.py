@@ -26,9 +26,8 @@ from missionc.output.plot.figure_request import MAP, ROADMAP, FigureRequest
 from missionc.tools.api.disturbances import DISTURBANCES, amounts_of
 from missionc.tools.api.export_folder import FolderExport, export_folder
 from missionc.tools.api.replan_folder import replan_folder
-from missionc.tools.replay.compare_reports import compare_reports
 from missionc.tools.replay.read_folder import OutputFolder, read_folder
-from missionc.tools.replay.render_report import render_report
+from missionc.tools.replay.render_report import compare_reports, render_report
 from missionc.tools.replay.reverify import Reverified, reverify, reverify_refusal
 from missionc.tools.replay.simulate_folder import Simulated
 from missionc.tools.replay.simulate_folder import simulate as simulate_folder

@@ -26,7 +26,7 @@ from missionc.compiler.replan.replan import OFF, replan
 from missionc.compiler.replan.request import Flying, Replanned, Request, Way
 from missionc.extension import Pieces, Trace, setpoints
 from missionc.flight.simulation.disturbance import ACCELERATION, POSITION, RATES, VELOCITY
-from missionc.flight.trajectories.behind import progress
+from missionc.flight.trajectories.stop_and_hover import progress
 from missionc.geometry.curves.piecewise_polynomials import polynomials
 from missionc.output.folder.file_names import flights_in
 from missionc.tools.closed_loop.reports import Report

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from missionc.base.figures import decimals
-from missionc.base.trace import Array
+from missionc.base.trace import Array, decimals
 from missionc.extension import Mission
 from missionc.flight.simulation.trials import TRACKING, Fraction, fraction, shown
 from missionc.output.report.loop_tracks import LoopFlights

@@ -28,10 +28,8 @@ from missionc.frontend.resolve.resolve_formulas import FORMULAS
 from missionc.frontend.resolve.resolve_goals import CONNECTIVITY, OPTIONS, ROADMAP
 from missionc.frontend.resolve.resolve_graphs import MARKS, RATES
 from missionc.frontend.syntax import parse_table
-from missionc.frontend.syntax.machine import Machine
-from missionc.frontend.syntax.parse import feed
+from missionc.frontend.syntax.parse import Machine, feed, passages
 from missionc.frontend.syntax.parse_table import END
-from missionc.frontend.syntax.passages import passages
 from missionc.frontend.syntax.tokens import DECLARATIONS, EXTREME, NAME, NUMBER, PLURALS, UNIT, WORDS, Token, tokenise
 from missionc.ir import FIGURES, PAD_FIGURES
 from missionc.ir.dynamics import KINDS

@@ -23,19 +23,24 @@ from pygls.protocol.json_rpc import JsonRPCNotification
 from pygls.uris import to_fs_path
 
 from missionc.base.source import Source
-from missionc.tools.language_server.background_checks import Checks, diagnostics
 from missionc.tools.language_server.code_lenses import lenses
 from missionc.tools.language_server.completion import completion
-from missionc.tools.language_server.folding import folds
-from missionc.tools.language_server.formatting import formatting
-from missionc.tools.language_server.goto import definition, highlights, links, references
-from missionc.tools.language_server.hover import hover
-from missionc.tools.language_server.inlay_hints import hints
-from missionc.tools.language_server.open_text import LIMITS, OpenText, name_of
-from missionc.tools.language_server.quick_fixes import fixes
-from missionc.tools.language_server.rename import renamable, rename
+from missionc.tools.language_server.hover import hints, hover
+from missionc.tools.language_server.open_text import LIMITS, Checks, OpenText, diagnostics, name_of
 from missionc.tools.language_server.scene.scene import Json, scene
-from missionc.tools.language_server.semantic_tokens import LEGEND, semantic_tokens
+from missionc.tools.language_server.text_edits import (
+    LEGEND,
+    definition,
+    fixes,
+    folds,
+    formatting,
+    highlights,
+    links,
+    references,
+    renamable,
+    rename,
+    semantic_tokens,
+)
 from missionc.tools.language_server.workspace_symbols import WorkspaceSymbols, symbols
 from missionc.version import __version__
 

@@ -38,7 +38,7 @@ from missionc.ir.wording import listed
 from missionc.output.documents.whole_flight_json import ways_in
 from missionc.output.folder import file_names
 from missionc.output.folder.manifest import PACKAGES
-from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
+from missionc.output.folder.ownership import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.planning.progression.past_document import read_past
 from missionc.verification.certificate import Check
 from missionc.verification.flight.way_missions import Ways

@@ -21,7 +21,7 @@ from missionc.compiler.remaining import stops_of, whole_checks
 from missionc.ir.wording import all_listed
 from missionc.output.documents.safe_end_json import read_safe_end
 from missionc.output.folder.file_names import PROOF, SAFE_END
-from missionc.output.folder.walk_folder import printable
+from missionc.output.folder.ownership import printable
 from missionc.tools.replay.read_folder import (
     CERTIFICATE,
     PLAN,

@@ -16,8 +16,8 @@ import numpy as np
 
 from missionc.base.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED, NOT_TO_BE_LOST
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.judgement import Judgements
 from missionc.base.limits import Limits
+from missionc.base.trace import Judgements
 from missionc.flight.simulation import engines
 from missionc.flight.simulation.default_engine import sample_times
 from missionc.flight.simulation.disturbance import setpoints

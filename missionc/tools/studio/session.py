@@ -35,9 +35,8 @@ from missionc.frontend.syntax.parse import read
 from missionc.frontend.syntax.read_file import loader, too_large
 from missionc.frontend.syntax.tokens import DECLARATIONS, STATES, WORDS
 from missionc.output.folder.ownership import cannot_write
-from missionc.output.folder.write_file import write_file
-from missionc.tools.language_server.background_checks import diagnostics
-from missionc.tools.language_server.open_text import LIMITS, OpenText
+from missionc.output.folder.write_folder import write_file
+from missionc.tools.language_server.open_text import LIMITS, OpenText, diagnostics
 from missionc.tools.language_server.scene.scene import Json, scene
 from missionc.tools.language_server.server import Server, made
 from missionc.tools.studio.compilation import Compilation

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from missionc import Diagnostic, Limits
 from missionc.frontend.syntax.read_file import read_bytes, text_of
-from missionc.output.folder.write_file import write_file
+from missionc.output.folder.write_folder import write_file
 
 
 @dataclass(frozen=True, slots=True)

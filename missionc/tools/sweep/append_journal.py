@@ -18,7 +18,7 @@ from pathlib import Path
 from missionc.base.diagnostics.code import SWEEP_AT_WORK
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder.ownership import cannot_write, reason, shown
-from missionc.output.folder.write_file import NOT_REGULAR
+from missionc.output.folder.write_folder import NOT_REGULAR
 
 LARGEST = 1 << 30
 """Maximum size of a journal that is read, bytes."""

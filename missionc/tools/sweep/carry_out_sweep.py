@@ -22,22 +22,21 @@ from missionc.backends.options import DESCRIBED
 from missionc.backends.setting import flag_of
 from missionc.base.diagnostics.code import NOT_TO_BE_LOST
 from missionc.base.diagnostics.model import Diagnostic, has_errors
-from missionc.base.figures import counted
 from missionc.base.limits import Limits
 from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.source import Source
+from missionc.base.trace import counted
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.provenance import inputs
 from missionc.extension import Mission
 from missionc.output.folder.manifest import sha256
-from missionc.output.folder.write_file import write_file, write_inside
+from missionc.output.folder.write_folder import write_file, write_inside
 from missionc.output.plot import plot
 from missionc.tools.sweep import results_table, run_answer
 from missionc.tools.sweep.append_journal import Journal
-from missionc.tools.sweep.compare_sweeps import Comparison, compare_sweeps, refuse
 from missionc.tools.sweep.plot_sweep import sweep_figure
-from missionc.tools.sweep.results_table import Group, groups
+from missionc.tools.sweep.results_table import Comparison, Group, compare_sweeps, groups, refuse
 from missionc.tools.sweep.run_answer import ERROR
 from missionc.tools.sweep.run_grid import Combination, Grid, Run, too_many, words
 from missionc.tools.sweep.run_request import Settings

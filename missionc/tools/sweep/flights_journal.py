@@ -24,8 +24,8 @@ import numpy as np
 
 from missionc.base.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.judgement import Judgement
 from missionc.base.strict_json import NotJsonError, parse_json, parse_record
+from missionc.base.trace import Judgement
 from missionc.compiler.checkpoint_file import Identity, difference
 from missionc.extension import Trace
 from missionc.flight.simulation.judge_flight import Error, Flight

@@ -37,8 +37,7 @@ from typing import TYPE_CHECKING, Any
 from missionc.base.diagnostics.code import CLUSTER_UNREACHABLE, EXTRA_MISSING, OTHER_VERSIONS
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder.ownership import cannot_write, reason
-from missionc.output.folder.write_file import linked
-from missionc.output.folder.write_folder import write_folder
+from missionc.output.folder.write_folder import linked, write_folder
 from missionc.tools.sweep import run_answer, run_request
 from missionc.tools.sweep.append_journal import Journal
 from missionc.tools.sweep.run_answer import ERROR, Answer, RunResult

@@ -22,7 +22,7 @@ from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.frontend.syntax.read_file import Absent, read_bytes
 from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 from missionc.output.folder.staging import NAME, sweep
-from missionc.output.folder.write_file import write_inside
+from missionc.output.folder.write_folder import write_inside
 from missionc.tools.sweep import run_answer
 from missionc.tools.sweep.append_journal import LARGEST, Journal, locked
 from missionc.tools.sweep.run_answer import ERROR, OUTCOMES, RunResult

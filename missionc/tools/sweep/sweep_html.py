@@ -12,11 +12,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from missionc.base.figures import counted, decimals
+from missionc.base.trace import counted, decimals
 from missionc.flight.simulation.trials import Fraction
 from missionc.output.report.render_page import asset
-from missionc.tools.sweep.compare_sweeps import LEVEL, Comparison
-from missionc.tools.sweep.results_table import Group, Measure, Spread, counts, measures
+from missionc.tools.sweep.results_table import LEVEL, Comparison, Group, Measure, Spread, counts, measures
 from missionc.tools.sweep.run_answer import OUTCOMES
 from missionc.tools.sweep.run_grid import words
 from missionc.tools.sweep.sweep_folder import Row

@@ -21,13 +21,13 @@ import numpy as np
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Graph, Predicate
+from missionc.ir.couplings import directed
 from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.analysis import agents_asked, steps_ahead
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import Atom, NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.ir.kernel.walk import looks_back, postorder
 from missionc.ir.language.margins.links import link_pieces
-from missionc.ir.pair_ranges import directed
 from missionc.verification.between.atoms import RESOLUTION, atom_signals, link_signals
 from missionc.verification.between.interval_sets import (
     STEP,

@@ -15,7 +15,7 @@ from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, deriva
 from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, values
 from missionc.ir import Agent, Fixed, Mission
 from missionc.verification.certificate import CLOCK, MOTION, TUBE, WAYPOINT, Check, judged
-from missionc.verification.flight.flight_curves import ALLOWANCE, cut
+from missionc.verification.flight.joint_claims import ALLOWANCE, cut
 from missionc.verification.proof.branch_and_bound import Bounds, Claim
 
 DEGREE = 7

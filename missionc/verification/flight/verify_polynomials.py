@@ -23,10 +23,9 @@ from missionc.ir import PLAIN, Agent, Mission, Vehicle
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.certificate import CERTAIN, MOTION, ROUNDING, Certificate, Check, Figure
 from missionc.verification.flight.continuity_and_fidelity import check_flight, tube
-from missionc.verification.flight.flight_curves import Flight
-from missionc.verification.flight.joint_claims import downwash, obstacles, separation, world
+from missionc.verification.flight.joint_claims import Flight, downwash, obstacles, separation, world
 from missionc.verification.monitoring.monitor import monitor
-from missionc.verification.plan.requirements_at_steps import check_requirements
+from missionc.verification.plan.whole_requirements import check_requirements
 from missionc.verification.proof.branch_and_bound import Claim, Judge, branch_and_bound, everyone, of_agents
 from missionc.verification.proof.proof_boxes import Boxes, at_most, between_bounds, boxes_of, in_band, upright
 

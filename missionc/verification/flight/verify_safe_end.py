@@ -34,8 +34,7 @@ from missionc.geometry.grown_shape import grown_shape
 from missionc.ir import PLAIN, Agent, Mission, Obstacle, Path
 from missionc.verification.certificate import MOTION, WAYPOINT, Certificate, Check, Figure, judged
 from missionc.verification.flight.continuity_and_fidelity import exactness
-from missionc.verification.flight.flight_curves import Flight
-from missionc.verification.flight.joint_claims import downwash, obstacles, separation, world
+from missionc.verification.flight.joint_claims import Flight, downwash, obstacles, separation, world
 from missionc.verification.flight.verify_polynomials import limits, prove_all
 from missionc.verification.flight.verify_whole_flight import Stop, in_turns, landing_margins
 from missionc.verification.flight.way_missions import is_whole

@@ -21,8 +21,7 @@ from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, curve
 from missionc.ir import Agent, Mission
 from missionc.verification.certificate import WAYPOINT, Certificate, Check, judged
 from missionc.verification.flight.continuity_and_fidelity import check_level, check_smooth, clock, exactness
-from missionc.verification.flight.flight_curves import Flight
-from missionc.verification.flight.joint_claims import world
+from missionc.verification.flight.joint_claims import Flight, world
 from missionc.verification.flight.verify_polynomials import limits, prove_all
 from missionc.verification.plan.clearances import check_obstacles, check_separation
 from missionc.verification.proof.proof_boxes import Boxes

@@ -34,8 +34,7 @@ from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Agent, Mission, Obstacle
 from missionc.verification.certificate import MOTION, WAYPOINT, Certificate, Check, Figure, judged
 from missionc.verification.flight.continuity_and_fidelity import check_level, check_smooth, exactness
-from missionc.verification.flight.flight_curves import Flight
-from missionc.verification.flight.joint_claims import downwash, world
+from missionc.verification.flight.joint_claims import Flight, downwash, world
 from missionc.verification.flight.verify_polynomials import check_apart, check_file, limits, prove_all
 from missionc.verification.flight.way_missions import Stage, Way, Ways, has_risen, is_whole, way_mission, ways_of
 from missionc.verification.proof.proof_boxes import Boxes

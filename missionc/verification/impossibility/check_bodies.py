@@ -19,7 +19,7 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags
 from missionc.ir import BeaconCover, Box, Graph, Mission, Predicate, Proximity, Sight
-from missionc.ir.pair_ranges import range_of
+from missionc.ir.couplings import range_of
 from missionc.verification.certificate import MOTION
 from missionc.verification.impossibility.bodies import boxes_in, lies_in, name_in_graph, name_of_obstacle, parts
 from missionc.verification.impossibility.check_motion import inflated

@@ -19,8 +19,8 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.ir import Agent, Compare, Dynamics, InitialSet, Level, Mission, Speed
 from missionc.ir.dynamics import at_most
-from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
 from missionc.ir.kernel.nodes import Atom, Goal
+from missionc.ir.kernel.walk import Conjunct, conjuncts
 from missionc.verification.certificate import MOTION
 from missionc.verification.impossibility.bodies import blocked
 from missionc.verification.impossibility.cover_document import CellsOfKind, ClaimedCover, Unreadable

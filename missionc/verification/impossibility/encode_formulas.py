@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 
 from missionc.base.trace import Flags
 from missionc.ir import BeaconCover, Compare, DistanceBetween, Flag, Flagged, Graph, Inside, Mission, Predicate
+from missionc.ir.couplings import all_ranges
 from missionc.ir.kernel import nodes as k
-from missionc.ir.pair_ranges import all_ranges
 from missionc.verification.certificate import MOTION
 from missionc.verification.impossibility.cnf import FALSE, TRUE, Cnf
 from missionc.verification.impossibility.cover_document import CellsOfKind, ClaimedCover

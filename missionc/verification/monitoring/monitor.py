@@ -9,8 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from missionc.base.judgement import Judgement, Judgements
-from missionc.base.trace import Array, Flags, Trace
+from missionc.base.trace import Array, Flags, Judgement, Judgements, Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.analysis import robustness_unit
 from missionc.ir.kernel.nodes import Goal, Kernel, Node

@@ -31,11 +31,10 @@ from missionc.base.diagnostics.map_error import MapError, too_many
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
-from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span, line_ends
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.base.trace import Array, Trace
-from missionc.base.units import Steps
+from missionc.base.units import Steps, plain_number
 from missionc.ir import Holds, Mission
 from missionc.ir.language.walk_formulas import asked_agents
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.geometry.straight_runs import straight_runs
+from missionc.geometry.lane_room import straight_runs
 from missionc.ir import Agent, Lanes, Mission
 from missionc.verification.certificate import MOTION, Check, judged
 

@@ -25,8 +25,8 @@ from missionc.geometry.curves.piecewise_polynomials import Curves, extents, moti
 from missionc.geometry.vectors import norm
 from missionc.ir import Mission
 from missionc.ir.kernel.analysis import about_whom
-from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import Always, At, Kernel, Node
+from missionc.ir.kernel.walk import conjuncts
 from missionc.verification.certificate import CERTAIN, CONTACT, Check, Delay
 from missionc.verification.monitoring.monitor import truths
 from missionc.verification.monitoring.violation import first_violation

@@ -22,9 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.constraint import Constraint, NotJudged
-from missionc.base.figures import counted, decimals
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array, Flags, Trace
+from missionc.base.trace import Array, Flags, Trace, counted, decimals
 from missionc.geometry.curves.piecewise_polynomials import Curves, motion
 from missionc.geometry.vectors import norm
 from missionc.ir import PLAIN, Agent, InitialSet, Mission

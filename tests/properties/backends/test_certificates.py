@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 from missionc.backends.api import Budget
 from missionc.backends.cover.cover import build_cover
+from missionc.backends.cover.may_labels import relaxed
 from missionc.backends.cover.motion_caps import motion_caps
 from missionc.backends.cover.refute import Question
-from missionc.backends.cover.relax_kernel import relaxed
 from missionc.backends.run_account import Account
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.compiler.claim_cover import claimed

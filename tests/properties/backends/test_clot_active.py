@@ -23,8 +23,7 @@ from tests.support.random_runs import SPAN, Case, as_planned, cases, leaves, mis
 pytest.importorskip("torch")
 
 from missionc.backends.clot.cost_graph.cost_graph import build, signed_predicate
-from missionc.backends.clot.optimise.active_set import Active, Links, activate
-from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.active_set import Active, Demand, Links, activate
 from missionc.backends.clot.paper.leaf_margins import UNLIMITED
 from missionc.backends.clot.paper.motion_batch import States, team
 from missionc.backends.clot.paper.robustness import Robustness

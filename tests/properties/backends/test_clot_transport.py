@@ -10,9 +10,7 @@ torch = pytest.importorskip("torch", reason="torch is not installed")
 
 from torch import Tensor
 
-from missionc.backends.clot.paper.prior import Fixed, prior
-from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
-from missionc.backends.clot.paper.transport import transport
+from missionc.backends.clot.paper.transport import Fixed, prior, row_softmax, sinkhorn, transport
 from missionc.backends.clot.settings import Coupling, Polytope, TransportSettings
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -20,9 +20,8 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower import Lowered, lower
-from missionc.backends.smt.encode.lower_motion import Motion, all_ways, lower_motion
+from missionc.backends.smt.encode.lower_motion import Motion, Occupancy, all_ways, lower_motion
 from missionc.backends.smt.encode.metric_bounds import bounded_above, without_metres
-from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.roadmap import roadmap_links
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible

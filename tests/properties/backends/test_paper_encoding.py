@@ -13,9 +13,8 @@ import z3
 
 from missionc import ir
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.paper.ask_solver import node_links, problem
 from missionc.backends.smt.paper.encode import Encoding
-from missionc.backends.smt.paper.specify import specify
+from missionc.backends.smt.paper.paper_run import node_links, problem, specify
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.ir.lower.expand import expand
 from missionc.verification.monitoring.monitor import truth

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc.base.diagnostics.sanitize import plain
+from missionc.base.diagnostics.render import plain
 from missionc.base.limits import Limits
 from missionc.cli.app import main
 from missionc.cli.exit_status import Status

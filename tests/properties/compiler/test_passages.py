@@ -8,7 +8,7 @@ import pytest
 
 from missionc.base.source import Source
 from missionc.compiler.front_end import check
-from missionc.frontend.syntax.passages import passages
+from missionc.frontend.syntax.parse import passages
 
 ROOT = Path(__file__).resolve().parents[3]
 CORPUS = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "missions").glob("*.mission"))]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from missionc.frontend.maps.occupancy_grid import Cells, vectorise, without_holes
-from missionc.frontend.resolve.polygon_faults import SIMPLE, fault
+from missionc.frontend.resolve.resolve_shapes import SIMPLE, fault
 
 ROUNDING = 1e-6
 """Sides of a cell."""

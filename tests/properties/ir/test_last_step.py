@@ -19,10 +19,9 @@ from missionc.ir.kernel.nodes import All, Any, At, Atom, Eventually, Goal, Kerne
 from missionc.ir.kernel.walk import asked_between, postorder
 from missionc.ir.language.operator import Operator
 from missionc.ir.language.operators import OPERATORS
-from missionc.ir.lower.ahead_of_time import ahead_of_time
 from missionc.ir.lower.expand import expand
 from missionc.ir.lower.hold_throughout import hold_throughout
-from missionc.ir.lower.tighten import tightened_alone
+from missionc.ir.lower.tighten import ahead_of_time, tightened_alone
 from missionc.ir.predicates import Inside
 from missionc.planning.progression.formula_progression import NotProgressableError
 from missionc.planning.progression.stretches import Remaining, Stretch, after

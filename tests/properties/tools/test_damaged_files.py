@@ -12,9 +12,8 @@ import pytest
 
 from missionc.backends.api import Snapshot
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.judgement import Judgement
 from missionc.base.source import Source
-from missionc.base.trace import Trace
+from missionc.base.trace import Judgement, Trace
 from missionc.base.units import Seconds
 from missionc.compiler.checkpoint_file import from_bytes, to_bytes
 from missionc.flight.simulation.judge_flight import Error, Flight

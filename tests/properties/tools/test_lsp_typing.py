@@ -15,15 +15,19 @@ pytest.importorskip("pygls")
 
 from lsprotocol import converters, types
 
-from missionc.tools.language_server.background_checks import diagnostics
 from missionc.tools.language_server.completion import completion
-from missionc.tools.language_server.formatting import formatting
-from missionc.tools.language_server.goto import definition, highlights, references
-from missionc.tools.language_server.hover import hover
-from missionc.tools.language_server.inlay_hints import hints
-from missionc.tools.language_server.open_text import OpenText
-from missionc.tools.language_server.quick_fixes import fixes
-from missionc.tools.language_server.rename import RefusedError, renamable, rename
+from missionc.tools.language_server.hover import hints, hover
+from missionc.tools.language_server.open_text import OpenText, diagnostics
+from missionc.tools.language_server.text_edits import (
+    RefusedError,
+    definition,
+    fixes,
+    formatting,
+    highlights,
+    references,
+    renamable,
+    rename,
+)
 from missionc.tools.language_server.workspace_symbols import symbols
 from tests.support.open_texts import edited, opened
 from tests.support.typed_edits import MISSIONS, typed

@@ -12,8 +12,15 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.base.trace import Indices
 from missionc.geometry.curves.piecewise_polynomials import Curves, values
-from missionc.verification.flight.flight_curves import Flight, seen_from
-from missionc.verification.flight.joint_claims import clear_of, downwash, obstacles, separation, world
+from missionc.verification.flight.joint_claims import (
+    Flight,
+    clear_of,
+    downwash,
+    obstacles,
+    seen_from,
+    separation,
+    world,
+)
 from missionc.verification.flight.verify_polynomials import MANY, limits, prove
 from missionc.verification.plan.obstacle_bodies import solid
 from missionc.verification.proof import branch_and_bound as search

@@ -13,8 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.base.judgement import Judgement
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Judgement, Trace
 from missionc.base.units import Steps
 from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Goal, Kernel, Node, Release, Until
 from missionc.ir.language.operator import Operator

@@ -10,8 +10,8 @@ from missionc import ir
 from missionc.base.units import Steps
 from missionc.ir.language.operators import by_name
 from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.evaluate import sliding, until
 from missionc.verification.monitoring.monitor import monitor, robustness, truth
-from missionc.verification.monitoring.temporal_windows import sliding, until
 from tests import reference
 from tests.support.random_runs import SPAN, Case, cases, leaves, mission_of, run_of, trace_of
 

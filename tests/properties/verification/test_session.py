@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.base.judgement import Judgement
 from missionc.base.source import Source
+from missionc.base.trace import Judgement
 from missionc.base.units import Steps
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.language.operators import by_name

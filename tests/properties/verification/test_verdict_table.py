@@ -17,7 +17,7 @@ from missionc.ir.language.operators import OPERATORS, by_name
 from missionc.ir.lower.expand import expand
 from missionc.verification.monitoring.monitor import robustness, truth
 from missionc.verification.monitoring.verdict_table import table
-from missionc.verification.monitoring.witness import Witnesses
+from missionc.verification.monitoring.violation import Witnesses
 from tests import reference
 from tests.support.random_runs import SPAN, Case, applied, cases, formulas, mission_of
 

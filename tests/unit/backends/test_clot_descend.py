@@ -15,10 +15,10 @@ from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, Planned, Report
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.cost_weights import METRES, SHORT, longest_step
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.candidate import System
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import _Program, descend
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import effort, travelled
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Rows

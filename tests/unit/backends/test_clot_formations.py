@@ -8,13 +8,13 @@ import pytest
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.schedule.asked_shapes import is_denied
 from missionc.backends.clot.schedule.deconflict_space_time import deconflict_space_time
+from missionc.backends.clot.schedule.draft import sketch
 from missionc.backends.clot.schedule.follow_leader import File, as_file
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.schedule import Scheduler
-from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.visits import KeyFrame, Schedule
 from missionc.base.trace import Array

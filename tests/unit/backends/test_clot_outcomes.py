@@ -20,7 +20,7 @@ from missionc.base.units import Seconds
 from missionc.cli.summary import attempt_lines, compiled_document, compiled_lines
 from missionc.compiler import driver
 from missionc.compiler.relax import search_relaxations
-from missionc.compiler.relax.nearest_miss import near_miss
+from missionc.compiler.relax.search_relaxations import near_miss
 from missionc.compiler.results import Blame, Compiled, Verified
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel

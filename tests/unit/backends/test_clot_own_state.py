@@ -12,8 +12,8 @@ pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, NotFound
 from missionc.backends.clot.backend import BACKEND, TransportRun
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.control_points import splines, trace
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.options import Options

@@ -14,15 +14,15 @@ torch = pytest.importorskip("torch")
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.control_points import splines, trace
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Group, Rows, rows
+from missionc.backends.clot.schedule.draft import sketch
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
 from missionc.backends.clot.schedule.schedule import Scheduler
-from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.backends.clot.settings import Spare, Weights

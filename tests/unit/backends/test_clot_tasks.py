@@ -12,10 +12,10 @@ pytest.importorskip("torch")
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.obstacle_index import carved
+from missionc.backends.clot.schedule.draft import sketch
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
 from missionc.backends.clot.schedule.schedule import Scheduler
-from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.timetable import PerturbedDistances
 from missionc.backends.clot.schedule.tours import tours

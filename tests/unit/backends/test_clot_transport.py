@@ -11,10 +11,21 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from torch import Tensor
 
-from missionc.backends.clot.paper.polytope import directions, rotations
-from missionc.backends.clot.paper.prior import End, Fixed, Free, Prior, prior, smoother
-from missionc.backends.clot.paper.sinkhorn import _by_logarithms, _by_scaling, row_softmax, sinkhorn
-from missionc.backends.clot.paper.transport import transport
+from missionc.backends.clot.paper.transport import (
+    End,
+    Fixed,
+    Free,
+    Prior,
+    _by_logarithms,
+    _by_scaling,
+    directions,
+    prior,
+    rotations,
+    row_softmax,
+    sinkhorn,
+    smoother,
+    transport,
+)
 from missionc.backends.clot.settings import Coupling, Polytope, TransportSettings
 
 Array = NDArray[np.float64]

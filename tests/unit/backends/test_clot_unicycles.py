@@ -11,9 +11,8 @@ pytest.importorskip("torch")
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_weights import spare
-from missionc.backends.clot.optimise.control_points import splines, trace
+from missionc.backends.clot.optimise.control_points import followed, pursued, splines, trace
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.optimise.pursuit import followed, pursued
 from missionc.backends.clot.optimise.residuals import rows
 from missionc.backends.clot.settings import Spare, Weights
 from missionc.ir import Unicycle

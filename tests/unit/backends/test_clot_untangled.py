@@ -13,7 +13,7 @@ pytest.importorskip("torch")
 from missionc.backends.api import Budget, Planned
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import outline

@@ -6,7 +6,7 @@ from itertools import permutations
 
 import pytest
 
-from missionc.backends.smt.refine.unsat_core import Deletion
+from missionc.backends.smt.refine.problem import Deletion
 
 NAMES = ("a", "b", "c", "d")
 

@@ -12,8 +12,8 @@ from missionc import ir
 from missionc.backends.choose_backend import needs_of
 from missionc.backends.features import Feature
 from missionc.base.trace import Trace
+from missionc.ir.couplings import heaviest, kinds_of_weight, lightest, weigh
 from missionc.ir.language.margins.links import all_links
-from missionc.ir.pair_ranges import heaviest, kinds_of_weight, lightest, weigh
 from missionc.verification.monitoring.monitor import truths
 from tests.support.random_runs import trace_of
 

@@ -13,10 +13,8 @@ from missionc import ir
 from missionc.backends.api import Budget, NotFound, Reason
 from missionc.backends.options import Options
 from missionc.backends.roadmap_graph import show_roadmaps
-from missionc.backends.smt.paper.ask_solver import node_links, problem
-from missionc.backends.smt.paper.colliding_moves import colliding_moves
 from missionc.backends.smt.paper.encode import Encoding
-from missionc.backends.smt.paper.specify import specify
+from missionc.backends.smt.paper.paper_run import colliding_moves, node_links, problem, specify
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.source import Source
 from missionc.base.units import Seconds

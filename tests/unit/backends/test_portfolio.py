@@ -26,8 +26,8 @@ from missionc.backends.api import (
 )
 from missionc.backends.options import Options
 from missionc.backends.portfolio.backend import ATTEMPTS, FIRST, TIMES, Engine, PortfolioBackend
+from missionc.backends.run_account import polish_work, run_to_end
 from missionc.backends.smt import backend as smt
-from missionc.backends.work import polish_work, run_to_end
 from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG, NOT_VERIFIED
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source

@@ -377,7 +377,7 @@ def test_the_command_says_what_is_wrong_with_a_file(tmp_path: Path, capsys: pyte
 
 def test_a_disk_that_fills_up_does_not_lose_the_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "row.mission").write_text(PAIR)
-    write_file = "missionc.output.folder.write_file.write_file"
+    write_file = "missionc.output.folder.write_folder.write_file"
     full = Diagnostic(CHECKPOINT_UNREADABLE, "full", None)
     monkeypatch.setattr(write_file, lambda *_: full)
     status = app.main(command(tmp_path, "--checkpoint", str(tmp_path / "run.npz"), "-o", str(tmp_path / "out")))

@@ -10,11 +10,10 @@ pytest.importorskip("torch")
 from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import spare
-from missionc.backends.clot.optimise.control_points import splines, trace
-from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.active_set import Demand
+from missionc.backends.clot.optimise.control_points import pursued, splines, trace
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.path_velocity import SPEEDS, Bounds, Nodes, path_nodes, path_velocity
-from missionc.backends.clot.optimise.pursuit import pursued
 from missionc.backends.clot.optimise.retiming import retime
 from missionc.backends.clot.settings import Weights
 from missionc.base.trace import Array, Trace

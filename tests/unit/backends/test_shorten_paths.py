@@ -12,8 +12,8 @@ from missionc.backends.options import Options
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Motion, all_ways, lower_motion
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.refine.collisions import too_near
-from missionc.backends.smt.refine.unsat_core import effort
+from missionc.backends.smt.refine.lazy_constraints import too_near
+from missionc.backends.smt.refine.problem import effort
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.backends.smt.settings import SmtSettings
 from missionc.backends.smt.shorten.shorten_paths import JointPaths, shorten_paths

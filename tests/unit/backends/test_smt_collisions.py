@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.backends.smt.refine.collisions import CUSHION, Separation, too_near
-from missionc.backends.smt.refine.lazy_constraints import JointMotion
+from missionc.backends.smt.refine.lazy_constraints import CUSHION, JointMotion, Separation, too_near
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Satisfiable, Unsatisfiable
 from missionc.base.units import Metres

@@ -14,8 +14,8 @@ from missionc.backends.api import Impossible, NotFound
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import all_ways, lower_motion
 from missionc.backends.smt.encode.metric_bounds import bounded_above
-from missionc.backends.smt.prioritized.metric_routes_beside import holds_beside
 from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.prioritized.single_agent_search import holds_beside
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.sat.solve import Satisfiable
 from missionc.base.source import Source

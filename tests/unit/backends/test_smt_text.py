@@ -10,8 +10,7 @@ import z3
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missionc.backends.smt.encode.clauses import Clauses, Literals
-from missionc.backends.smt.encode.dimacs import dimacs, smt2
+from missionc.backends.smt.encode.clauses import Clauses, Literals, dimacs, smt2
 from tests.support.drat_checker import clauses_of
 
 

@@ -11,8 +11,8 @@ import pytest
 import missionc
 from missionc.backends.api import Budget
 from missionc.backends.options import Options
-from missionc.base.solved import Solved, read_solved, solved_by, solved_text, then_polished
 from missionc.base.source import Source
+from missionc.base.trace import Solved, read_solved, solved_by, solved_text, then_polished
 from missionc.compiler import driver
 from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Verified

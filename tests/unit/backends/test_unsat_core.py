@@ -12,7 +12,7 @@ import pytest
 
 from missionc.backends.api import Reason
 from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
-from missionc.backends.smt.refine.unsat_core import minimise
+from missionc.backends.smt.refine.problem import minimise
 from missionc.backends.smt.sat.solve import Satisfiable, Stopped, Unsatisfiable
 from tests.support.legal_plans import mission_of
 from tests.support.small_roadmaps import asked, roadmap_of

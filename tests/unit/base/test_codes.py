@@ -7,8 +7,7 @@ import re
 from pathlib import Path
 
 from missionc.base.diagnostics import code as codes
-from missionc.base.diagnostics.code import CODES, RETIRED, Code
-from missionc.base.diagnostics.code_page import explain
+from missionc.base.diagnostics.code import CODES, RETIRED, Code, explain
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGES = {path.stem for path in (ROOT / "docs" / "errors").glob("*.md")}

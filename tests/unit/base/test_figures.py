@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from missionc.base.figures import counted, decimals
+from missionc.base.trace import counted, decimals
 
 
 @pytest.mark.parametrize(

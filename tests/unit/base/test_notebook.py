@@ -18,11 +18,10 @@ import pytest
 
 import missionc
 from missionc.backends.api import Attempt, NotFound, Reason, Report
-from missionc.base.judgement import Judgement
 from missionc.base.notebook import paths
 from missionc.base.palette import LIGHT
 from missionc.base.source import Source
-from missionc.base.trace import Trace
+from missionc.base.trace import Judgement, Trace
 from missionc.base.units import Seconds
 from missionc.compiler.results import Compiled
 from tests.support.small_missions import CONFLICT, SMALL, WRONG, parked

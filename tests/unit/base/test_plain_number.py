@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from missionc.base.plain_number import plain_number
+from missionc.base.units import plain_number
 
 
 @pytest.mark.parametrize(("text", "value"), [("1", 1), ("-0.5", -0.5), (".5", 0.5), ("5.", 5), ("+1e-3", 1e-3)])

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft4Validator
 
-from missionc.base.diagnostics.code import CODES, UNREADABLE
-from missionc.base.diagnostics.code_page import explain
+from missionc.base.diagnostics.code import CODES, UNREADABLE, explain
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.diagnostics.sarif import render_sarif
 from missionc.cli.app import main

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc.base.diagnostics.sanitize import plain
+from missionc.base.diagnostics.render import plain
 from missionc.base.limits import DEEPEST, Limits
 from missionc.cli.app import main
 from tests.support.small_missions import SMALL, WRONG

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from missionc.backends.acceptance import attempt
-from missionc.backends.clot.run.search_results import failure_statement
+from missionc.backends.clot.run.run_state import failure_statement
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.compiler.diagnose_candidate import Diagnosis, diagnose

@@ -10,9 +10,15 @@ from missionc.backends.smt.settings import smt_settings
 from missionc.base.source import Source
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.relax import relax_world
-from missionc.compiler.relax.conflict_targets import ConflictTarget, ConflictTargets, conflict_targets
-from missionc.compiler.relax.edits import Edit, changes, edited
-from missionc.compiler.relax.relaxation_parameters import RelaxationParameter
+from missionc.compiler.relax.edits import (
+    ConflictTarget,
+    ConflictTargets,
+    Edit,
+    RelaxationParameter,
+    changes,
+    conflict_targets,
+    edited,
+)
 from missionc.compiler.relax.search_relaxations import Bracket
 
 RICH = """\

@@ -12,10 +12,9 @@ import pytest
 from missionc.backends.api import Budget
 from missionc.base.source import Source
 from missionc.compiler import driver, strategy
-from missionc.compiler.plan_request import PlanRequest
+from missionc.compiler.plan_request import PlanRequest, StageLog
 from missionc.compiler.redraw import with_attempts
 from missionc.compiler.results import Compiled, Verified
-from missionc.compiler.stage_log import StageLog
 from missionc.output.folder.write_folder import write_folder
 from missionc.tools.replay.reverify import Reverified, reverify
 from tests.support.small_missions import SMALL

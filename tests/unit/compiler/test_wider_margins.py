@@ -16,9 +16,8 @@ from missionc.base.deadline import OutOfTime
 from missionc.base.diagnostics.code import IMPROVEMENT_FAILED
 from missionc.base.source import Source
 from missionc.compiler import driver, wider_margins
-from missionc.compiler.plan_request import PlanRequest
+from missionc.compiler.plan_request import PlanRequest, StageLog
 from missionc.compiler.results import Compiled, Verified
-from missionc.compiler.stage_log import StageLog
 from missionc.compiler.wider_margins import margins_of, plan_with_wider_margins
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel

@@ -12,7 +12,7 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.frontend.maps.likely_cause import likely_cause
-from missionc.ir.place_files import FileRequest
+from missionc.ir.places import FileRequest
 from tests.support.mapped_missions import findings, only, picture
 
 BESIDE = "require r: scout: always[0, 30 s] "

@@ -22,7 +22,7 @@ from missionc.frontend.maps.drawing import drawing
 from missionc.frontend.maps.dxf.areas import SAGITTA
 from missionc.frontend.maps.feature import Circle, MapPoint
 from missionc.frontend.maps.read_map import Reading
-from missionc.ir.place_files import LeftOut
+from missionc.ir.places import LeftOut
 from tests.support.random_drawings import DOWN, asked, polygons_of, text_of
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]

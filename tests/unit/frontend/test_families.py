@@ -21,7 +21,7 @@ from missionc.frontend.explain.explanation import explained, lines
 from missionc.frontend.resolve.show_ir import show_ir as show_ir
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.folder.file_names import file_names
-from missionc.tools.language_server import goto, hover, rename, workspace_symbols
+from missionc.tools.language_server import hover, text_edits, workspace_symbols
 from missionc.tools.language_server.completion import completion
 from tests.support.flat_families import HEAD, MOVES, flat
 from tests.support.open_texts import edited, marked, opened
@@ -350,8 +350,8 @@ def test_an_explanation_says_it_once_with_the_index() -> None:
 def test_the_editor_knows_families_and_indices() -> None:
     text = HEAD + REGIONS + "require go[k in 0..3]: eventually[0, 9 s] every t[k]: w[3 - k|]\n"
     found, here = marked(text)
-    assert edited(found, rename.rename(found, here, "number").changes[found.uri]).count("number") == 3  # type: ignore[index]
-    place = goto.definition(found, here)
+    assert edited(found, text_edits.rename(found, here, "number").changes[found.uri]).count("number") == 3  # type: ignore[index]
+    place = text_edits.definition(found, here)
     assert place is not None
     assert found.places.offset(place.range.start) == found.source.text.index("[k in") + 1
     said = hover.hover(found, here)
@@ -360,7 +360,7 @@ def test_the_editor_knows_families_and_indices() -> None:
     names = [symbol.name for symbol in workspace_symbols.symbols(found)]
     assert names == ["demo", "w[i in 0..3]", "t[i in 0..3]", "go[k in 0..3]"]
     found, here = marked(HEAD + REGIONS.replace("w[i in 0", "w|[i in 0") + "require a: every t[1]: w[1]\n")
-    renamed = edited(found, rename.rename(found, here, "wall").changes[found.uri])  # type: ignore[index]
+    renamed = edited(found, text_edits.rename(found, here, "wall").changes[found.uri])  # type: ignore[index]
     assert (renamed.count("wall["), "w[" in renamed) == (3, False)
     assert opened(renamed).found.ok  # type: ignore[union-attr]
 

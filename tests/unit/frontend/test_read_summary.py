@@ -5,7 +5,7 @@ from __future__ import annotations
 from missionc.base.source import Source, Span
 from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.read_map import Reading, count_left_out
-from missionc.ir.place_files import LeftOut, ReadSummary
+from missionc.ir.places import LeftOut, ReadSummary
 
 SPAN = Span(Source("a.dxf", ""), 0, 0)
 

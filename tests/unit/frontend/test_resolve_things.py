@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.base.diagnostics.suggest import Nothing, edits, nearest
 from missionc.base.limits import Limits
-from missionc.frontend.resolve.definitions import in_order
-from missionc.frontend.resolve.polygon_faults import Simple, fault
+from missionc.frontend.resolve.context import in_order
 from missionc.frontend.resolve.resolve_agents import on_grid, on_line
+from missionc.frontend.resolve.resolve_shapes import Simple, fault
 from tests.support.resolved_missions import codes, demo, mission, only
 
 VOLUME = {

@@ -7,8 +7,7 @@ from itertools import product
 
 import pytest
 
-from missionc.base.diagnostics.code import CODES
-from missionc.base.diagnostics.code_page import explain
+from missionc.base.diagnostics.code import CODES, explain
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.diagnostics.render import render_text, wrapped
 from missionc.cli.app import main

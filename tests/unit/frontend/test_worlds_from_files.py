@@ -42,9 +42,8 @@ from missionc.frontend.maps import map_metadata
 from missionc.frontend.syntax.format import format_mission
 from missionc.frontend.syntax.parse import parse
 from missionc.frontend.syntax.read_file import unread
-from missionc.tools.language_server.background_checks import diagnostics
-from missionc.tools.language_server.goto import definition
-from missionc.tools.language_server.rename import RefusedError, rename
+from missionc.tools.language_server.open_text import diagnostics
+from missionc.tools.language_server.text_edits import RefusedError, definition, rename
 from tests.support.mapped_missions import HEAD, YAML, findings, meant, only, picture, written
 from tests.support.open_texts import opened
 

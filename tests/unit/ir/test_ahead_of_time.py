@@ -13,7 +13,7 @@ from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, Verified
 from missionc.ir.kernel.nodes import Always, Eventually, Node, Release, Until
 from missionc.ir.kernel.walk import postorder
-from missionc.ir.lower.ahead_of_time import ahead_of_time, with_room_for_delays
+from missionc.ir.lower.tighten import ahead_of_time, with_room_for_delays
 
 HEAD = """\
 mission crossing

@@ -213,7 +213,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from missionc.base.units import Dimension
-from missionc.ir.dynamics.kind import Dynamics, Limit
+from missionc.ir.dynamics.kinds import Dynamics, Limit
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,7 +258,7 @@ def test_a_kind_of_dynamics_is_one_new_file_and_its_name_in_the_registration(tmp
     (tmp_path / "missionc/ir/dynamics/cart.py").write_text(CART, encoding="utf-8")
     registration = tmp_path / "missionc/ir/dynamics/__init__.py"
     text = registration.read_text(encoding="utf-8")
-    first = "from missionc.ir.dynamics.double_integrator"
+    first = "from missionc.ir.dynamics.kinds"
     text = text.replace(first, f"from missionc.ir.dynamics.cart import Cart\n{first}")
     registration.write_text(text.replace("Unicycle)", "Unicycle, Cart)"), encoding="utf-8")
     (tmp_path / "delivery.mission").write_text(DELIVERY, encoding="utf-8")

@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
+from missionc.ir.couplings import directed
 from missionc.ir.language.margins import links
 from missionc.ir.language.margins.predicate_margins import (
     algebraic_connectivity,
@@ -27,7 +28,6 @@ from missionc.ir.language.margins.predicate_margins import (
     of_pair,
     of_states,
 )
-from missionc.ir.pair_ranges import directed
 from missionc.ir.predicates.facts import PredicateFacts
 from tests.support.random_runs import BASE, FIELD, MAST, SPAN, graphs_of, mission_of, trace_of
 

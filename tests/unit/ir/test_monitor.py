@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.base.judgement import Judgement
-from missionc.base.trace import Trace
+from missionc.base.trace import Judgement, Trace
 from missionc.base.units import Metres, Metric, Steps
 from missionc.ir.language.margins import links
 from missionc.ir.language.operators import by_name

@@ -19,13 +19,13 @@ from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
+from missionc.ir.couplings import all_ranges, between, directed, kinds, range_of
 from missionc.ir.kernel.nodes import Atom
 from missionc.ir.language.margins.links import all_links
 from missionc.ir.language.margins.predicate_margins import algebraic_connectivity
 from missionc.ir.lower.tighten import tightened
-from missionc.ir.pair_ranges import all_ranges, between, directed, kinds, range_of
 from missionc.verification.monitoring.monitor import monitor
-from missionc.verification.plan.algebraic_connectivity import connectivity
+from missionc.verification.plan.whole_requirements import connectivity
 from tests.support.random_runs import SPAN, trace_of
 
 HEAD = """mission pairs

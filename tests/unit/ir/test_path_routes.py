@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from missionc.ir.kernel.nodes import All, Any, EveryRoute, Is, Node, Not, Route
-from missionc.ir.kernel.path_routes import as_routes
+from missionc.ir.kernel.walk import as_routes
 from tests.support.random_runs import graphs_of
 
 RADIO = graphs_of(3)[0]

@@ -14,8 +14,7 @@ import pytest
 
 from missionc import ir
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.judgement import Judgement
-from missionc.base.trace import Plan
+from missionc.base.trace import Judgement, Plan
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
 from missionc.output.documents.trajectories_csv import trajectories

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc.output.folder.walk_folder import contents
+from missionc.output.folder.ownership import contents
 
 
 def test_files_links_special_files_and_empty_folders_are_listed_by_relative_names(tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from missionc.base.diagnostics.code import CANNOT_WRITE
-from missionc.output.folder import write_file as file_module
-from missionc.output.folder.write_file import refuse_file, write_file
+from missionc.output.folder import write_folder as file_module
+from missionc.output.folder.write_folder import refuse_file, write_file
 
 
 def full(descriptor: int) -> None:

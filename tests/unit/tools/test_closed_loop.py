@@ -15,7 +15,7 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.app import main
 from missionc.flight.simulation.disturbance import POSITION, VELOCITY
-from missionc.flight.trajectories.behind import progress
+from missionc.flight.trajectories.stop_and_hover import progress
 from missionc.geometry.curves.piecewise_polynomials import Pieces, read
 from missionc.output.report.flight_tracks import flights
 from missionc.output.report.page_data import Plotted, data

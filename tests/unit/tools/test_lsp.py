@@ -22,13 +22,12 @@ from missionc.compiler.front_end import check
 from missionc.frontend.syntax.format import format_mission
 from missionc.frontend.syntax.tokens import PLURALS, WORDS
 from missionc.ir.language.operators import OPERATORS
-from missionc.tools.language_server import goto, inlay_hints, quick_fixes, workspace_symbols
-from missionc.tools.language_server.background_checks import Checks, diagnostics
+from missionc.tools.language_server import hover as hovers
+from missionc.tools.language_server import text_edits, workspace_symbols
 from missionc.tools.language_server.completion import completion
-from missionc.tools.language_server.formatting import formatting
 from missionc.tools.language_server.hover import hover
-from missionc.tools.language_server.open_text import Places
-from missionc.tools.language_server.rename import RefusedError, renamable, rename
+from missionc.tools.language_server.open_text import Checks, Places, diagnostics
+from missionc.tools.language_server.text_edits import RefusedError, formatting, renamable, rename
 from tests.support.check_findings import text
 from tests.support.open_texts import edited, marked, opened
 
@@ -97,7 +96,7 @@ def test_empty_odd_and_huge_texts_are_answered(written: str) -> None:
     assert here.found is not None
     assert diagnostics(here, here.found.findings)
     assert hover(here, place) is None or written
-    assert goto.definition(here, place) is None
+    assert text_edits.definition(here, place) is None
     assert formatting(here) == []
     assert isinstance(completion(here, place), list)
 
@@ -119,7 +118,7 @@ def test_a_finding_keeps_its_words_its_reasons_and_its_other_places() -> None:
         "reaches 16 s ahead",
         "reaches another 6 s ahead",
     ]
-    (action,) = quick_fixes.fixes(here, finding.range)
+    (action,) = text_edits.fixes(here, finding.range)
     assert action.title == "Replace `20 s` by `22 s`"
     assert action.diagnostics == [finding]
     assert action.edit is not None
@@ -142,10 +141,10 @@ def test_a_name_that_nothing_uses_is_shown_faintly() -> None:
 def test_fixes_are_offered_where_the_cursor_is_and_only_of_this_version() -> None:
     here = opened(text("let spare = base", "require a: every drone: bas"))
     first = here.places.position(here.source.text.index("spare"))
-    (action,) = quick_fixes.fixes(here, types.Range(first, first))
+    (action,) = text_edits.fixes(here, types.Range(first, first))
     assert action.title.startswith("Delete `let spare")
     here.found = None
-    assert quick_fixes.fixes(here, EVERYWHERE) == []
+    assert text_edits.fixes(here, EVERYWHERE) == []
 
 
 def test_the_older_of_two_versions_is_never_published() -> None:
@@ -230,15 +229,15 @@ def test_the_last_sentence_that_was_understood_is_kept_while_another_line_is_bro
 
 def test_a_name_is_found_where_it_is_declared_and_used_in_a_text_that_is_broken() -> None:
     here, place = marked(text("require a: every drone: (ba|se and", "let b = base"))
-    found = goto.definition(here, place)
+    found = text_edits.definition(here, place)
     assert found is not None
     assert found.range == here.places.range(Span(here.source, *re.search("base", here.source.text).span()))  # type: ignore[union-attr]
-    assert len(goto.references(here, place, True)) == here.source.text.count("base")
-    assert len(goto.highlights(here, place)) == here.source.text.count("base")
+    assert len(text_edits.references(here, place, True)) == here.source.text.count("base")
+    assert len(text_edits.highlights(here, place)) == here.source.text.count("base")
 
 
 def test_state_words_and_settings_are_no_names() -> None:
-    assert goto.definition(*marked(text("require a: every drone: sp|eed <= 1"))) is None
+    assert text_edits.definition(*marked(text("require a: every drone: sp|eed <= 1"))) is None
     with pytest.raises(RefusedError, match="no name of the mission"):
         renamable(*marked(text("require a: every drone: sp|eed <= 1")))
 
@@ -283,7 +282,7 @@ def test_the_declarations_are_listed_those_that_are_broken_too() -> None:
 
 def test_each_requirement_says_how_far_it_looks_ahead() -> None:
     here = opened(text("let soon = eventually[0, 4 s] base", HOME, "require now: every drone: base or soon"))
-    found = inlay_hints.hints(here, EVERYWHERE)
+    found = hovers.hints(here, EVERYWHERE)
     assert [hint.label for hint in found] == ["horizon 4 s", "horizon 18 s", "horizon 4 s"]
     lines = here.source.text.splitlines()
     assert [found[1].position.character] == [len(lines[found[1].position.line])]

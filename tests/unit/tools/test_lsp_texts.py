@@ -7,10 +7,8 @@ from pathlib import Path
 
 from lsprotocol import types
 
-from missionc.tools.language_server.background_checks import Checks
-from missionc.tools.language_server.goto import highlights, references
-from missionc.tools.language_server.open_text import OpenText
-from missionc.tools.language_server.rename import rename
+from missionc.tools.language_server.open_text import Checks, OpenText
+from missionc.tools.language_server.text_edits import highlights, references, rename
 from tests.support.open_texts import opened
 from tests.support.small_missions import SMALL
 

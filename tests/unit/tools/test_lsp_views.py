@@ -14,10 +14,8 @@ from lsprotocol import types
 
 from missionc.tools.language_server import code_lenses, workspace_symbols
 from missionc.tools.language_server.code_lenses import lenses
-from missionc.tools.language_server.folding import folds
-from missionc.tools.language_server.goto import links
 from missionc.tools.language_server.open_text import OpenText
-from missionc.tools.language_server.semantic_tokens import LEGEND, semantic_tokens
+from missionc.tools.language_server.text_edits import LEGEND, folds, links, semantic_tokens
 from missionc.tools.language_server.workspace_symbols import WorkspaceSymbols
 from tests.support.check_findings import text
 from tests.support.open_texts import opened

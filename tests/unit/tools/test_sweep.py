@@ -37,8 +37,7 @@ from missionc.cli.app import main
 from missionc.tools.sweep import run_answer, run_request
 from missionc.tools.sweep.append_journal import Journal
 from missionc.tools.sweep.carry_out_sweep import RemainingTime
-from missionc.tools.sweep.compare_sweeps import Comparison, compare_sweeps
-from missionc.tools.sweep.results_table import OF_THE_MACHINE, Table, groups
+from missionc.tools.sweep.results_table import OF_THE_MACHINE, Comparison, Table, compare_sweeps, groups
 from missionc.tools.sweep.run_answer import OUTCOMES, RunResult
 from missionc.tools.sweep.run_grid import Grid, Run, Varied, read_varied
 from missionc.tools.sweep.run_request import Flights, Request, Settings

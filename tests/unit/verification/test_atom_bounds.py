@@ -11,10 +11,9 @@ import pytest
 from missionc import ir
 from missionc.base.units import Metres, Seconds
 from missionc.ir.predicates import Compare, Coordinate, DistanceTo, Facing, Feature, Flagged, Level, Speed
-from missionc.verification.monitoring.live import atom_bounds
-from missionc.verification.monitoring.live.atom_bounds import AtomBounds, Cells
-from missionc.verification.monitoring.live.bounds import denied, of_measure
+from missionc.verification.monitoring.live import windows
 from missionc.verification.monitoring.live.team_state import TeamState
+from missionc.verification.monitoring.live.windows import AtomBounds, Cells, denied, of_measure
 from tests.support.random_runs import SPAN, mission_of
 
 CELLS = Cells(3, np.array([4, 5, 9]))
@@ -131,9 +130,9 @@ def test_links_widen_by_how_far_both_get_and_nobody_is_linked_to_itself() -> Non
 
 
 def test_links_of_many_are_known_in_the_first_and_the_last_cell(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(atom_bounds, "MOST_MEMBERS", 2)
+    monkeypatch.setattr(windows, "MOST_MEMBERS", 2)
     assert bounds().picked(RADIO) == [0, 1, 2]
-    monkeypatch.setattr(atom_bounds, "MOST_MEMBERS", 1)
+    monkeypatch.setattr(windows, "MOST_MEMBERS", 1)
     few = bounds()
     assert few.picked(RADIO) == [0, 2]
     found = few.links(RADIO)

@@ -20,8 +20,7 @@ from missionc.compiler.results import InvalidMission, Verified
 from missionc.geometry.curves.piecewise_polynomials import Curves, motion
 from missionc.ir.kernel.nodes import Atom
 from missionc.ir.kernel.walk import postorder
-from missionc.verification.between.between_steps import between_steps
-from missionc.verification.between.counterexample import Culprit, sentence
+from missionc.verification.between.between_steps import Culprit, between_steps, sentence
 from missionc.verification.between.interval_sets import STEP, Motion
 from missionc.verification.certificate import Between, Verdict
 

@@ -13,11 +13,11 @@ import missionc
 from missionc.backends.api import Budget, Planned, Progress
 from missionc.backends.load import load_engines
 from missionc.backends.options import Options
-from missionc.base.proven import Proven
 from missionc.base.source import Source
+from missionc.base.trace import Proven
 from missionc.base.units import Seconds
 from missionc.cli.summary import compiled_document, compiled_lines
-from missionc.compiler.ask_bound import BoundSide
+from missionc.compiler.ask_cover import BoundSide
 from missionc.compiler.results import Compiled, Verified
 from missionc.tools.replay.reverify import reverify
 from tests.support.forged_folders import Files, forged

@@ -23,7 +23,7 @@ from missionc.ir.kernel.nodes import (
     Until,
 )
 from missionc.ir.kernel.walk import postorder
-from missionc.verification.between.counterexample import Culprit, Search
+from missionc.verification.between.between_steps import Culprit, Search
 from missionc.verification.between.interval_sets import STEP, Signal, Spans
 
 END = 4 * STEP

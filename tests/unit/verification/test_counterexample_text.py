@@ -13,7 +13,7 @@ from missionc.base.units import Metres, Seconds
 from missionc.geometry.curves.piecewise_polynomials import Curves
 from missionc.ir.kernel.nodes import Atom, EveryNeighbour, Neighbour, Node
 from missionc.ir.predicates import Compare, Coordinate, DistanceBetween, InFormation, Predicate
-from missionc.verification.between.counterexample import Culprit, agents_of, sentence, stretch
+from missionc.verification.between.between_steps import Culprit, agents_of, sentence, stretch
 from missionc.verification.between.interval_sets import STEP, Motion
 from tests.support.random_runs import SPAN, mission_of
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from missionc.ir.kernel.nodes import All, Always, At, Eventually, Is, Node, Until
-from missionc.verification.monitoring.live import atom_bounds
-from missionc.verification.monitoring.live.atom_bounds import Cells, cells_after
-from missionc.verification.monitoring.live.columns import Columns
+from missionc.verification.monitoring.live import windows
 from missionc.verification.monitoring.live.needed_steps import StepRange, needed_steps, reaches_start
+from missionc.verification.monitoring.live.windows import Cells, Columns, cells_after
 
 # -------------------------------------------------------------------- cells
 
@@ -33,7 +32,7 @@ def test_cells_end_at_deadlines_and_where_what_is_asked_always_ends() -> None:
 
 
 def test_the_nearest_deadlines_alone_end_cells(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(atom_bounds, "MOST_DEADLINES", 2)
+    monkeypatch.setattr(windows, "MOST_DEADLINES", 2)
     assert ends(0, 64, deadlines=(63, 50, 20, 7)) == [1, 2, 4, 7, 8, 16, 20, 32, 64]
     assert ends(0, 64, spans=(63, 50, 20, 7)) == [1, 2, 4, 7, 8, 16, 20, 32, 64]
 

@@ -11,8 +11,16 @@ import pytest
 
 from missionc import ir
 from missionc.base.trace import Array
-from missionc.verification.flight.flight_curves import Flight, cut, growing, seen_from
-from missionc.verification.flight.joint_claims import downwash, obstacles, separation, world
+from missionc.verification.flight.joint_claims import (
+    Flight,
+    cut,
+    downwash,
+    growing,
+    obstacles,
+    seen_from,
+    separation,
+    world,
+)
 from missionc.verification.proof.branch_and_bound import Claim
 from tests.support.legal_plans import mission_of, moving, still
 

@@ -29,10 +29,10 @@ from missionc.ir.kernel.nodes import (
     Until,
 )
 from missionc.ir.predicates import Compare, Coordinate
-from missionc.verification.monitoring.live.columns import Columns
 from missionc.verification.monitoring.live.judge import LiveJudge, Parts
 from missionc.verification.monitoring.live.needed_steps import StepRange
 from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
+from missionc.verification.monitoring.live.windows import Columns
 from missionc.verification.monitoring.monitor import robustness
 from tests.support.random_runs import SPAN, mission_of
 

@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 import pytest
 
+from missionc.verification.monitoring.evaluate import release, since, sliding, sliding_back, until
 from missionc.verification.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
-from missionc.verification.monitoring.temporal_windows import release, since, sliding, sliding_back, until
 
 STEPS = 7
 HOLD = np.array([[3.0, 5.0, 2.0, 7.0, 1.0, 6.0, 4.0], [9.0, -1.0, 8.0, 8.5, 7.5, 0.5, 2.5]])

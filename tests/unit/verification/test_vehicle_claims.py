@@ -12,7 +12,7 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Array
 from missionc.verification.certificate import Check
-from missionc.verification.flight.flight_curves import Flight
+from missionc.verification.flight.joint_claims import Flight
 from missionc.verification.flight.verify_polynomials import check_endurance, check_memory, limits
 from missionc.verification.proof.branch_and_bound import Claim
 from tests.support.legal_plans import mission_of

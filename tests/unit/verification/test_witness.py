@@ -23,7 +23,7 @@ from missionc.ir.kernel.nodes import (
     Reach,
     Route,
 )
-from missionc.verification.monitoring.witness import Witnesses
+from missionc.verification.monitoring.violation import Witnesses
 from tests.support.random_runs import graphs_of, mission_of, trace_of
 
 RADIO = graphs_of(4)[0]

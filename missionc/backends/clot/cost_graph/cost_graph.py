@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from missionc.ir import Connected, Graph, Predicate
+from missionc.ir.couplings import directed
 from missionc.ir.kernel.nodes import (
     All,
     Any,
@@ -34,9 +35,7 @@ from missionc.ir.kernel.nodes import (
     ReachNode,
 )
 from missionc.ir.kernel.normal_form import at_least
-from missionc.ir.kernel.path_routes import as_routes
-from missionc.ir.kernel.walk import bottom_up, rebuilt
-from missionc.ir.pair_ranges import directed
+from missionc.ir.kernel.walk import as_routes, bottom_up, rebuilt
 
 Unrolled: TypeAlias = ReachNode | PathLength
 """Constructors that a cost graph replaces by links, or by routes bounded in metres."""

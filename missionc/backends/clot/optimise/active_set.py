@@ -4,22 +4,34 @@ A conjunction needs all of its parts; of a disjunction, the part nearest to bein
 a witness. The result is a conjunction of margins at agents and steps, each with its own gradient. A trajectory for
 which all of them are positive satisfies the goal. The minimum of a hundred margins has no gradient for ninety-nine of
 them; the active set has a gradient for each margin.
+
+Witnesses of routes bounded in metres: the links of one route, or a violation of every route, at one step.
+
+The existence of a route depends on one route: its links, agents and length. The absence depends on a violation of every
+route, and one violation may apply to many routes.
+
+Goals of a candidate: formulas that must be true at step 0, and the choices of a witness.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TypeAlias, assert_never
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from heapq import heappop, heappush
+from itertools import pairwise
+from typing import Literal, TypeAlias, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, Unrolled, signed_predicate
-from missionc.backends.clot.optimise.route_pieces import RoutePoint, that_break, that_make
+from missionc.backends.clot.optimise.condition_values import ConditionValues
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
-from missionc.ir import Graph
+from missionc.geometry.required_separation import SpacingTable
+from missionc.ir import Graph, Mission
+from missionc.ir.couplings import directed
 from missionc.ir.kernel.nodes import (
     All,
     Any,
@@ -34,8 +46,134 @@ from missionc.ir.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.ir.kernel.walk import children
-from missionc.ir.pair_ranges import directed
+from missionc.ir.kernel.walk import children, graph_of, postorder
+from missionc.verification.monitoring.graph_routes import shortest
+
+ROUNDING = 1e-9
+"""Rounding difference of sums in another order, metres."""
+
+Members: TypeAlias = tuple[int, ...]
+"""Members of a graph, by index."""
+
+Piece: TypeAlias = tuple[Literal["link", "through", "end", "shorter", "longer"], Members]
+"""Condition of a route: a link of two members (or its absence), the through or end condition of one member, or a length
+of the route below, or above, its bound."""
+
+
+class RoutePoint(Record, eq=False):
+    """Graph at one step, for routes of ``low`` to ``high`` metres.
+
+    Args:
+        links: link margins, (members, members), from and to, metres; ``lengths``: link lengths, likewise.
+        closest: least allowed distances of the bodies, (members, members), metres.
+        through: value of each agent on a route except the last, (members,), metres; ``end``: value of the last.
+        one_way: True for directed links.
+    """
+
+    links: Array
+    lengths: Array
+    closest: Array
+    through: Array
+    end: Array
+    low: float
+    high: float
+    one_way: bool = False
+
+    def link(self, one: int, other: int) -> Piece:
+        """Link condition from one member to another; for undirected links, both directions are the same."""
+        return ("link", (one, other)) if self.one_way else ("link", (min(one, other), max(one, other)))
+
+
+def that_make(place: RoutePoint, start: int, worth: float) -> set[Piece]:
+    """Conditions that imply the best route from a member.
+
+    Args:
+        start: index of the member.
+        worth: value of the best route, metres.
+    """
+    route = _route(place, start, worth - ROUNDING)
+    pieces: set[Piece] = {("end", route[-1:])}
+    for one, other in pairwise(route):
+        pieces |= {place.link(one, other), ("through", (one,))}
+    if len(route) > 1 and np.isfinite(place.high):
+        pieces.add(("shorter", route))
+    if place.low > 0:
+        pieces.add(("longer", route))
+    return pieces
+
+
+def that_break(place: RoutePoint, start: int, worth: float) -> set[Piece]:
+    """For each route from a member, its best violation, unless a violation selected for another route suffices.
+
+    Args:
+        place: graph with ``through`` and ``end`` in the form for violations.
+        worth: value of the worst route's best violation, metres: a lower bound for all selected violations.
+    """
+    clear = 0.4  # metres of shortfall at one link or agent, from which the rest of a route does not count
+    most = 300  # number of route beginnings considered, the shortest first
+    enough = max(worth, clear) - ROUNDING
+    parted, passed, closed = -place.links >= enough, place.through >= enough, place.end >= enough
+    metres = _metres(place, ~parted & ~passed[:, None])
+    reached = np.isfinite(shortest(metres.T[None], np.arange(len(parted))[None] == start)[0])
+    border = np.argwhere(parted & (reached & ~passed)[:, None]).tolist()
+    pieces = {place.link(one, other) for one, other in border if one != other}
+    pieces |= {("through", (one,)) for one in np.flatnonzero(reached & passed).tolist()}
+    pieces |= {("end", (one,)) for one in np.flatnonzero(reached & closed).tolist()}
+    left = shortest(metres[None], ~closed[None])[0]
+    queue: list[tuple[float, Members, float]] = [(left[start], (start,), 0.0)]
+    for _ in range(most):
+        if not queue:
+            break
+        _, route, length = heappop(queue)
+        crossed = ((place.link(one, other), ("through", (one,))) for one, other in pairwise(route))
+        if any(not pieces.isdisjoint(each) for each in crossed):
+            continue
+        here = route[-1]
+        if (len(route) > 1 or place.low <= 0) and ("end", (here,)) not in pieces:
+            pieces.add(max(_breaking(place, route, length), key=lambda each: each[0])[1])
+        for after in np.flatnonzero(np.isfinite(metres[here] + left)).tolist():
+            longer = length + metres[here, after]
+            if after not in route and longer + left[after] <= place.high + enough + 2 * ROUNDING:
+                heappush(queue, (longer + left[after], (*route, after), longer))
+    return pieces
+
+
+def _breaking(place: RoutePoint, route: Members, length: float) -> Iterator[tuple[float, Piece]]:
+    """Yield every violation of a route, with its value, metres."""
+    yield place.end[route[-1]], ("end", route[-1:])
+    for one, other in pairwise(route):
+        yield -place.links[one, other], place.link(one, other)
+        yield place.through[one], ("through", (one,))
+    if len(route) > 1:
+        yield length - place.high, ("longer", route)
+        if place.low > sum(place.closest[one, other] for one, other in pairwise(route)):
+            yield place.low - length, ("shorter", route)
+
+
+def _route(place: RoutePoint, start: int, enough: float) -> Members:
+    """Route whose parts all have a value of at least ``enough``; shortest paths are tried first."""
+    ends = place.end >= enough
+    if place.low <= 0 and ends[start]:
+        return (start,)
+    metres = _metres(place, (place.links >= enough) & (place.through >= enough)[:, None])
+    left = shortest(metres[None], ends[None])[0]
+    stack: list[tuple[Members, float]] = [((start,), 0.0)]
+    while stack:
+        route, length = stack.pop()
+        here = route[-1]
+        if len(route) > 1 and ends[here] and (place.low <= 0 or length - place.low >= enough):
+            return route
+        whole = length + metres[here] + left
+        onward = np.flatnonzero(np.isfinite(whole) & (whole <= place.high - enough))
+        nearest_last = onward[np.argsort(-whole[onward], kind="stable")].tolist()
+        stack.extend(((*route, after), length + metres[here, after]) for after in nearest_last if after not in route)
+    raise AssertionError("no route is worth so much")
+
+
+def _metres(place: RoutePoint, usable: Flags) -> Array:
+    """Lengths of the usable links, (members, members), metres; infinite for others."""
+    return np.where(usable & ~np.eye(len(usable), dtype=np.bool_), place.lengths, np.inf)
+
 
 Choices: TypeAlias = Mapping[tuple[Node, int, int], int]
 """Choices of a witness for a formula at an agent and a step: the index of the part, the step of the mission (for a
@@ -322,3 +460,111 @@ class _Run:
         closest = self.closest[np.ix_(agents, agents)]
         links = self.links[node.graph][step]
         return RoutePoint(links, lengths, closest, through, end, node.low, node.high, directed(node.graph))
+
+
+class Demand(Record, eq=False):
+    """Goals of joint trajectories, with methods on their positions and velocities, (agents, steps, dim), metres and
+    m/s.
+
+    Args:
+        roots: formulas that must be true at step 0 (for a single configuration, at its step).
+        choices: fixed choices; without a choice, the values decide.
+    """
+
+    mission: Mission
+    roots: tuple[Node, ...]
+    choices: Choices = field(default_factory=dict)
+    order: Sequence[Node] = ()
+    ruled_out: Mapping[SignedPredicate, Flags] = field(default_factory=dict)
+    """Agents and steps, (agents, steps), at which predicates or negations are impossible because of fixed choices."""
+
+    @staticmethod
+    def of(mission: Mission, roots: tuple[Node, ...], choices: Choices, steps: int) -> Demand:
+        """Goals of trajectories with ``steps`` steps."""
+        order = postorder(roots)
+        nowhere = np.zeros((len(mission.agents), steps + 1, 0))
+        forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
+        ruled_out = {(predicate, not holds): mask for (predicate, holds), mask in forced.items() if mask.any()}
+        return Demand(mission, roots, choices, order, ruled_out)
+
+    def active(self, position: Array, velocity: Array) -> Active:
+        """Conditions that imply the goals on this trajectory, (agents, steps, dim), metres and m/s; values decide open
+        choices."""
+        return self._activated(position, velocity, None)
+
+    def witness(self, position: Array, velocity: Array) -> Choices:
+        """Choices of part, step and link that the values imply on this trajectory, (agents, steps, dim), metres and
+        m/s."""
+        choices: dict[tuple[Node, int, int], int] = {}
+        self._activated(position, velocity, choices)
+        return choices
+
+    def states_asked(self, position: Array, velocity: Array) -> Mapping[Node, Flags]:
+        """Largest single-step formulas that must be true, each with the agents and steps at which they must be,
+        (agents, steps).
+
+        Args:
+            position: (agents, steps, dim), metres; ``velocity``, m/s.
+        """
+        whole: set[Node] = set()
+        for node in self.order:
+            reads_past = isinstance(node, Atom) and node.predicate.reads_past
+            if not isinstance(node, WindowNode | UntilNode) and not reads_past and whole.issuperset(children(node)):
+                whole.add(node)
+        return self._activated(position, velocity, None, whole).formulas
+
+    def failing(self, allowed: Mapping[Node, float], position: Array, velocity: Array) -> Mapping[Node, Flags]:
+        """Agents and steps, (agents, steps), at which a formula must be true but fails by more than its allowed
+        violation.
+
+        Args:
+            allowed: allowed violation of each formula, metres.
+        """
+        values = ConditionValues(self.mission, position, velocity, self.ruled_out).values(self.order)
+        asked = self._activated(position, velocity, None, allowed.keys()).formulas
+        return {leaf: mask & (values[leaf] < -allowed[leaf]) for leaf, mask in asked.items()}
+
+    def _activated(
+        self,
+        position: Array,
+        velocity: Array,
+        witness: dict[tuple[Node, int, int], int] | None,
+        whole: Collection[Node] = frozenset(),
+    ) -> Active:
+        evaluation = ConditionValues(self.mission, position, velocity, self.ruled_out)
+        values = evaluation.values(self.order)
+        graphs = {graph for node in self.order if (graph := graph_of(node))}
+        links = {graph: evaluation.links_of(graph, slice(None)) for graph in graphs}
+        everyone = np.arange(len(self.mission.agents))
+        closest = SpacingTable.of(self.mission).between(everyone[:, None], everyone)
+        return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest, whole)
+
+    def untangled(self, position: Array, velocity: Array) -> Demand | None:
+        """Goals without conflicts between a margin and its opposite; None if there are no conflicts.
+
+        Two separate choices may require both, each nearly satisfied, and an optimiser is then stuck between them:
+        ``(row or parked) and (fan or not parked)``, on the border of the parking region. Positions are (agents, steps,
+        dim), metres.
+        """
+        masks = self.active(position, velocity).margins
+        torn = []
+        for (predicate, holds), mask in masks.items():
+            opposite = masks.get((predicate, False)) if holds else None
+            if opposite is not None:
+                steps = (mask & opposite).any(axis=0)
+                torn += [(predicate, steps)] if steps.any() else []
+        if not torn:
+            return None
+        sides = []
+        for truth in (True, False):
+            ruled_out = dict(self.ruled_out)
+            for predicate, steps in torn:
+                dropped, where = (predicate, not truth), masks[predicate, truth] & steps
+                ruled_out[dropped] = ruled_out[dropped] | where if dropped in ruled_out else where
+            sides.append(replace(self, ruled_out=ruled_out))
+        return max(sides, key=lambda side: side.worst(position, velocity))
+
+    def worst(self, position: Array, velocity: Array) -> float:
+        """Least robustness of the root formulas, metres, for states (agents, steps, dim)."""
+        values = ConditionValues(self.mission, position, velocity, self.ruled_out).values(self.order)
+        return min(float(values[root][0, 0]) for root in self.roots)

@@ -19,8 +19,8 @@ import piqp
 from scipy import sparse
 
 from missionc.backends.clot.cost_weights import longest_step
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.candidate import System
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Rows, rows
 from missionc.backends.clot.settings import clot_settings

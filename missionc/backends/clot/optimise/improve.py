@@ -13,8 +13,8 @@ import numpy as np
 
 from missionc.backends.api import no_bound
 from missionc.backends.clot.cost_weights import AIMS, TIDY, with_room
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.convex_descent import ascend, descend
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays

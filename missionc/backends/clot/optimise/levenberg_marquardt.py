@@ -14,8 +14,8 @@ from collections.abc import Callable
 import numpy as np
 
 from missionc.backends.clot.cost_weights import longest_step
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.candidate import Look, System
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.late_dataclass import Record

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces
 from missionc.base.trace import Array, Flags
 from missionc.ir import Compare, Flagged, Inside, Level, Mission, Resource

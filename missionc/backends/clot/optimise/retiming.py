@@ -17,9 +17,9 @@ from itertools import starmap
 import numpy as np
 
 from missionc.backends.clot.cost_weights import with_room
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.condition_values import ConditionValues
 from missionc.backends.clot.optimise.convex_descent import Vicinity
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import OBSTACLES, SEPARATION, Costs
 from missionc.backends.clot.optimise.path_velocity import (
     SPEEDS,

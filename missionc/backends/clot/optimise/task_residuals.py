@@ -34,6 +34,7 @@ from missionc.ir import (
     Predicate,
     Region,
 )
+from missionc.ir.couplings import directed
 from missionc.ir.distances.convex_pieces import outer_half_spaces
 from missionc.ir.kernel.nodes import RouteNode
 from missionc.ir.language.margins.connected import spanning_tree
@@ -41,7 +42,6 @@ from missionc.ir.language.margins.formation import edge_error
 from missionc.ir.language.margins.headings import of_velocity
 from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.language.margins.view import View
-from missionc.ir.pair_ranges import directed
 
 
 class TaskCosts(Record, eq=False):

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.paper.prior import Fixed, Free, prior
+from missionc.backends.clot.paper.transport import Fixed, Free, prior
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.visits import KeyFrame, Schedule
 from missionc.base.late_dataclass import Record

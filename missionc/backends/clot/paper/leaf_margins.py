@@ -14,11 +14,11 @@ from torch import Tensor
 from missionc.backends.clot.paper.motion_batch import States, Team
 from missionc.backends.clot.paper.torch_device import places
 from missionc.ir import Beacon, Flag, Graph, Predicate, Resource
+from missionc.ir.couplings import directed
 from missionc.ir.language.margins.headings import of_velocity
 from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.language.margins.resources import flag_margins_along, levels_along
 from missionc.ir.language.margins.view import View
-from missionc.ir.pair_ranges import directed
 
 UNLIMITED = 1e6
 """Metres: replaces an infinite margin, since averages of infinities are unsafe."""

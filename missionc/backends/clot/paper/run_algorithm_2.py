@@ -19,8 +19,7 @@ from missionc.backends.clot.paper.search_checkpoint import from_arrays, to_array
 from missionc.backends.clot.paper.torch_device import enough_memory, one_thread
 from missionc.backends.clot.paper.tree_search import TreeSearch
 from missionc.backends.clot.run.presets import Preset, SequenceChoice
-from missionc.backends.clot.run.run_state import UNUSABLE, Searching
-from missionc.backends.clot.run.search_results import Searched
+from missionc.backends.clot.run.run_state import UNUSABLE, Searched, Searching
 from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.base.trace import Array

@@ -21,9 +21,9 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Formation, Graph, Predicate
+from missionc.ir.couplings import directed, range_of
 from missionc.ir.language.margins.connected import spanning_tree
 from missionc.ir.language.margins.predicate_margins import link_margin
-from missionc.ir.pair_ranges import directed, range_of
 
 NEAR = 0.02
 """Accepted deviation from a target length or offset, metres."""

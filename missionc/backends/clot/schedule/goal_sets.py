@@ -20,8 +20,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, slowed
 from missionc.backends.clot.settings import clot_settings
-from missionc.backends.point_margins import PointMargins
-from missionc.backends.speed_limits import slowness
+from missionc.backends.speed_limits import PointMargins, slowness
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.dynamics import speeds

@@ -23,9 +23,9 @@ from missionc.base.trace import Array, Flags
 from missionc.geometry.polylines import at_length, at_shares
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission, Predicate, Region
+from missionc.ir.couplings import all_ranges
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom
-from missionc.ir.pair_ranges import all_ranges
 
 Guess: TypeAlias = tuple[Array, Routes]
 """Positions of all agents, (agents, dim), metres, and their routes."""

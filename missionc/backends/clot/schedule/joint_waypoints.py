@@ -19,8 +19,8 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
 from missionc.backends.clot.cost_weights import spare
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.control_points import Splines
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.schedule.gather_team import tree_of
@@ -34,8 +34,8 @@ from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.polylines import at_shares, length, split
 from missionc.ir import Graph, Inside, Mission, Predicate
+from missionc.ir.couplings import range_of
 from missionc.ir.kernel.nodes import At, Atom
-from missionc.ir.pair_ranges import range_of
 
 PITCHES = 0.95, 0.75
 """Distances of relays, relative to the range of their graph."""

@@ -22,8 +22,8 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
+from missionc.backends.clot.optimise.active_set import Demand
 from missionc.backends.clot.optimise.control_points import splines
-from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.clot.schedule.presence import reads_past
 from missionc.backends.clot.schedule.schedule import Scheduler

@@ -14,8 +14,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from missionc.backends.clot.schedule.mutex_literals import Literal, literals
-from missionc.backends.clot.schedule.tasks import Hold, conjuncts
+from missionc.backends.clot.schedule.tasks import Hold, Literal, conjuncts, literals
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate

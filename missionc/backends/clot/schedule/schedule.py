@@ -23,18 +23,22 @@ import numpy as np
 from missionc.backends.clot.schedule.asked_shapes import formations, is_denied, shapes, tied_agents
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.goal_sets import GoalSets
-from missionc.backends.clot.schedule.mutex_literals import (
+from missionc.backends.clot.schedule.places import Places
+from missionc.backends.clot.schedule.presence import NOBODY, PresenceConstraints, attendance, implied
+from missionc.backends.clot.schedule.responses import with_responses
+from missionc.backends.clot.schedule.tasks import (
     TEAM,
+    Event,
+    Hold,
+    Option,
+    Outline,
+    Task,
     TimedLiterals,
     capacities,
     denials,
     mutex_seconds,
     timed_literals,
 )
-from missionc.backends.clot.schedule.places import Places
-from missionc.backends.clot.schedule.presence import NOBODY, PresenceConstraints, attendance, implied
-from missionc.backends.clot.schedule.responses import with_responses
-from missionc.backends.clot.schedule.tasks import Event, Hold, Option, Outline, Task
 from missionc.backends.clot.schedule.timed_paths import TimedPaths
 from missionc.backends.clot.schedule.timetable import (
     LATE,

@@ -15,15 +15,16 @@ import numpy as np
 
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
-from missionc.backends.clot.schedule.mutex_literals import (
+from missionc.backends.clot.schedule.presence import PresenceConstraints
+from missionc.backends.clot.schedule.tasks import (
     TEAM,
     Capacity,
+    Event,
+    Option,
     TimedLiterals,
     earliest_time,
     mutex_seconds,
 )
-from missionc.backends.clot.schedule.presence import PresenceConstraints
-from missionc.backends.clot.schedule.tasks import Event, Option
 from missionc.backends.clot.schedule.timed_paths import Closure, TimedPaths
 from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Visit, VisitRun
 from missionc.base.late_dataclass import Record

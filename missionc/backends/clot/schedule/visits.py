@@ -9,11 +9,15 @@ from typing import NamedTuple, TypeAlias
 
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.schedule.goal_sets import GoalSet
-from missionc.backends.clot.schedule.mutex_literals import (
+from missionc.backends.clot.schedule.presence import NOBODY, Meeting, PresenceConstraints
+from missionc.backends.clot.schedule.tasks import (
+    Decision,
+    Event,
+    Hold,
+    Option,
+    Outline,
     TimedLiterals,
 )
-from missionc.backends.clot.schedule.presence import NOBODY, Meeting, PresenceConstraints
-from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Predicate, Region

@@ -22,11 +22,10 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_atoms import Atoms
-from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.encode.lower_motion import Motion, Occupancy
 from missionc.backends.smt.encode.lower_on_demand import Ask, at_least, choose, join
 from missionc.backends.smt.encode.lower_places import Places, cheap_first, leads_on
 from missionc.backends.smt.encode.lower_windows import Windows
-from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Indices

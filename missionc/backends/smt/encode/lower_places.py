@@ -21,11 +21,9 @@ from typing import Protocol
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Literals
-from missionc.backends.smt.encode.kinds_of_links import kind_of, kinds_of
-from missionc.backends.smt.encode.lower_metric_routes import MetricRoutes
+from missionc.backends.smt.encode.lower_motion import Agents, Occupancy, Tables
 from missionc.backends.smt.encode.lower_on_demand import Ask, at_least, choose, join
-from missionc.backends.smt.encode.lower_routes import Route, Routes
-from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
+from missionc.backends.smt.encode.lower_routes import MetricRoutes, Route, Routes, kind_of, kinds_of
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.trace import Indices
 from missionc.ir import Graph

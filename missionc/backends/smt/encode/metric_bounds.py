@@ -16,6 +16,7 @@ from dataclasses import replace
 
 from missionc.base.units import Metres
 from missionc.ir import Graph, Proximity
+from missionc.ir.couplings import with_ranges
 from missionc.ir.kernel.analysis import reads_lengths
 from missionc.ir.kernel.nodes import (
     All,
@@ -33,9 +34,7 @@ from missionc.ir.kernel.nodes import (
     Route,
     RouteNode,
 )
-from missionc.ir.kernel.path_routes import as_routes, way_to
-from missionc.ir.kernel.walk import bottom_up, children, postorder, rebuilt, same_objects
-from missionc.ir.pair_ranges import with_ranges
+from missionc.ir.kernel.walk import as_routes, bottom_up, children, postorder, rebuilt, same_objects, way_to
 
 Rewrite = Callable[[Node, tuple[Node, ...]], Node]
 """Function from a node and its rewritten children to the rewritten node."""

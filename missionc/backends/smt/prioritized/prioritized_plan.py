@@ -18,6 +18,7 @@ from functools import partial
 import numpy as np
 
 from missionc.backends.api import Planned, Progress
+from missionc.backends.run_account import MOVE_STEP
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.refine.problem import Setting
 from missionc.backends.smt.roadmap.roadmap import Roadmap
@@ -25,7 +26,6 @@ from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.solver_process import is_over
 from missionc.backends.smt.settings import smt_settings
 from missionc.backends.smt.shorten.improve import duration, rests_from
-from missionc.backends.work import MOVE_STEP
 from missionc.base.trace import Indices, Trace
 from missionc.ir import Objective
 from missionc.ir.kernel.nodes import Kernel

@@ -15,14 +15,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.backends.smt.prioritized.exclusions import Exclusion
+from missionc.backends.smt.prioritized.reservations import Exclusion
 from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 from missionc.ir.kernel.analysis import helped_by_more
-from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Kernel, Node, Until
-from missionc.ir.kernel.walk import bottom_up, children, postorder, rebuilt, same_objects
+from missionc.ir.kernel.walk import bottom_up, children, conjuncts, postorder, rebuilt, same_objects
 
 Agents = frozenset[int]
 NOBODY: Agents = frozenset()

@@ -9,6 +9,19 @@ searched jointly. The remaining agents go first in another order, from the begin
 Source:
     Erdmann and Lozano-Pérez, "On multiple moving objects", 1987; Andreychuk and Yakovlev, "Two techniques that enhance
     the performance of multi-robot prioritized path planning", 2018: orders in which the remaining agents go first.
+
+Planning order: the agents that requirements need, in groups that must be planned together.
+
+The order follows from the mission and its roadmaps: agents with the longest path come first.
+
+Precedence: conditions on some agents until other agents act, split into conditions for separate planning.
+
+    in   conjuncts of the requirements
+    out  stronger conjuncts, each about fewer agents
+
+``(not (some barge: chamber)) until[0, 10 min] (keeper: hut)`` couples every barge with the keeper. With a selected
+step, it requires each barge to stay away before that step, and the keeper to be in the hut at it. The selected step
+makes the requirement stronger, so that failure to find a plan proves nothing.
 """
 
 from __future__ import annotations
@@ -17,39 +30,226 @@ import math
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import dijkstra
 
+from missionc.backends.run_account import MOVE_STEP
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.prioritized.joint_search import JointSearch
-from missionc.backends.smt.prioritized.planning_order import PlanningOrder
-from missionc.backends.smt.prioritized.precedence import with_steps_chosen
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
     Part,
     RequirementParts,
+    agents_named_by,
     applicable_parts,
     named_agents,
     own_formulas,
     split_requirements,
+    throughout,
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
-from missionc.backends.smt.refine.collisions import metric, needed
+from missionc.backends.smt.refine.lazy_constraints import metric, needed
 from missionc.backends.smt.refine.problem import Setting
-from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.solver_process import is_over
 from missionc.backends.smt.settings import PrioritizedSettings, smt_settings
-from missionc.backends.work import MOVE_STEP
-from missionc.base.trace import Flags, Indices
-from missionc.ir.kernel.nodes import Kernel, Node
+from missionc.base.late_dataclass import Record
+from missionc.base.trace import Array, Flags, Indices
+from missionc.ir.kernel.nodes import (
+    All,
+    Always,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Eventually,
+    Goal,
+    Is,
+    Kernel,
+    Node,
+    Not,
+    ReachNode,
+    Until,
+)
+from missionc.ir.kernel.walk import Conjunct, awaited, children, conjuncts, postorder, rebuilt, same_objects
 from missionc.planning.progression.residuals import TooComplex
+
+
+class Need(Record):
+    """Agents that can make a formula true together, and the number of steps until each can reach its states."""
+
+    steps: int = 0
+    agents: Agents = NOBODY
+
+
+@dataclass(slots=True, eq=False)
+class PlanningOrder:
+    """Order in which groups of agents are planned."""
+
+    labels: Labels
+    _graphs: dict[int, csr_array] = field(default_factory=dict)
+    _last: tuple[tuple[int, bytes], int, Array] | None = None
+    """Roadmap and starts of the last query, and the number of moves to each state, (states,)."""
+
+    def groups(self, parts: Iterable[Part]) -> list[tuple[int, ...]]:
+        """Groups of agents that can make these parts true, each planned as one problem, in planning order.
+
+        First come agents that others must reach, then the agents with the longest path.
+        """
+        group_of: dict[int, set[int]] = {}
+        steps: dict[int, int] = {}
+        hubs: set[int] = set()
+        for part in parts:
+            need = self.need(part.formula)
+            hubs |= _hubs(part.formula)
+            together = set(need.agents).union(*(group_of.get(agent, ()) for agent in need.agents))
+            for agent in together:
+                group_of[agent] = together
+            for agent in need.agents:
+                steps[agent] = max(steps.get(agent, 0), need.steps)
+        found = {tuple(sorted(group)) for group in group_of.values()}
+
+        def first(group: tuple[int, ...]) -> tuple[bool, int, tuple[int, ...]]:
+            return hubs.isdisjoint(group), -max(steps[agent] for agent in group), group
+
+        return sorted(found, key=first)
+
+    def need(self, formula: Node) -> Need:
+        """Cheapest choice of agents that can make a formula true."""
+        needs: dict[Node, Need] = {}
+        for node in postorder((formula,)):
+            needs[node] = self._need(node, needs)
+        return needs[formula]
+
+    def _need(self, node: Node, needs: dict[Node, Need]) -> Need:
+        match node:
+            case At(agent, body):
+                inner = needs[body]
+                return Need(max(inner.steps, self.steps_to(agent, body)), inner.agents | {agent})
+            case Atom():
+                return Need(0, agents_named_by(node))
+            case Any(parts):
+                return _together(_cheapest([needs[part] for part in parts], 1))
+            case AtLeast(count, parts):
+                return _together(_cheapest([needs[part] for part in parts], count))
+            case _:
+                return _together([needs[child] for child in children(node)])
+
+    def steps_to(self, agent: int, body: Node) -> int:
+        """First step by which the agent can have visited all the states that the formula requires."""
+        latest, order = 0, postorder((body,))
+        never = len(self.labels.roadmaps[self.labels.roadmap_of[agent]].standing)
+        own = own_states(order, self.labels)
+        for event in filter(None, map(awaited, order)):
+            if event.node in own:
+                latest = max(latest, self._moves(agent, states_of(event.node, agent, self.labels), never))
+        return latest
+
+    def _moves(self, agent: int, places: Flags, most: int) -> int:
+        """Number of moves from the agent's starts to the nearest flagged state, (states,), at most ``most``."""
+        few = 16  # moves of the first search; doubled until a goal is reached
+        number = self.labels.roadmap_of[agent]
+        roadmap = self.labels.roadmaps[number]
+        starts = roadmap.starts[roadmap.agents.index(agent)]
+        if number not in self._graphs:
+            count = len(roadmap.position)
+            moves = coo_array((np.ones(len(roadmap.moves)), tuple(roadmap.moves.T)), shape=(count, count))
+            self._graphs[number] = csr_array(moves)
+        key, near, moves_to = (number, starts.tobytes()), 0, np.zeros(0)
+        if self._last is not None and self._last[0] == key:
+            _, near, moves_to = self._last
+        while near < most and not (near and np.isfinite(moves_to[places]).any()):
+            near = max(few, 2 * near)
+            moves_to = dijkstra(self._graphs[number], indices=starts, unweighted=True, limit=near, min_only=True)
+            self._last = key, near, moves_to
+        return int(min(moves_to[places].min(initial=np.inf), most))
+
+
+def _together(needs: list[Need]) -> Need:
+    return Need(max((need.steps for need in needs), default=0), NOBODY.union(*(need.agents for need in needs)))
+
+
+def _cheapest(needs: list[Need], count: int) -> list[Need]:
+    return sorted(needs, key=lambda need: (need.steps, len(need.agents), sorted(need.agents)))[: max(count, 0)]
+
+
+def _hubs(formula: Node) -> set[int]:
+    """Agents named as the ends of routes in a formula."""
+    hubs: set[int] = set()
+    for node in postorder((formula,)):
+        match node:
+            case ReachNode(graph, _, Is(members) | Not(Is(members)) as end) if isinstance(end, Not) is node.every:
+                hubs |= members if len(members) < len(graph.agents) else set()
+            case _:
+                pass
+    return hubs
+
+
+def with_steps_chosen(kernel: Kernel, order: PlanningOrder, later: float) -> Kernel:
+    """Kernel with a selected step for each ``until`` about several agents; the same kernel without such an ``until``.
+
+    Args:
+        later: position of the selected step in its window, 0 to 1.
+    """
+    requirements = tuple(_goal_chosen(goal, order, later) for goal in kernel.requirements)
+    return kernel if same_objects(requirements, kernel.requirements) else replace(kernel, requirements=requirements)
+
+
+def _goal_chosen(goal: Goal, order: PlanningOrder, later: float) -> Goal:
+    parts = list(conjuncts((goal.formula,)))
+    if not any(map(is_precedence, parts)):
+        return goal
+    formulas = [
+        part for each in parts for part in (_chosen(each, order, later) if is_precedence(each) else [_formula(each)])
+    ]
+    return replace(goal, formula=All(tuple(formulas), goal.formula.span))
+
+
+def is_precedence(conjunct: Conjunct) -> bool:
+    """Return true if the conjunct is an ``until`` from the beginning whose sides concern more than one agent."""
+    if conjunct.windows or not isinstance(conjunct.formula, Until):
+        return False
+    formula = _formula(conjunct)
+    return len(named_agents((formula,))[formula]) > 1
+
+
+def _formula(conjunct: Conjunct) -> Node:
+    """Conjunct as one formula at step 0."""
+    asked = throughout(conjunct.windows, conjunct.formula)
+    return asked if conjunct.agent is None else At(conjunct.agent, asked, asked.span)
+
+
+def _chosen(conjunct: Conjunct, order: PlanningOrder, later: float) -> list[Node]:
+    """Conditions of an ``until`` with a selected step: ``end`` at that step, and ``hold`` at all steps before it."""
+    settings = smt_settings(order.labels.mission).prioritized
+    agent, _, node = conjunct
+    assert isinstance(node, Until)
+    hold, end = (part if agent is None else At(agent, part, node.span) for part in (node.hold, node.end))
+    last = order.labels.mission.steps if node.high is None else node.high
+    soon = min(max(node.low, int(settings.wait_factor * order.need(_sometime(end)).steps) + settings.wait_steps), last)
+    step = soon + int(later * (last - soon))
+    before: list[Node] = [Always(hold, 0, step - 1, node.span)] if step else []
+    return [*before, Always(end, step, step, node.span)]
+
+
+def _sometime(node: Node) -> Node:
+    """Formula that a node becomes true for each of its agents separately, at any step."""
+    match node:
+        case At(agent, body):
+            return At(agent, Eventually(body, 0, None, node.span), node.span)
+        case All() | Any() | AtLeast():
+            return rebuilt(node, tuple(map(_sometime, children(node))))
+        case _:
+            return node
 
 
 @dataclass(slots=True, eq=False)

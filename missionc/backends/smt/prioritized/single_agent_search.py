@@ -9,6 +9,11 @@ shortest path. Conditions on planned agents are evaluated on their trajectories.
 
 Source:
     Hart, Nilsson and Raphael, 1968: f = g + h; here all nodes of a step are expanded together.
+
+Routes in metres beside planned agents: states of one agent in which formulas over them are true.
+
+Planned agents follow their trajectories, and all others are far away. The monitor's own functions evaluate the
+formulas, so that nothing is rounded.
 """
 
 from __future__ import annotations
@@ -22,16 +27,13 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import TRUE, Clauses
 from missionc.backends.smt.encode.lower import Formulas, deep
-from missionc.backends.smt.encode.lower_motion import lower_motion
-from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.prioritized.exclusions import Exclusion, may_be
+from missionc.backends.smt.encode.lower_motion import Occupancy, lower_motion
 from missionc.backends.smt.prioritized.label_setting import Mover, OwnMemory, Signature, Sweep, Task, letters_of
-from missionc.backends.smt.prioritized.metric_routes_beside import holds_beside, is_measured
-from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.prioritized.reservations import Exclusion, Reservations, may_be
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible, own_states, states_of
 from missionc.backends.smt.settings import smt_settings
-from missionc.base.trace import Array, Flags, Indices
-from missionc.ir.kernel.analysis import helped_by_more
+from missionc.base.trace import Array, Flags, Indices, Trace
+from missionc.ir.kernel.analysis import helped_by_more, reads_lengths, steps_ahead
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
 from missionc.ir.kernel.walk import children, postorder, window_of
 from missionc.ir.language.margins.predicate_margins import holds, of_pair
@@ -42,6 +44,41 @@ from missionc.planning.progression.residuals import (
     Residual,
     TooComplex,
 )
+from missionc.verification.monitoring.monitor import truths
+
+
+def is_measured(node: Node) -> bool:
+    """Return true if the formula or a subformula reads lengths in metres."""
+    return any(map(reads_lengths, postorder((node,))))
+
+
+def holds_beside(node: Node, agent: int, reservations: Reservations, labels: Labels, may: Flags) -> Flags:
+    """Steps and states of the agent, within ``may``, in which the formula is true: (steps + 1, states).
+
+    Raises:
+        TooComplex: the formula is about other steps, or names agents that are not planned.
+    """
+    away = 1e12  # metres to agents without a path, and between them; no link is that long
+    present = {agent, *reservations.agents}
+    for part in postorder((node,)):
+        unknown = isinstance(part, At) and part.agent not in present
+        unknown |= isinstance(part, Atom) and not labels.of_places(part.predicate)
+        if unknown:
+            raise TooComplex
+    if steps_ahead((node,))[node]:
+        raise TooComplex
+    mission, motion = labels.mission, reservations.motion
+    step, state = np.nonzero(may)
+    position = np.full((motion.agents, len(step), mission.dimension), away)
+    position[:, :, 0] *= np.arange(1, motion.agents + 1)[:, None]
+    for other in reservations.agents:
+        position[other] = motion.roadmap(other).position[reservations.states[other]][step]
+    position[agent] = motion.roadmap(agent).position[state]
+    trace = Trace(mission.step, position, np.zeros_like(position), np.zeros(position.shape[:2]))
+    found = np.zeros(may.shape, dtype=np.bool_)
+    found[step, state] = truths((node,), mission, trace)[node][agent]
+    return found
+
 
 Settled = set[tuple[int, bytes]]
 """Planned agents with their paths."""

@@ -20,9 +20,8 @@ from missionc.backends.smt.settings import smt_settings
 from missionc.backends.speed_limits import slowness
 from missionc.base.trace import Array
 from missionc.geometry.dynamics import States, speeds, turn_in_step
-from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import Atom, Kernel, Node
-from missionc.ir.kernel.walk import postorder
+from missionc.ir.kernel.walk import conjuncts, postorder
 
 
 def slow_paths(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Iterator[tuple[int, Array]]:

@@ -14,8 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import Clauses
-from missionc.backends.smt.encode.dimacs import lines
+from missionc.backends.smt.encode.clauses import Clauses, lines
 from missionc.backends.smt.sat.solver_process import Process, wait
 from missionc.backends.smt.sat.worker import PARAMETERS
 from missionc.base.late_dataclass import Record

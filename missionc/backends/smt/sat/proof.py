@@ -13,8 +13,7 @@ import numpy as np
 
 from missionc.backends.api import Budget
 from missionc.backends.run_account import Account
-from missionc.backends.smt.encode.clauses import Clauses
-from missionc.backends.smt.encode.dimacs import dimacs
+from missionc.backends.smt.encode.clauses import Clauses, dimacs
 from missionc.backends.smt.sat.solve import worker
 from missionc.base.late_dataclass import Record
 

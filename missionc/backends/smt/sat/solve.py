@@ -14,8 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.backends.api import Reason
-from missionc.backends.smt.encode.clauses import Clauses, Literals
-from missionc.backends.smt.encode.dimacs import dimacs
+from missionc.backends.smt.encode.clauses import Clauses, Literals, dimacs
 from missionc.backends.smt.sat.presolve import Presolver, program
 from missionc.backends.smt.sat.solver_process import Process, is_over, wait
 from missionc.backends.smt.settings import SolverSettings

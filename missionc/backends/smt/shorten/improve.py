@@ -19,19 +19,19 @@ from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals, TooLa
 from missionc.backends.smt.encode.lower import deep
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
-from missionc.backends.smt.refine.unsat_core import effort
+from missionc.backends.smt.refine.problem import effort
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
 from missionc.backends.smt.settings import smt_settings
-from missionc.backends.smt.shorten.excess import (
+from missionc.backends.smt.shorten.shorten_paths import shorten_paths
+from missionc.backends.smt.shorten.slack import (
     CostToGo,
+    Goals,
     add_totalizer,
     cost_to_go,
     disjunctive_tasks,
     single_agent_tasks,
 )
-from missionc.backends.smt.shorten.shorten_paths import shorten_paths
-from missionc.backends.smt.shorten.slack import Goals
 from missionc.base.trace import Array, Indices
 from missionc.ir import Objective
 from missionc.ir.kernel.nodes import Kernel

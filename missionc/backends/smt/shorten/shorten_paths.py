@@ -17,7 +17,7 @@ import numpy as np
 
 from missionc.backends.smt.encode.lower import deep
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.refine.collisions import each_step, kinematics, metric, needed
+from missionc.backends.smt.refine.lazy_constraints import each_step, kinematics, metric, needed
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.settings import smt_settings
 from missionc.backends.smt.shorten.slack import EvaluatedMotion, Goals, slack

@@ -12,8 +12,8 @@ import numpy as np
 
 from missionc.base.trace import Array, Indices, Trace
 from missionc.ir import Graph
+from missionc.ir.couplings import directed
 from missionc.ir.language.margins.links import all_links, link_pieces
-from missionc.ir.pair_ranges import directed
 
 
 def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:

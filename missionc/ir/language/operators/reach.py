@@ -17,6 +17,7 @@ from functools import cache
 from math import comb, perm
 
 from missionc.ir import Apply, Length, Truth
+from missionc.ir.couplings import lightest
 from missionc.ir.kernel.nodes import All, Any, Is, Neighbour, Node, Not, Reach, Route
 from missionc.ir.language.operator import Bounds, Fixity, Operator, TooLarge, Use
 from missionc.ir.language.weighed_routes import (
@@ -28,7 +29,6 @@ from missionc.ir.language.weighed_routes import (
     weight_at_least,
     whole_bounds,
 )
-from missionc.ir.pair_ranges import lightest
 
 
 def expand(use: Use) -> Node | TooLarge:

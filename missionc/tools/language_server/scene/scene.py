@@ -20,9 +20,8 @@ from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS, Dimension
-from missionc.frontend.resolve.polygon_faults import Simple, fault
 from missionc.frontend.resolve.resolve_places import Places, resolve_places
-from missionc.frontend.resolve.resolve_points import known
+from missionc.frontend.resolve.resolve_shapes import Simple, fault, known
 from missionc.frontend.syntax import ast
 
 Json: TypeAlias = dict[str, Any]

@@ -5,11 +5,8 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 
-from missionc.base.proven import COVER, TOURS, Proven
-from missionc.base.solved import Solved, read_solved
-from missionc.base.stage_runs import StageRun, read_stage_runs
 from missionc.base.strict_json import parse_json
-from missionc.base.trace import Plan
+from missionc.base.trace import COVER, TOURS, Plan, Proven, Solved, StageRun, read_solved, read_stage_runs
 from missionc.frontend.checks.lower_bounds import beside, least_by_tours
 from missionc.output.documents.plan_json import plan_json
 from missionc.tools.replay.read_folder import PLAN, OutputFolder

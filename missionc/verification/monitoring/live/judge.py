@@ -36,14 +36,24 @@ from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Mission
 from missionc.ir.kernel import nodes as k
 from missionc.ir.kernel.walk import bottom_up, children, graph_of, looks_back, rebuilt, same_objects, window_of
-from missionc.verification.monitoring.live.atom_bounds import AtomBounds, Cells, cells_after
-from missionc.verification.monitoring.live.bounds import LEAST, LEASTS, MOST, MOSTS, denied, of_measure
-from missionc.verification.monitoring.live.columns import Columns
 from missionc.verification.monitoring.live.needed_steps import needed_steps, reaches_start
 from missionc.verification.monitoring.live.spatial import GraphHistory, Where, lengths_in_metres, live_reach, neighbour
 from missionc.verification.monitoring.live.team_state import TeamState
 from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
-from missionc.verification.monitoring.live.windows import UntilWindow, Window
+from missionc.verification.monitoring.live.windows import (
+    LEAST,
+    LEASTS,
+    MOST,
+    MOSTS,
+    AtomBounds,
+    Cells,
+    Columns,
+    UntilWindow,
+    Window,
+    cells_after,
+    denied,
+    of_measure,
+)
 
 
 class Parts:

@@ -18,16 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.constraint import Constraint, NotJudged, all_satisfied
-from missionc.base.figures import counted
 from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
-from missionc.base.trace import Trace
+from missionc.base.trace import Trace, counted
 from missionc.ir import Graph, Mission
 from missionc.ir.kernel import nodes as k
 from missionc.ir.kernel.analysis import robustness_unit
 from missionc.ir.kernel.walk import postorder
 from missionc.verification.monitoring.evaluate import Evaluation
-from missionc.verification.monitoring.live.bounds import of_measure
 from missionc.verification.monitoring.live.judge import LiveJudge
 from missionc.verification.monitoring.live.samples import (
     Fate,
@@ -38,6 +36,7 @@ from missionc.verification.monitoring.live.samples import (
     UnusableError,
 )
 from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
+from missionc.verification.monitoring.live.windows import of_measure
 from missionc.verification.monitoring.logic import ROBUSTNESS, Values
 
 SHARE, SECONDS = 0.1, 6e-8

@@ -16,8 +16,7 @@ from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.nodes import NeighbourNode, PathLength, ReachNode, RouteNode
 from missionc.ir.language.margins.links import link_pieces
 from missionc.verification.monitoring import graph_routes
-from missionc.verification.monitoring.live.atom_bounds import AtomBounds
-from missionc.verification.monitoring.live.bounds import LEASTS, MOSTS, denied
+from missionc.verification.monitoring.live.windows import LEASTS, MOSTS, AtomBounds, denied
 from missionc.verification.monitoring.logic import ROBUSTNESS, decided_at_border
 
 

@@ -2,6 +2,12 @@
 
 A kind of dynamics is a frozen value in its own file. ``geometry.dynamics`` and all other callers read these facts and
 never test for a kind.
+
+Single integrator: the velocity is constant within each step.
+
+Double integrator: the acceleration is constant within each step.
+
+Unicycle: speed and heading are constant within each step, and the agent moves along its heading.
 """
 
 from __future__ import annotations
@@ -9,7 +15,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from missionc.base.late_dataclass import Record
@@ -89,3 +95,96 @@ class Dynamics(ABC):
     def at_most(self, speed: float, acceleration: float) -> Dynamics:
         """Dynamics with lower limits on speed (m/s) and acceleration (m/s²); unchanged if the agent cannot move that
         slowly."""
+
+
+@dataclass(frozen=True, slots=True)
+class SingleIntegrator(Dynamics):
+    """Single-integrator dynamics: constant velocity within a step, up to ``speed`` m/s."""
+
+    word: ClassVar[str] = "single_integrator"
+
+    speed: float
+
+    @classmethod
+    def of(cls, slowest: float, fastest: float, *limits: float) -> SingleIntegrator:
+        return cls(fastest)
+
+    @property
+    def top_speed(self) -> float:
+        return self.speed
+
+    def at_most(self, speed: float, acceleration: float) -> SingleIntegrator:
+        return SingleIntegrator(min(self.speed, speed))
+
+
+def of_first_order(speed: float) -> SingleIntegrator:
+    """Single-integrator dynamics with only a maximum speed, m/s; used as a relaxation of other dynamics."""
+    return SingleIntegrator(speed)
+
+
+@dataclass(frozen=True, slots=True)
+class DoubleIntegrator(Dynamics):
+    """Double-integrator dynamics: constant acceleration within a step, up to ``acceleration`` m/s²; speed up to
+    ``speed`` m/s."""
+
+    word: ClassVar[str] = "double_integrator"
+    limits: ClassVar[tuple[Limit, ...]] = (Limit("acceleration", Dimension.ACCELERATION, "the acceleration"),)
+    has_momentum: ClassVar[bool] = True
+
+    speed: float
+    acceleration: float
+
+    @classmethod
+    def of(cls, slowest: float, fastest: float, *limits: float) -> DoubleIntegrator:
+        return cls(fastest, *limits)
+
+    @property
+    def top_speed(self) -> float:
+        return self.speed
+
+    @property
+    def top_acceleration(self) -> float:
+        return self.acceleration
+
+    def at_most(self, speed: float, acceleration: float) -> DoubleIntegrator:
+        return DoubleIntegrator(min(self.speed, speed), min(self.acceleration, acceleration))
+
+
+@dataclass(frozen=True, slots=True)
+class Unicycle(Dynamics):
+    """Unicycle dynamics: straight motion along the heading within a step, and turns in place between steps.
+
+    The speed is between ``slowest`` and ``fastest`` m/s; the agent can wait only if ``slowest`` is 0. ``turn`` (rad/s)
+    bounds the change of heading between steps; ``math.inf`` if the mission sets no bound.
+
+    Source:
+        [strel] Experiment Setup.
+    """
+
+    word: ClassVar[str] = "unicycle"
+    limits: ClassVar[tuple[Limit, ...]] = (Limit("turn", Dimension.TURN, "the turning rate", math.inf),)
+    may_be_restless: ClassVar[bool] = True
+    faces_ahead: ClassVar[bool] = True
+
+    slowest: float
+    fastest: float
+    turn: float
+
+    @classmethod
+    def of(cls, slowest: float, fastest: float, *limits: float) -> Unicycle:
+        return cls(slowest, fastest, *limits)
+
+    @property
+    def lowest_speed(self) -> float:
+        return self.slowest
+
+    @property
+    def top_speed(self) -> float:
+        return self.fastest
+
+    @property
+    def top_turn(self) -> float:
+        return self.turn
+
+    def at_most(self, speed: float, acceleration: float) -> Unicycle:
+        return replace(self, fastest=min(self.fastest, speed)) if self.slowest < speed else self
