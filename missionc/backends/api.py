@@ -50,7 +50,7 @@ class CutShort(Enum):
 
     @property
     def note(self) -> str:
-        """Note that the search stopped early with its best plan, and the reason."""
+        """Text of the note that the search stopped early with its best plan, and why."""
         return f"the search stopped early ({self.value}) with the best plan found so far"
 
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 from itertools import product
 
 from missionc.backends import api
-from missionc.backends.acceptance import violated_between_samples
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.diagnostics.model import has_errors
@@ -25,7 +24,6 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.normal_form import constant
 from missionc.ir.kernel.walk import reads_headings
 from missionc.ir.language.operator import TooLarge
-from missionc.ir.lower.hold_throughout import hold_throughout
 from missionc.ir.lower.tighten import (
     ahead_of_time,
     margin_limits,
@@ -249,6 +247,9 @@ def _planned(
     straighten = load_straighten(outcome.report.engine)
     if straighten is None or mission.solve.roadmap is not None or reads_headings(kernel):
         return outcome
+    from missionc.backends.acceptance import violated_between_samples  # judging plans loads numpy
+    from missionc.ir.lower.hold_throughout import hold_throughout
+
     faster = replace(mission, agents=(under_way or mission).agents)
     straight = straighten(faster, kernel, outcome, budget)
     if budget.violated_in_flight is None or straight.trace is outcome.trace:

@@ -97,6 +97,6 @@ def _elsewhere(agent: Agent, row: PoseRow, away: float) -> Diagnostic:
         PAD_ELSEWHERE,
         f"the measured pose of `{agent.name}` is {metres(away)} from {where}",
         Label(row.span),
-        notes=(f"the plan starts at the measured pose; up to {metres(NEAR)} there is no warning",),
+        notes=(f"the plan starts at the measured pose; differences up to {metres(NEAR)} give no warning",),
         help="check that this vehicle is `{agent.name}`",
     )

@@ -237,7 +237,7 @@ def resolve_lets(context: Context) -> None:
 
 
 def resolve_goal(context: Context, formula: ast.Formula) -> ir.Formula:
-    """Formula of a requirement or preference; it must be about the team."""
+    """Formula of a requirement or preference, which must be about the team."""
     resolved = resolve_formula(context, formula)
     check(context, resolved, About.TEAM, "require")
     return resolved.formula

@@ -41,9 +41,9 @@ COMMANDS = {
     "before arming": "upload",
     "armed, on the floor": "arm",
     "rise": "takeoff",
-    "way to the first points": "go",
+    "flight to the first points": "go",
     "mission": "start",
-    "way home": "",
+    "flight home": "",
     "landing": "land",
 }
 """Each phase with the command that begins it, if it has one of its own."""
@@ -79,7 +79,7 @@ def begins(folder: Path, form: str) -> dict[str, float]:
         world = flown(folder, form, patched)
     sent = {each.name: each.time for each in reversed(world.commands)}
     found = {phase: sent[command] for phase, command in COMMANDS.items() if command}
-    return found | {"way home": found["mission"] + 0.8 * wandered(2).duration}
+    return found | {"flight home": found["mission"] + 0.8 * wandered(2).duration}
 
 
 def first_ctrl_c(phase: str, begin: float) -> dict[str, object]:
@@ -124,7 +124,7 @@ def told(world: World, since: float) -> str:
         return "the others land"
     if ("land", 1) in world.failing:
         assert max(landing.values()) > since + 0.9
-        return "all land; one that was not told is told again"
+        return "all land; the failed command is repeated"
     return "all land"
 
 
@@ -165,7 +165,7 @@ def test_the_page_says_what_both_scripts_do_in_every_phase(
 
 
 @scripts
-@pytest.mark.parametrize("phase", ["rise", "way to the first points", "mission", "way home"])
+@pytest.mark.parametrize("phase", ["rise", "flight to the first points", "mission", "flight home"])
 def test_the_first_ctrl_c_lands_all_at_once_and_disarms_after_the_landing(
     form: str, phase: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -260,7 +260,7 @@ def test_a_radio_that_hangs_delays_no_other_vehicle_and_its_command_is_not_follo
     world = World(standing(wandered(2)))
     released = threading.Event()
     world.hanging["go", 1] = released
-    begin = begins(folder, "cflib")["way to the first points"]
+    begin = begins(folder, "cflib")["flight to the first points"]
     world.events = [(begin + 2, lambda world: released.set())]
     fly(script, world, monkeypatch)
     own = [[each for each in world.commands if each.agent == agent and each.time >= begin] for agent in (0, 1)]

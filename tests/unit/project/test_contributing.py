@@ -227,7 +227,7 @@ def test_a_predicate_is_a_module_a_name_and_a_value_and_missions_may_use_it(tmp_
     words, kinds = "missionc/ir/language/predicates.py", "missionc/ir/predicates/__init__.py"
     assert {words, kinds} <= modules("a predicate")
     replaced(copy / kinds, "from missionc.ir.predicates.compare", f"{BESIDE_KIND}\nfrom missionc.ir.predicates.compare")
-    replaced(copy / kinds, "= Inside |", "= Beside | Inside |")
+    replaced(copy / kinds, "    Inside | ", "    Beside | Inside | ")
     replaced(copy / words, "predicates import Connected", "predicates import Beside, Connected")
     replaced(copy / words, "    HEADING,\n", f"{BESIDE_WORD}    HEADING,\n")
     mission = tmp_path / "small.mission"

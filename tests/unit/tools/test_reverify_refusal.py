@@ -52,7 +52,7 @@ def test_a_folder_with_a_proof_has_no_near_miss_and_passes(tmp_path: Path) -> No
     (tmp_path / "late.mission").write_text(LATE)
     words = ["compile", str(tmp_path / "late.mission"), "--explain-limit", "300", "--certify"]
     status, said = run([*words, "-o", str(tmp_path / "proof")])
-    assert status == 3
+    assert status == 4
     assert "closest infeasible candidate" in said
     assert not (tmp_path / "proof" / "near_miss.json").exists()
     assert run(["verify", str(tmp_path / "proof")])[0] == 0
@@ -163,7 +163,7 @@ def test_a_proof_about_roadmaps_says_what_it_does_not_show(tmp_path: Path) -> No
     (tmp_path / "hops.mission").write_text(ROADMAPS)
     words = ["compile", str(tmp_path / "hops.mission"), "--certify", "--explain-limit", "0"]
     status, said = run([*words, "-o", str(tmp_path / "out")])
-    assert status == 3, said
+    assert status == 4, said
     status, said = run(["verify", str(tmp_path / "out")])
     assert status == 0, said
     assert "proved: the clauses in `impossible.cnf` are unsatisfiable" in said

@@ -142,7 +142,7 @@ def test_several_flights_are_counted_with_their_interval(folder: Path, capsys: C
         ("--trials 4 --wind 8", "success rate at least 0.0 %"),
         ("--trials 4", "4 simulated flights passed (identical flights: no random disturbance)"),
         (
-            "--trials 2 --latency 0.02 --lose drone[1]@0.5",
+            "--trials 2 --latency 0.02 --lose drone[1]@1.9",
             "2 simulated flights passed (identical flights: no random disturbance)",
         ),
         ("", "1 simulated flight passed"),

@@ -108,7 +108,7 @@ class TimedPaths:
         return self._closing[hold]
 
     def meets(self, agent: int, closures: Sequence[Closure], points: Array, times: Array) -> bool:
-        """Return whether an agent at points, (points, dim), metres, at times, (points,), seconds, meets a closure."""
+        """Return whether an agent at points, (points, dim), metres, at times, (points,), s, is in a closed region."""
         cells = np.array([self.goals._cell(point) for point in points], dtype=np.int64)
         for each in closures:
             closed = self._cells(agent, each.node)

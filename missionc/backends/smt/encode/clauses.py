@@ -129,7 +129,7 @@ class Clauses:
     # ----------------------------------------------------------- definitions
 
     def any_of(self, *columns: Literals | int) -> Literals:
-        """For each row, a literal that implies some literal of the row: (rows,)."""
+        """For each row, a literal that implies the disjunction of the row: (rows,)."""
         return self._junction(_matrix(columns), TRUE)
 
     def all_of(self, *columns: Literals | int) -> Literals:
@@ -158,7 +158,7 @@ class Clauses:
         return result
 
     def any_of_ragged(self, literals: Literals, sizes: Indices) -> Literals:
-        """For each group of ``sizes`` consecutive literals, a literal that implies some of them: (groups,)."""
+        """For each group of ``sizes`` consecutive literals, a literal that implies their disjunction: (groups,)."""
         return self._ragged(literals, sizes, TRUE)
 
     def all_of_ragged(self, literals: Literals, sizes: Indices) -> Literals:
