@@ -94,7 +94,7 @@ def test_a_press_on_a_lane_shows_the_past_until_now_is_asked_for(flight: Flight)
     present = shown.picture()
     box = shown.page.locator(".lane canvas").first.bounding_box()
     shown.page.mouse.click(box["x"] + 46 + 0.125 * (box["width"] - 46), box["y"] + 10)
-    flight.wait("#clock", "0.50 s of 4 s · the past")
+    flight.wait("#clock", "0.50 s of 4 s · past")
     shown.page.mouse.move(0, 0)
     assert shown.picture() != present
     flight.feed(line(3, (2, 1), (3, 1)))
@@ -125,7 +125,7 @@ def test_who_is_missing_is_marked_and_a_plan_and_another_world_are_drawn(flight:
     flight.wait("#news li.risk", "`closed` is closed")
     assert shown.picture() != planned
     flight.page._record._heard_at -= 60
-    flight.wait("#stream", "nothing has come for 6")
+    flight.wait("#stream", "no samples for 6")
     flight.page.end("the stream has ended")
     flight.wait("#stream", "the stream has ended")
 
@@ -137,12 +137,12 @@ def test_the_command_serves_the_page_until_it_is_interrupted(browser: Any, tmp_p
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
         assert run.stdin is not None
         assert run.stdout is not None
-        address = run.stdout.readline().removeprefix("the page: ").strip()
+        address = run.stdout.readline().removeprefix("live page: ").strip()
         page = browser.new_page()
         page.goto(address)
         run.stdin.write("".join(line(time, (1, 1), (2, 1)) + "\n" for time in range(5)))
         run.stdin.flush()
-        page.locator("#stream", has_text="the mission is over").wait_for()
+        page.locator("#stream", has_text="end of the mission").wait_for()
         page.locator(".lane", has_text="satisfied (final) from 4 s").wait_for()
         run.send_signal(signal.SIGINT)
         assert run.wait(60) == 3
@@ -188,7 +188,7 @@ def test_links_and_formations_are_drawn_now_and_of_the_past(browser: Any) -> Non
         assert shown.picture() == at_risk
         box = shown.page.locator(".lane canvas").first.bounding_box()
         shown.page.mouse.click(box["x"] + 50, box["y"] + 10)
-        found.wait("#clock", "the past")
+        found.wait("#clock", "· past")
         assert shown.picture() != at_risk
         shown.page.reload()
         found.wait("#clock", "1.00 s of 4 s")
