@@ -91,7 +91,7 @@ def certify_plan(
     assert choice is not None
     trace, report = planned.trace, planned.report
     planner = report.engine or choice.backend
-    if options.stretch != checked.stretch:
+    if options.stretch not in (1, checked.stretch):  # a remaining mission is stretched already, with no option
         slower = _slower(checked, options, budget)
         if slower.mission is None or slower.kernel is None or not slower.ok:
             return Certified(

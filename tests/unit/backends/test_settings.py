@@ -30,26 +30,27 @@ BACKENDS = ROOT / "missionc" / "backends"
 CONSTANTS = {
     "rounding, in metres, steps or shares": """
         acceptance.ROUNDING clot.optimise.path_velocity.ROUNDING clot.optimise.path_velocity.SOON
-        clot.optimise.retiming.ROUNDING clot.optimise.route_pieces.ROUNDING clot.schedule.mutex_literals.ROUNDING
+        clot.optimise.retiming.ROUNDING clot.optimise.active_set.ROUNDING clot.schedule.tasks.ROUNDING
         clot.schedule.own_state_stops.ROUNDING clot.schedule.timetable.ROUNDING clot.schedule.gather_team.NEAR
-        hybrid.backend.SLACK smt.encode.lower_metric_routes.ROUNDING
-        smt.prioritized.label_setting.FAR smt.refine.collisions.CUSHION
+        hybrid.backend.SLACK smt.encode.lower_routes.ROUNDING
+        smt.prioritized.label_setting.FAR smt.refine.lazy_constraints.CUSHION
         smt.roadmap.geodesic_roadmap.TOUCHING smt.roadmap.lane_roadmap.ROUNDING smt.roadmap.passages.ASIDE
         clot.cost_weights.SHORT clot.paper.planning_sequence.NEARLY""",
     "codes, and figures that stand for infinity": """
         clot.paper.leaf_margins.UNLIMITED clot.paper.prefix.KNOWN clot.paper.prefix.UNKNOWN
-        clot.schedule.mutex_literals.TEAM smt.encode.clauses.TRUE smt.encode.clauses.FALSE smt.encode.clauses.NOTHING
+        clot.schedule.tasks.TEAM smt.encode.clauses.TRUE smt.encode.clauses.FALSE smt.encode.clauses.NOTHING
         smt.prioritized.reservations.FIXED clot.schedule.timetable.LATE""",
     "sizes of arrays, caches and encodings: the plan is the same": """
-        clot.optimise.control_points.SPARE clot.schedule.mutex_literals.KNOWN smt.encode.kinds_of_links.KEPT
+        clot.optimise.control_points.SPARE clot.schedule.tasks.KNOWN smt.encode.lower_routes.KEPT
         smt.encode.lower_atoms.FEW smt.roadmap.roadmap_links.DENSE
         smt.roadmap.roadmap_links.BLOCK smt.roadmap.roadmap_links.WIDTH
-        smt.encode.lower_metric_routes.UNITS smt.roadmap.grow.MOST_LOOKED smt.roadmap.passages.EACH
-        clot.paper.sinkhorn.CHECKED_EVERY speed_limits.HALVINGS""",
+        smt.encode.lower_routes.UNITS smt.roadmap.grow.MOST_LOOKED smt.roadmap.passages.EACH
+        clot.paper.transport.CHECKED_EVERY speed_limits.HALVINGS""",
     "bounds of ranges": "clot.settings.MOST smt.settings.MOST options.SLOWEST speed_limits.LEAST",
     "units of work, fitted to measurements": """
-        work.CLAUSE work.QUESTION work.CLAUSE_CONFLICT work.MOVE_STEP work.SKETCH work.SKETCHED work.ITERATION
-        work.ITERATED work.SEEN work.SEARCH cover.refute.PAIRED cover.refute.SQUARED""",
+        run_account.CLAUSE run_account.QUESTION run_account.CLAUSE_CONFLICT run_account.MOVE_STEP
+        run_account.SKETCH run_account.SKETCHED run_account.ITERATION
+        run_account.ITERATED run_account.SEEN run_account.SEARCH cover.refute.PAIRED cover.refute.SQUARED""",
     "turns of the backends in a portfolio, which have no settings in common": """
         portfolio.backend.FIRST portfolio.backend.LONGER portfolio.backend.ATTEMPTS portfolio.backend.TIMES""",
     "covers: tolerances above those of verification, and sizes of proofs": """
@@ -57,13 +58,14 @@ CONSTANTS = {
         cover.keep_apart.MOST_PARTS cover.keep_apart.MOST_CHOICES cover.keep_apart.MOST_PAIRS cover.may_labels.BORDER
         cover.may_moves.MORE cover.may_moves.NEAR cover.may_moves.MOST_CELLS cover.may_moves.SHAKEN
         cover.may_labels.INSIDE cover.refute.CLAUSES cover.refute.CONFLICTS cover.refute.CELLS cover.refute.MOST_PAIRS
-        cover.relax_kernel.MOST_PAIRS""",
+        cover.may_labels.MOST_PAIRS""",
     "figures of one module that several of its functions share, and nobody tunes": """
         clot.optimise.path_velocity.PACE clot.optimise.path_velocity.SETTING_OUT clot.optimise.path_velocity.CHANGE
         clot.paper.expand_agent.TYPICAL clot.paper.probe_cost.PLACES clot.schedule.deconflict_space_time.ROOM
         clot.schedule.goal_sets.DETOUR clot.schedule.goal_sets.BEYOND clot.schedule.joint_waypoints.PITCHES
         smt.prioritized.single_agent_relaxation.STEPS
-        clot.schedule.schedule.VAST clot.schedule.schedule.UNHURRIED clot.schedule.tasks.MOST_OPTIONS""",
+        clot.schedule.schedule.VAST clot.schedule.schedule.UNHURRIED clot.schedule.tasks.MOST_OPTIONS
+        clot.schedule.timed_paths.MOST_CLOSED""",
 }
 """Numbers that stay module constants of the backends, by the reason."""
 

@@ -43,7 +43,7 @@ def test_places_beyond_the_largest_number_of_a_mission_are_refused(tmp_path: Pat
     files = {"hall.pgm": picture("#..."), "hall.yaml": YAML.replace("0.5", "1e200")}
     finding = only(tmp_path, 'obstacles from "hall.yaml"', files)
     assert finding.code is MAP_FEATURE
-    assert "m away" in finding.message
+    assert "has coordinates above" in finding.message
 
 
 def test_cells_too_small_to_be_told_apart_are_refused(tmp_path: Path) -> None:
