@@ -144,7 +144,7 @@ def test_a_refusal_is_shown_in_the_text_and_a_compilation_can_be_stopped(browser
         page.locator("#outcome").filter(has_text="stopped").wait_for()
         page.click("#compile")
         page.wait_for_selector("#plan[data-state=refused]")
-        assert "no motion" in page.inner_text("#outcome")
+        assert "infeasible for every motion" in page.inner_text("#outcome")
         page.locator("#list li", has_text="MC609").wait_for()
         page.locator(".cm-lintRange-error").first.wait_for()
         found.end_of_line("mission small")
