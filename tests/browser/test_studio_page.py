@@ -249,7 +249,7 @@ def test_a_file_that_changed_on_the_disk_is_not_overwritten_unasked(small: Opene
     (home / "a.mission").write_text(SMALL + "# theirs\n")
     small.page.keyboard.press("Control+s")
     small.page.locator("#ask-words").filter(has_text="changed on disk").wait_for()
-    small.page.click("#ask-answers >> text=Load it")
+    small.page.click("#ask-answers >> text=Load the file")
     small.says("# theirs", "theirs")
     assert (home / "a.mission").read_text() == SMALL + "# theirs\n"
     small.page.click(".cm-content")
