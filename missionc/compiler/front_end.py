@@ -28,12 +28,13 @@ from missionc.base.notebook import printed, shown
 from missionc.base.source import Source, Span
 from missionc.base.units import Seconds
 from missionc.frontend.checks.check_ends import check_ends
+from missionc.frontend.checks.check_headings import check_headings
 from missionc.frontend.checks.check_horizons import check_horizons
-from missionc.frontend.checks.check_past import check_headings, check_past
+from missionc.frontend.checks.check_past import check_past
+from missionc.frontend.checks.check_possible import check_possible
 from missionc.frontend.checks.check_requirements import check_requirements
 from missionc.frontend.checks.check_world import check_world
 from missionc.frontend.checks.free_space import FreeSpace
-from missionc.frontend.checks.may_analysis import check_possible
 from missionc.frontend.resolve.resolve_mission import resolve
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.parse import parse

@@ -18,12 +18,13 @@ from missionc.verification.between.between_steps import verify_between
 from missionc.verification.certificate import Certificate, Check, Figure
 from missionc.verification.flight.verify_polynomials import verify_polynomials
 from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.plan.algebraic_connectivity import connectivity
 from missionc.verification.plan.clearances import check_obstacles, check_separation
 from missionc.verification.plan.lanes_kept import check_lanes_kept
 from missionc.verification.plan.starts_and_finishes import check_places, check_world
 from missionc.verification.plan.step_dynamics import check_dynamics, check_shape
 from missionc.verification.plan.time_robustness import check_tolerances, time_robustness
-from missionc.verification.plan.whole_requirements import check_requirements, connectivity
+from missionc.verification.plan.whole_requirements import check_requirements
 
 __all__ = ["Certificate", "Check", "Figure", "verify", "verify_between", "verify_polynomials", "with_delays"]
 

@@ -12,7 +12,7 @@ from missionc.backends.options import Options
 from missionc.backends.run_account import run_to_end
 from missionc.backends.smt.backend import Run
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap
-from missionc.backends.smt.roadmap.roadmap_graph import roadmaps_to_try
+from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.base.source import Source
 from missionc.compiler import driver
 from missionc.compiler.front_end import Checked

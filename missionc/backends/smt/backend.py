@@ -31,13 +31,8 @@ from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConst
 from missionc.backends.smt.refine.problem import Deletion, Problem, Setting, minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
-from missionc.backends.smt.roadmap.roadmap_graph import (
-    Attempt,
-    graphs_of,
-    is_linked,
-    roadmaps_between_samples,
-    roadmaps_to_try,
-)
+from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
+from missionc.backends.smt.roadmap.sequence import Attempt, is_linked, roadmaps_between_samples, roadmaps_to_try
 from missionc.backends.smt.roadmap_answers import Inconclusive, NoPlan, TimeOver, TooFewLinks, WorkExceeded, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify

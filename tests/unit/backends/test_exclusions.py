@@ -9,7 +9,7 @@ import missionc
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.reservations import Exclusion
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.roadmap.roadmap_graph import roadmaps_to_try
+from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.base.source import Source
 from missionc.compiler.results import Verified
 from missionc.ir.kernel.nodes import AtLeast

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_roadmaps
-from missionc.backends.smt.roadmap.roadmap_graph import roadmaps_to_try
+from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.base.source import Source
 from missionc.compiler import driver
 from missionc.compiler.results import Checked

@@ -16,7 +16,7 @@ from missionc.backends.clot.settings import ClotSettings, clot_settings
 from missionc.backends.options import Options
 from missionc.backends.setting import settings_of, with_values
 from missionc.backends.settings import DEFAULTS, given, read_settings, settings_table, with_settings
-from missionc.backends.smt.roadmap.roadmap_graph import roadmaps_to_try
+from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.backends.smt.settings import SmtSettings, smt_settings
 from missionc.base.source import Source
 from missionc.compiler.driver import check

@@ -106,7 +106,7 @@ def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkey
     def build_twice(*arguments: object, **passages: object) -> object:
         return build_roadmaps(*arguments, **passages) if next(built) < 2 else NoRoadmap("no path from `base`")  # type: ignore[arg-type]
 
-    monkeypatch.setattr("missionc.backends.smt.roadmap.roadmap_graph.build_roadmaps", build_twice)
+    monkeypatch.setattr("missionc.backends.smt.roadmap.sequence.build_roadmaps", build_twice)
     outcome = compiled(GO + NEAR + "solve with smt { nodes = 110 }\n").outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.NO_ROADMAP

@@ -23,7 +23,8 @@ from missionc.compiler.results import Compiled, InvalidMission, Verified
 from missionc.compiler.strategy import TIME_SCALING, speed_limited, tries
 from missionc.compiler.time_scaling import plan_with_time_scaling
 from missionc.ir import Mission
-from missionc.ir.lower.tighten import CRUISE, with_flyable_speeds
+from missionc.ir.lower.flyable_steps import CRUISE
+from missionc.ir.lower.tighten import with_flyable_speeds
 from tests.support.small_missions import SMALL
 
 CROSSING = """

@@ -19,7 +19,8 @@ from missionc.base.units import Seconds
 from missionc.compiler import driver
 from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
 from missionc.ir import PLAIN, DoubleIntegrator, Mission
-from missionc.ir.lower.tighten import StepLimits, step_limits, with_flyable_speeds
+from missionc.ir.lower.flyable_steps import StepLimits, step_limits
+from missionc.ir.lower.tighten import with_flyable_speeds
 from tests.support.legal_plans import NOTHING, straight
 
 HALL = """

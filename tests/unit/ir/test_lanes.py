@@ -19,7 +19,7 @@ from missionc.base.source import Source
 from missionc.cli.app import main
 from missionc.frontend.syntax.graphml import Graphml, read_graphml
 from missionc.geometry.lane_room import straight_runs
-from missionc.ir.lower.tighten import step_limits
+from missionc.ir.lower.flyable_steps import step_limits
 from missionc.verification.verify_plan import verify
 
 nx = pytest.importorskip("networkx")

@@ -25,7 +25,7 @@ from missionc.ir.language.margins.links import all_links
 from missionc.ir.language.margins.predicate_margins import algebraic_connectivity
 from missionc.ir.lower.tighten import tightened
 from missionc.verification.monitoring.monitor import monitor
-from missionc.verification.plan.whole_requirements import connectivity
+from missionc.verification.plan.algebraic_connectivity import connectivity
 from tests.support.random_runs import SPAN, trace_of
 
 HEAD = """mission pairs

@@ -11,7 +11,8 @@ from missionc.base.trace import Judgement, Judgements, Trace
 from missionc.base.units import Metres, Seconds
 from missionc.ir.kernel.nodes import Always, At, Atom, Eventually, Goal, Kernel
 from missionc.verification.certificate import Check, Figure
-from missionc.verification.plan.whole_requirements import check_requirements, check_whole, connectivity
+from missionc.verification.plan.algebraic_connectivity import connectivity
+from missionc.verification.plan.whole_requirements import check_requirements, check_whole
 from tests.support.legal_plans import SPAN, mission_of, straight
 
 MISSION = mission_of([[1.0, 1.0], [1.0, 3.0]], 4, step=0.5)

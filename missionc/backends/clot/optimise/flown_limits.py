@@ -16,7 +16,7 @@ from missionc.backends.clot.optimise.task_residuals import norm
 from missionc.backends.clot.settings import Spare, Weights
 from missionc.base.trace import Array, Indices
 from missionc.ir import Mission
-from missionc.ir.lower.tighten import step_limits
+from missionc.ir.lower.flyable_steps import step_limits
 
 FLOWN = "flown speed", "flown rest", "flown climb", "flown change", "flown turn"
 """Names of the residuals, one for each limit in ``StepLimits``."""

@@ -17,7 +17,7 @@ from missionc.base.trace import Array
 from missionc.geometry.dynamics import SLACK, States, can_wait, steer, turn_in_step
 from missionc.geometry.lane_room import SAME, joined_to, positions, straight_runs
 from missionc.ir import Lanes
-from missionc.ir.lower.tighten import BETWEEN_RESTS, flown_way, step_limits
+from missionc.ir.lower.flyable_steps import BETWEEN_RESTS, flown_way, step_limits
 
 ROUNDING = 1e-9
 """Fraction of a step by which a lane may exceed a whole number of steps without another step."""
