@@ -11,7 +11,7 @@ import numpy as np
 from missionc.backends.api import Attempt, Violation
 from missionc.base.trace import Trace
 from missionc.geometry.clearance import clear_motions, clear_of_movers, standing_solids
-from missionc.geometry.curves.piecewise_polynomials import Curves
+from missionc.geometry.curves.piecewise_polynomials import motion
 from missionc.geometry.dynamics import UNIT_OF, Motions, States, check_step, motions_between
 from missionc.geometry.relative_motion import closest_approach
 from missionc.geometry.required_separation import SpacingTable
@@ -27,13 +27,9 @@ ROUNDING = 1e-9
 def violated_between_samples(mission: Mission, kernel: Kernel, trace: Trace) -> frozenset[str]:
     """Names of the requirements that hold at the steps of a motion, but not surely between them."""
     from missionc.verification.between.between_steps import between_steps  # only if wanted
-    from missionc.verification.certificate import Verdict
 
-    motions = _motions(mission, trace)
-    terms = np.stack([motions.position, motions.velocity, motions.acceleration / 2], axis=-1)
-    curves = Curves(np.arange(mission.steps + 1, dtype=np.float64) * mission.step, terms)
-    judged = between_steps(mission, kernel, trace, curves)
-    return frozenset(each.requirement for each in judged if each.verdict is not Verdict.HOLDS)
+    judged = between_steps(mission, kernel, trace, motion(mission, trace))
+    return frozenset(each.requirement for each in judged if not each.holds)
 
 
 def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:

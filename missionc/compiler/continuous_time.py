@@ -61,8 +61,7 @@ def violated_in_flight(mission: Mission, kernel: Kernel, trace: Trace) -> frozen
     flyable = crazyflie(mission, kernel, trace)
     if not isinstance(flyable, Flyable):
         return frozenset()
-    judged = verify_between(mission, kernel, trace, flyable.files)
-    return frozenset(each.requirement for each in judged.at_steps_alone)
+    return verify_between(mission, kernel, trace, flyable.files).violated_between
 
 
 def acceptable(verified: Verified, throughout: ContinuousTime) -> bool:
@@ -126,7 +125,7 @@ def _failing(compiled: Compiled) -> frozenset[str]:
     """Names of the requirements that a verified plan violates between its steps."""
     if not isinstance(compiled.outcome, Verified):
         return frozenset()
-    return frozenset(each.requirement for each in compiled.outcome.certificate.at_steps_alone)
+    return compiled.outcome.certificate.violated_between
 
 
 def _limited(first: Compiled, budget: Budget, throughout: ContinuousTime, began: float) -> Budget:

@@ -9,11 +9,10 @@ The first plan was verified before, and is the answer after any failure of this 
 from __future__ import annotations
 
 import math
-from collections.abc import Set
 from dataclasses import replace
 from functools import partial
 
-from missionc.backends.acceptance import attempt
+from missionc.backends.acceptance import attempt, violated_between_samples
 from missionc.backends.api import CutShort, Planned
 from missionc.backends.clot.settings import clot_settings
 from missionc.backends.load import load_widen
@@ -29,13 +28,13 @@ from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, Verified
 from missionc.compiler.run_limited import Ended, within
 from missionc.compiler.strategy import MARGINS, speed_limited, widens
-from missionc.geometry.curves.piecewise_polynomials import motion
 from missionc.geometry.natural_scale import body
+from missionc.ir import Mission
+from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.language.operator import TooLarge
 from missionc.ir.lower.hold_throughout import hold_throughout
 from missionc.ir.lower.tighten import tightened, tracking_margin, with_vehicle_room
 from missionc.ir.lower.unroll_past import looking_ahead
-from missionc.verification.between.between_steps import between_steps
 from missionc.verification.monitoring.normalised_margins import Margins
 
 BODIES = ("obstacle", "separation")
@@ -44,11 +43,12 @@ BODIES = ("obstacle", "separation")
 
 def plan_with_wider_margins(first: Compiled, request: PlanRequest) -> Compiled:
     """Compilation with wider margins, if such a plan is found; ``request.secure`` receives the first plan before."""
-    if not _narrow(first, request):
+    margins = _narrow(first, request)
+    if margins is None:
         return first
     defer_stop()
     request.secure(first)
-    wider = within(last_call(request.budget.deadline), partial(with_wider_margins, first, request))
+    wider = within(last_call(request.budget.deadline), partial(_searched, first, margins, request))
     return cut_short(first, CUT_SHORT.get(wider.reason, CutShort.UNFINISHED)) if isinstance(wider, Ended) else wider
 
 
@@ -57,19 +57,30 @@ def with_wider_margins(first: Compiled, request: PlanRequest) -> Compiled:
 
     Requirements that the first plan or a wider one violates between the samples are strengthened.
     """
+    margins = _narrow(first, request)
+    return first if margins is None else _searched(first, margins, request)
+
+
+def _searched(first: Compiled, margins: Margins, request: PlanRequest) -> Compiled:
+    """Result of the search for a plan with wider margins than ``margins``, those of the first plan."""
     found = first.outcome
-    if not isinstance(found, Verified) or not _narrow(first, request):
-        return first
+    assert isinstance(found, Verified)
     checked, log, engine = first.checked, request.log, found.plan.backend
     bound, watch, took = _bound(checked, found, request), Stopwatch(list(first.seconds)), dict(first.seconds)
     until = request.budget.deadline - RESERVE * (took.get("verify", 0.0) + took.get("emit", 0.0))
-    work, failed = MARGINS.work_after(found.report.work), _failing(found)
+    work, failed = MARGINS.work_after(found.report.work), found.certificate.violated_between
     most = MARGINS.share * work
-    lasting = failed | _fragile(checked, found)
+    # Between the samples the plan may be flown straight from state to state, or on its polynomials.
+    lasting = failed | violated_between_samples(checked.valid_mission, checked.valid_kernel, found.plan.trace)
+    gain = clot_settings(checked.valid_mission).shortening.wider
+    with watch.stage("margins"):
+        planned, asked = Planned(found.plan.trace, found.report), _as_planned(checked, found, request)
     for _ in range(MARGINS.tries):
         budget = replace(request.budget, deadline=until, work=min(work, most))
-        with watch.stage("margins"):
-            planned = _widened(checked, found, replace(request, budget=budget), lasting)
+        if asked is not None:
+            with watch.stage("margins"):
+                kernel = hold_throughout(checked.valid_mission, asked[1], lasting)
+                planned = load_widen()(asked[0], kernel, Planned(found.plan.trace, found.report), budget)
         done = planned.report.work - found.report.work
         if planned.trace is found.plan.trace:
             log.add("margins", engine, done, "no plan with wider margins found")
@@ -79,7 +90,8 @@ def with_wider_margins(first: Compiled, request: PlanRequest) -> Compiled:
         runs = tuple(log.runs)
         home = certify_plan(checked, planned, request.options, request.budget, watch, request.exports, bound, runs)
         wider = home.outcome
-        if isinstance(wider, Verified) and _failing(wider) <= failed and _wider(checked, wider, found):
+        failing = wider.certificate.violated_between if isinstance(wider, Verified) else frozenset[str]()
+        if isinstance(wider, Verified) and failing <= failed and margins_of(checked, wider).wider(margins, gain):
             log.add("verify", engine, 0.0, "passed")
             kept = (each for each in first.findings if each.code is IMPROVEMENT_FAILED)
             report = replace(wider.report, notes=tuple(dict.fromkeys(wider.report.notes)))
@@ -92,18 +104,19 @@ def with_wider_margins(first: Compiled, request: PlanRequest) -> Compiled:
             )
         log.add("verify", engine, 0.0, "rejected; the plan before is kept")
         work -= done
-        if not isinstance(wider, Verified) or _failing(wider) <= lasting:
+        if failing <= lasting:
             break
-        lasting |= _failing(wider)
+        lasting |= failing
     return replace(first, seconds=tuple(watch.seconds))
 
 
-def _narrow(first: Compiled, request: PlanRequest) -> bool:
-    """Return whether the margins of a verified plan are below the target, and are to be widened."""
+def _narrow(first: Compiled, request: PlanRequest) -> Margins | None:
+    """Margins of a verified plan if they are below the target and are to be widened; None otherwise."""
     found, checked = first.outcome, first.checked
     if not isinstance(found, Verified) or not widens(checked, request) or found.report.cut_short or stop_requested():
-        return False
-    return not margins_of(checked, found).wide
+        return None
+    margins = margins_of(checked, found)
+    return None if margins.wide else margins
 
 
 def margins_of(checked: Checked, verified: Verified) -> Margins:
@@ -114,43 +127,20 @@ def margins_of(checked: Checked, verified: Verified) -> Margins:
     return Margins.of(mission, checked.valid_kernel, verified.plan.trace, bodies / max(body(mission), 1e-9), most)
 
 
-def _widened(checked: Checked, found: Verified, request: PlanRequest, lasting: Set[str]) -> Planned:
-    """The plan with wider margins, at its own pace and with its robustness margin; the same if none is found.
-
-    Args:
-        lasting: requirements whose parts must last from sample to sample.
-    """
-    mission, options, budget = checked.valid_mission, request.options, request.budget
-    same = Planned(found.plan.trace, found.report)
-    kernel = looking_ahead(mission, checked.valid_kernel, budget.limits.formula_nodes)
+def _as_planned(checked: Checked, found: Verified, request: PlanRequest) -> tuple[Mission, Kernel] | None:
+    """Mission and kernel at the plan's own speeds and with its robustness margin; None if there are none."""
+    mission, options = checked.valid_mission, request.options
+    kernel = looking_ahead(mission, checked.valid_kernel, request.budget.limits.formula_nodes)
     if isinstance(kernel, TooLarge):
-        return same
+        return None
     room = with_vehicle_room(mission)
     paces = (pace for _, pace in speed_limited(room, kernel, 1.0, stretched=options.stretch != 1))
     margin = tracking_margin(mission) if options.margin is None else options.margin
     for pace in (*paces, room, mission):
-        tight, tighter = tightened(pace, kernel, Metres(found.report.kept * margin))
-        if attempt(tight, tighter, same.trace).is_plan:
-            return load_widen()(tight, hold_throughout(mission, tighter, lasting), same, budget)
-    return same
-
-
-def _failing(verified: Verified) -> frozenset[str]:
-    """Requirements that a verified plan violates between its steps."""
-    return frozenset(each.requirement for each in verified.certificate.at_steps_alone)
-
-
-def _fragile(checked: Checked, verified: Verified) -> frozenset[str]:
-    """Requirements that a plan violates between its steps if it is flown straight from state to state."""
-    mission, trace = checked.valid_mission, verified.plan.trace
-    between = between_steps(mission, checked.valid_kernel, trace, motion(mission, trace))
-    return frozenset(each.requirement for each in between if not each.holds)
-
-
-def _wider(checked: Checked, wider: Verified, found: Verified) -> bool:
-    """Return whether a verified plan has wider margins."""
-    gain = clot_settings(checked.valid_mission).shortening.wider
-    return margins_of(checked, wider).wider(margins_of(checked, found), gain)
+        strict = tightened(pace, kernel, Metres(found.report.kept * margin))
+        if attempt(*strict, found.plan.trace).is_plan:
+            return strict
+    return None
 
 
 def _bound(checked: Checked, found: Verified, request: PlanRequest) -> BoundSide:

@@ -160,6 +160,11 @@ class Certificate(Record):
         """Results of the requirements that are satisfied at the steps but fail, or may fail, between them."""
         return tuple(each for each in self.between if not each.holds)
 
+    @property
+    def violated_between(self) -> frozenset[str]:
+        """Names of the requirements in ``at_steps_alone``."""
+        return frozenset(each.requirement for each in self.at_steps_alone)
+
     def under(self, word: str) -> Certificate:
         """The certificate with ``word`` prefixed to the name of every check and of its proof."""
         return replace(

@@ -215,8 +215,8 @@ class _Borders:
 
     def kept(self) -> Iterator[tuple[str, Metres]]:
         """Name and margin of everything that was moved inward."""
-        for region in self._regions:
-            yield region.name, Metres(_shrinks(region.shape, -self.metres))
+        for region, small_region in self._regions.items():
+            yield region.name, Metres(_depth(region.shape, small_region.shape))
         for graph, small in self._graphs.items():
             yield graph.name, Metres((graph.radius - small.radius) / (2 if graph.by_distance else 1))
         for formation, tight in self._formations.items():
@@ -254,26 +254,33 @@ def moved(shape: ir.Shape, by: float) -> ir.Shape:
             assert_never(shape)
 
 
-def _shrinks(shape: ir.Shape, by: float) -> float:
-    """Least distance, metres, by which ``moved`` moves the border of a shape inward if asked to move it by ``by``."""
-    match shape:
-        case ir.Union(left, right) | ir.Intersection(left, right):
-            return min(_shrinks(left, by), _shrinks(right, by))
-        case ir.Difference(left):
-            return _shrinks(left, by)
-        case ir.Box(low, high):
-            return min(by, *((end - begin) / 4 for begin, end in zip(low, high, strict=True)))
-        case ir.Disc(_, radius, band):
-            return min(by, radius / 2, (band.high - band.low) / 4 if band else by)
-        case ir.Ball(_, radius):
-            return min(by, radius / 2)
-        case ir.Polygon(corners, band):
+def _depth(shape: ir.Shape, inner: ir.Shape) -> float:
+    """Least distance, metres, by which ``moved`` has moved the border of a shape inward to that of ``inner``."""
+    match shape, inner:
+        case (ir.Union(one, other), ir.Union(inside, beside)) | (
+            ir.Intersection(one, other),
+            ir.Intersection(inside, beside),
+        ):
+            return min(_depth(one, inside), _depth(other, beside))
+        case ir.Difference(one), ir.Difference(inside):
+            return _depth(one, inside)
+        case ir.Box(low), ir.Box(lower):
+            return min(begin - outer for begin, outer in zip(lower, low, strict=True))
+        case ir.Disc(_, radius, band), ir.Disc(_, less, thin):
+            return min(radius - less, _less_high(band, thin))
+        case ir.Ball(_, radius), ir.Ball(_, less):
+            return radius - less
+        case ir.Polygon(corners, band), ir.Polygon(within, thin):
             from shapely import LinearRing  # needed only for polygons
 
-            moves = LinearRing(corners).distance(LinearRing(_outline(corners, -by)))
-            return min(by, float(moves), (band.high - band.low) / 4 if band else by)
+            return min(float(LinearRing(corners).distance(LinearRing(within))), _less_high(band, thin))
         case _:
-            assert_never(shape)
+            raise AssertionError("a moved shape is of the same kind")
+
+
+def _less_high(band: ir.Prism | None, thin: ir.Prism | None) -> float:
+    """Distance, metres, by which the lower end of a prism has moved inward; infinite without a prism."""
+    return math.inf if band is None or thin is None else thin.low - band.low
 
 
 def _band(low: ir.Vector, high: ir.Vector, by: float) -> tuple[ir.Vector, ir.Vector]:
