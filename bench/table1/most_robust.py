@@ -1,8 +1,9 @@
 """Greatest robustness of a mission: stlpy's formula tree in HiGHS, maximised instead of stopped at the first point.
 
-The encoding of ``micp``, with one more variable ρ: each predicate that counts holds by at least ρ metres. Agents start
-at points. The speed limit of a single integrator, and those of a double integrator on speed and acceleration, are
-squares within the discs. Obstacles are predicates like the others, as in stlpy's benchmarks, at the samples only.
+The encoding of ``formula_rows``, with one more variable ρ: each predicate that counts holds by at least ρ metres.
+Agents start at points. The speed limit of a single integrator, and those of a double integrator on speed and
+acceleration, are squares within the discs. Obstacles are predicates like the others, as in stlpy's benchmarks, at the
+samples only.
 
 Source:
     V. Kurtz and H. Lin, Mixed-integer programming for STL with fewer binary variables.
@@ -14,13 +15,13 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import coo_array
+from scipy.optimize import Bounds, milp
 
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.ir.dynamics.kinds import DoubleIntegrator, SingleIntegrator
 from missionc.ir.kernel.nodes import Kernel
+from table1.formula_rows import FormulaRows, Terms
 from table1.scene import Unsupported
 from table1.specification import Stl, specification
 
@@ -54,14 +55,13 @@ def most_robust(mission: Mission, kernel: Kernel, limit: float) -> Optimum:
     return Optimum(robustness, proven, time.process_time() - begin)
 
 
-class _Rows:
+class _Rows(FormulaRows):
     """Variables: ρ, positions step by step, velocities step by step of double integrators, then the binaries."""
 
     def __init__(self, mission: Mission, start: Array) -> None:
+        super().__init__()
         self.mission, self.size = mission, start.size
         states = self.size * (mission.steps + 1)
-        self.terms: list[tuple[int, int, float]] = []
-        self.least: list[float] = []
         self.low, self.high = (np.repeat([each], mission.steps + 1, axis=0) for each in _sides(mission, self.size))
         self.low[0] = self.high[0] = start.ravel()
         for agent in mission.agents:
@@ -96,40 +96,14 @@ class _Rows:
         """Column of a coordinate."""
         return 1 + self.size * step + axis
 
-    def within(self, terms: list[tuple[int, float]], most: float) -> None:
-        """Two rows: the absolute value of a sum is at most ``most``."""
-        self.row(terms, -most)
-        self.row([(column, -weight) for column, weight in terms], -most)
-
-    def row(self, terms: list[tuple[int, float]], least: float) -> None:
-        self.terms.extend((len(self.least), column, weight) for column, weight in terms)
-        self.least.append(least)
-
-    def formula(self, node: Stl, step: int, switch: int | None) -> None:
-        """Add rows so that ``node`` holds by ρ at ``step`` if the binary ``switch`` is 1, or always without one."""
-        if node.is_predicate():
-            weights, bound = node.a.ravel(), float(node.b[0])
-            terms = [(self.place(step, int(axis)), float(weights[axis])) for axis in np.flatnonzero(weights)]
-            terms.append((0, -1.0))
-            if switch is not None:
-                lowest = np.minimum(weights * self.low[step], weights * self.high[step]).sum() - self.most
-                slack = bound - float(lowest)
-                terms, bound = [*terms, (switch, -slack)], bound - slack
-            self.row(terms, bound)
-        elif node.combination_type == "and":
-            for part, ahead in zip(node.subformula_list, node.timesteps, strict=True):
-                self.formula(part, step + ahead, switch)
-        else:
-            switches = [self.columns + number for number in range(len(node.subformula_list))]
-            self.columns += len(switches)
-            above = [] if switch is None else [(switch, -1.0)]
-            self.row([(each, 1.0) for each in switches] + above, 1.0 if switch is None else 0.0)
-            for part, ahead, each in zip(node.subformula_list, node.timesteps, switches, strict=True):
-                self.formula(part, step + ahead, each)
+    def predicate(self, node: Stl, step: int) -> tuple[Terms, float]:
+        """Terms of a predicate, minus ρ."""
+        weights = node.a.ravel()
+        terms = [(self.place(step, int(axis)), float(weights[axis])) for axis in np.flatnonzero(weights)]
+        lowest = np.minimum(weights * self.low[step], weights * self.high[step]).sum() - self.most
+        return [*terms, (0, -1.0)], float(lowest)
 
     def solve(self, limit: float) -> tuple[float | None, bool]:
-        row, column, weight = (np.array(each) for each in zip(*self.terms, strict=True))
-        matrix = coo_array((weight, (row, column)), shape=(len(self.least), self.columns)).tocsr()
         switches = np.zeros(self.columns - self.states)
         low = np.concatenate([[0.0], self.low.ravel(), -self.fastest, switches])
         high = np.concatenate([[self.most], self.high.ravel(), self.fastest, switches + 1])
@@ -137,7 +111,7 @@ class _Rows:
             np.eye(1, self.columns)[0] * -1,
             integrality=(np.arange(self.columns) >= self.states).astype(int),
             bounds=Bounds(low, high),
-            constraints=LinearConstraint(matrix, np.array(self.least), np.inf),
+            constraints=self.constraints(),
             options={"time_limit": limit},
         )
         return (None if found.x is None else float(found.x[0])), found.status in (0, 2)
