@@ -145,7 +145,7 @@ def test_a_way_through_a_place_where_speed_is_limited_takes_longer(limit: str) -
     (seen,) = named(scheduler, schedule, "seen")
     assert seen.step >= 12 + 8 / 0.25
     assert schedule.late == 0
-    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, motion = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     speed = np.linalg.norm(np.diff(motion[0], axis=0), axis=1)
     inside = (motion[0, :-1, 0] > 10.5) & (motion[0, 1:, 0] < 17.5)
     assert inside.any()
@@ -158,7 +158,7 @@ def test_a_place_where_speed_is_limited_is_gone_round_where_that_is_sooner() -> 
     limit = "require slow: every rover: always[0, end] (slow_zone implies speed <= 0.2)\n"
     text = YARD + zone + limit + "require seen: rover[0]: eventually[0, 60 s] x >= 25\n"
     mission, scheduler, schedule = scheduled(text)
-    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, motion = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     inside = (motion[0, :, 0] > 10.5) & (motion[0, :, 0] < 17.5) & (motion[0, :, 1] > 6.5)
     assert not inside.any()
 
@@ -184,7 +184,7 @@ def test_a_place_that_is_closed_for_a_while_is_gone_round_or_waited_for(
     )
     (seen,) = named(scheduler, schedule, "seen")
     assert schedule.late == 0
-    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, motion = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     assert motion[0, seen.step, 0] >= 26
     inside = (motion[0, :, 0] > 12) & (motion[0, :, 0] < 24)
     assert (motion[0, inside, 1] < 3).all() == round_it
@@ -239,7 +239,7 @@ def test_who_has_to_stay_near_somebody_for_a_while_goes_along_and_is_free_again(
     back = "require back: rover[0]: always[95 s, end] x <= 10 m\n"
     mission, scheduler, schedule = scheduled(YARD + escort + there + back)
     assert schedule.late == 0
-    _, position = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, position = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     away = np.linalg.norm(position[0] - position[1], axis=-1)
     assert away[20:61].max() <= 3.0
     assert position[1, :61, 0].max() >= 32.0
@@ -283,7 +283,7 @@ def test_those_who_cannot_stand_still_go_on_while_they_meet_and_towards_what_is_
         assert 0 < np.linalg.norm(gone[-1]) <= 20 * 60
     assert np.allclose(gone[0], gone[1])
     assert gone[0][0] > 0
-    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, motion = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     met = np.linalg.norm(motion[0] - motion[1], axis=-1)[fuel.step : fuel.step + 5]
     assert met.max() <= 80
     planned(text)
@@ -320,7 +320,7 @@ require share: eventually[0, 80 s] always[0, 5 s] ((at least 3 rover: north) and
     mission, scheduler, schedule = scheduled(fleet + asked)
     (share,) = named(scheduler, schedule, "share")
     assert len({place.agent for place in share.places}) == 6
-    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, motion = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     there = motion[:, share.step]
     apart = np.linalg.norm(there[:, None] - there[None], axis=-1) + np.eye(8) * 9
     assert apart.min() > 0.6
@@ -409,7 +409,7 @@ def test_who_is_tied_to_nobody_goes_on_a_tour_where_others_keep_a_formation() ->
     loose = {place.agent for each in chain for place in each.places}
     assert loose <= {0, 1, 2}
     geodesics, generator = Geodesics(mission), np.random.default_rng(0)
-    motion = tours(mission, schedule, scheduler.goals, geodesics, generator)[1]
+    motion = tours(mission, schedule, scheduler.timed, geodesics, generator)[1]
     toured = {agent: motion[agent] for agent in range(3)}
     frames = joint_waypoints(mission, schedule, scheduler, geodesics, generator, toured=toured)
     (haul,) = named(scheduler, schedule, "haul")
@@ -435,7 +435,7 @@ def test_what_holds_from_some_time_on_is_gone_to_in_time() -> None:
     mission, scheduler, schedule = scheduled(YARD + asked)
     (fixed,) = [each for each in schedule.appointments if each.visit.fixed]
     assert (fixed.step, fixed.visit.lasts) == (80, 20)
-    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, motion = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     assert np.linalg.norm(np.diff(motion[0], axis=0), axis=1).max() <= 1
 
 
@@ -581,7 +581,7 @@ require mail: b: eventually[0, 60 s] village
 def test_who_has_to_be_somewhere_from_the_start_begins_its_tour_where_it_starts(dynamics: str) -> None:
     text = MULES.replace("DYNAMICS", dynamics)
     mission, scheduler, schedule = scheduled(text)
-    _, position = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, position = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     assert position[0, :21] == pytest.approx(np.tile((4.0, 20.0), (21, 1)), abs=0.2)
     planned(text)
 
@@ -615,7 +615,7 @@ def test_what_a_visit_triggers_is_scheduled_after_it_in_time() -> None:
     south, east = (each.step - north.step for each in answered)
     assert 8 <= south <= 20
     assert south < east <= 60
-    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    _, motion = tours(mission, schedule, scheduler.timed, Geodesics(mission), np.random.default_rng(0))
     inside = np.flatnonzero((motion[0] >= [2, 14]).all(axis=1) & (motion[0] <= [8, 18]).all(axis=1))
     assert (motion[0, inside[0] : inside[0] + 21, 1] <= 6).any()
 

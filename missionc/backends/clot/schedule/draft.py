@@ -249,7 +249,7 @@ def draft(
     loose = {agent.index for agent in mission.agents} - scheduler.tied
     toured: dict[int, Array] = {}
     if loose:
-        frames, motion = tours(mission, schedule, scheduler.goals, geodesics, generator)
+        frames, motion = tours(mission, schedule, scheduler.timed, geodesics, generator)
         if not scheduler.tied:
             return WarmStart(number, schedule, frames, motion)
         toured = {agent: motion[agent] for agent in sorted(loose)}

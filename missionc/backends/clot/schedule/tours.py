@@ -56,12 +56,11 @@ class Along(Record, eq=False):
 
 
 def tours(
-    mission: Mission, schedule: Schedule, goals: GoalSets, geodesics: Geodesics, generator: np.random.Generator
+    mission: Mission, schedule: Schedule, timed: TimedPaths, geodesics: Geodesics, generator: np.random.Generator
 ) -> tuple[tuple[KeyFrame, ...], Array]:
     """Joint waypoints of the tours, and positions of all agents, (agents, steps + 1, dim), metres."""
-    stops, near = _stops(mission, schedule, goals), clot_settings(mission).schedule.meeting
+    stops, near = _stops(mission, schedule, timed.goals), clot_settings(mission).schedule.meeting
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
-    timed = TimedPaths(goals)
     closures = [timed.closures(each.index, schedule.holds) for each in mission.agents]
     for each in mission.agents:
         position[each.index] = _tour(mission, each.index, stops[each.index], timed, closures[each.index], geodesics)
