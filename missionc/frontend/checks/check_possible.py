@@ -193,7 +193,7 @@ def _cannot(goal: Goal, reasons: list[Cause]) -> Diagnostic:
     first, *others = reasons
     message = first.headline
     if others:
-        message = f"requirement `{goal.name}` can never be satisfied: {message}, and so do the other disjuncts"
+        message = f"requirement `{goal.name}` can never be satisfied: {message}, and the other disjuncts fail too"
     labels = [Label(each.span, each.figure) for each in others if each.span is not None]
     return Diagnostic(
         first.code,
